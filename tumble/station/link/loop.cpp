@@ -1,0 +1,143 @@
+#include "tumble/station/link/loop.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <utility>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::link {
+
+namespace {
+
+std::chrono::steady_clock::duration duration_of(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+/// Why a link ended, in words for a person.
+std::string loss_of(const Code& code) {
+  if (code == asio::error::eof) return "the other side closed the link";
+  if (code == asio::error::connection_reset) return "the other side broke the link off";
+  if (code.value() == EIO) return "the device was unplugged or its other side was closed";
+  return code.message();
+}
+
+}  // namespace
+
+Connection::~Connection() {
+  if (other_side >= 0) ::close(other_side);
+}
+
+Loop::~Loop() {
+  for (const Shared& link : links_) close(link->number);
+  for (const auto& door : doors_) {
+    Code ignored;
+    door->close(ignored);
+  }
+  context_.restart();
+  context_.poll();  // what is under way ends
+}
+
+std::size_t Loop::add(Shared link, double silence) {
+  links_.push_back(link);
+  if (silence > 0.0) {
+    link->silence = silence;
+    link->silence_timer = std::make_unique<asio::steady_timer>(context_);
+    watch(link);
+  }
+  read(link);
+  return link->number;
+}
+
+void Loop::read(const Shared& link) {
+  std::visit(
+      [&](auto& stream) {
+        stream.async_read_some(asio::buffer(link->room), [this, link](const Code& code, std::size_t count) {
+          if (!link->up || code == asio::error::operation_aborted) return;
+          if (count > 0) {
+            link->heard = true;
+            events_.push_back({LinkEvent::Kind::bytes, link->number, clock_(), {link->room.data(), count}, {}});
+          }
+          if (code) return lose(link, loss_of(code));
+          read(link);
+        });
+      },
+      link->stream);
+}
+
+void Loop::write(const Shared& link) {
+  if (!link->sending.empty() || link->waiting.empty()) return;
+  link->sending = std::exchange(link->waiting, {});
+  std::visit(
+      [&](auto& stream) {
+        asio::async_write(stream, asio::buffer(link->sending), [this, link](const Code& code, std::size_t) {
+          link->sending.clear();
+          if (!link->up || code == asio::error::operation_aborted) return;
+          if (code) return lose(link, loss_of(code));
+          write(link);
+        });
+      },
+      link->stream);
+}
+
+void Loop::watch(const Shared& link) {
+  link->silence_timer->expires_after(duration_of(link->silence));
+  link->silence_timer->async_wait([this, link](const Code& code) {
+    if (code || !link->up) return;
+    if (!std::exchange(link->heard, false))
+      return lose(link, fmt::format("nothing was received for {:.3g} s", link->silence));
+    watch(link);
+  });
+}
+
+void Loop::lose(const Shared& link, const std::string& reason) {
+  if (!link->up) return;
+  close(link->number);
+  events_.push_back({LinkEvent::Kind::lost, link->number, clock_(), {}, reason});
+}
+
+void Loop::close(std::size_t number) {
+  if (!is_up(number)) return;
+  Connection& link = *links_[number];
+  link.up = false;
+  if (link.silence_timer) link.silence_timer->cancel();
+  std::visit(
+      [](auto& stream) {
+        Code ignored;
+        stream.close(ignored);
+      },
+      link.stream);
+}
+
+void Loop::send(std::size_t link, std::string_view bytes) {
+  if (!is_up(link)) return;
+  links_[link]->waiting += bytes;
+  write(links_[link]);
+}
+
+std::size_t Loop::unsent(std::size_t link) const {
+  return is_up(link) ? links_[link]->waiting.size() + links_[link]->sending.size() : 0;
+}
+
+std::vector<LinkEvent> Loop::wait(double seconds) {
+  const auto until = std::chrono::steady_clock::now() + duration_of(std::max(seconds, 0.0));
+  context_.restart();
+  context_.poll();  // everything that is ready
+  while (events_.empty() && !woken_) {
+    context_.restart();
+    asio::executor_work_guard<asio::io_context::executor_type> guard(context_.get_executor());
+    if (context_.run_one_until(until) == 0) break;
+    context_.poll();
+  }
+  woken_ = false;
+  return std::exchange(events_, {});
+}
+
+void Loop::wake() {
+  asio::post(context_, [this] { woken_ = true; });
+}
+
+}  // namespace tumble::link

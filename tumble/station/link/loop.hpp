@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tumble/station/link.hpp"
+
+namespace tumble::link {
+
+namespace asio = boost::asio;
+using Tcp = asio::ip::tcp;
+using Code = boost::system::error_code;
+
+/// One link that is open. Work under way holds it by a shared pointer.
+struct Connection {
+  std::size_t number = 0;
+  std::variant<Tcp::socket, asio::posix::stream_descriptor> stream;
+  std::array<char, 1 << 16> room;
+  std::string waiting, sending;  ///< to be sent
+  bool up = true;
+  int other_side = -1;  ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
+  std::unique_ptr<asio::steady_timer> silence_timer;
+  double silence = 0.0;  ///< [s]
+  bool heard = false;    ///< since the timer began
+
+  Connection(std::size_t index, Tcp::socket socket) : number(index), stream(std::move(socket)) {}
+  Connection(std::size_t index, asio::posix::stream_descriptor line) : number(index), stream(std::move(line)) {}
+  ~Connection();
+};
+using Shared = std::shared_ptr<Connection>;
+
+/// All links of a Links, and what happened on them.
+class Loop {
+ public:
+  explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}
+  ~Loop();
+
+  std::size_t open_tcp(const LinkAddress& address, double timeout, double silence);
+  std::size_t open_serial(const LinkAddress& address, double silence);
+  std::uint16_t listen(std::uint16_t port, const std::string& host);
+  Links::Terminal open_terminal();
+  void send(std::size_t link, std::string_view bytes);
+  std::size_t unsent(std::size_t link) const;
+  void close(std::size_t link);
+  bool is_up(std::size_t link) const { return link < links_.size() && links_[link]->up; }
+  std::vector<LinkEvent> wait(double seconds);
+  void wake();
+
+ private:
+  std::size_t add(Shared link, double silence);
+  void read(const Shared& link);
+  void write(const Shared& link);
+  void lose(const Shared& link, const std::string& reason);
+  void watch(const Shared& link);
+  void accept(const std::shared_ptr<Tcp::acceptor>& door);
+
+  asio::io_context context_;
+  std::function<double()> clock_;
+  std::vector<Shared> links_;
+  std::vector<std::shared_ptr<Tcp::acceptor>> doors_;
+  std::vector<LinkEvent> events_;
+  bool woken_ = false;
+};
+
+}  // namespace tumble::link

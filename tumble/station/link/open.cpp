@@ -1,0 +1,149 @@
+// How links are opened: each way ends in a link, or in a message that says what was found and what would be accepted.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <boost/asio/connect.hpp>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+#include "tumble/station/link/baud.hpp"
+#include "tumble/station/link/loop.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::link {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(Error::Kind::bad_file, what); }
+
+std::string advice_on(const Code& code) {
+  if (code == asio::error::connection_refused)
+    return "; nothing listens at this port: is the device on, and is the port right?";
+  if (code == asio::error::host_not_found || code == asio::error::host_not_found_try_again)
+    return "; the name is not known here: give an address such as 192.168.0.10";
+  if (code == asio::error::network_unreachable || code == asio::error::host_unreachable)
+    return "; is the cable plugged in, and is this computer in the network of the device?";
+  return "";
+}
+
+/// Serial devices of this machine, for messages.
+std::vector<std::string> serial_devices() {
+  std::vector<std::string> found;
+  std::error_code unknown;
+  for (const char* folder : {"/dev/serial/by-id", "/dev"})
+    for (const auto& entry : fs::directory_iterator(folder, unknown)) {
+      const std::string name = entry.path().filename().string();
+      const bool usual = name.starts_with("ttyUSB") || name.starts_with("ttyACM");
+      if (usual || entry.path().parent_path() != "/dev") found.push_back(entry.path().string());
+    }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::string devices_here() {
+  const auto found = serial_devices();
+  return found.empty() ? "this computer has no serial device on USB"
+                       : fmt::format("serial devices here: {}", fmt::join(found, ", "));
+}
+
+[[noreturn]] void refuse_serial(const LinkAddress& address, int code) {
+  const std::string device = address.device;
+  if (code == ENOENT) refuse(fmt::format("there is no serial device '{}'; {}", device, devices_here()));
+  if (code == EACCES)
+    refuse(
+        fmt::format("the serial device '{}' may not be opened by this user; on most systems a member of the group "
+                    "'dialout' may",
+                    device));
+  if (code == EBUSY) refuse(fmt::format("the serial device '{}' is in use by another program", device));
+  refuse(fmt::format("cannot open the serial device '{}': {}", device, std::system_category().message(code)));
+}
+
+}  // namespace
+
+std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double silence) {
+  const std::string name = text_of(address);
+  Code code;
+  const auto ends = Tcp::resolver(context_).resolve(address.host, std::to_string(address.port), code);
+  if (code) refuse(fmt::format("cannot open {}: {}{}", name, code.message(), advice_on(code)));
+  auto link = std::make_shared<Connection>(links_.size(), Tcp::socket(context_));
+  auto& socket = std::get<Tcp::socket>(link->stream);
+  std::optional<Code> result;
+  asio::async_connect(socket, ends, [&](const Code& outcome, const Tcp::endpoint&) { result = outcome; });
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                            std::chrono::duration<double>(timeout));
+  while (!result) {
+    context_.restart();
+    if (context_.run_one_until(until) > 0 || result) continue;
+    Code ignored;
+    socket.close(ignored);
+    while (!result) context_.restart(), context_.run_one();
+    refuse(fmt::format("cannot open {}: no answer within {:.3g} s; is the device on, and is the address right?", name,
+                       timeout));
+  }
+  if (*result) refuse(fmt::format("cannot open {}: {}{}", name, result->message(), advice_on(*result)));
+  socket.set_option(Tcp::no_delay(true), code);
+  return add(link, silence);
+}
+
+std::size_t Loop::open_serial(const LinkAddress& address, double silence) {
+  const int descriptor = ::open(address.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) refuse_serial(address, errno);
+  auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
+  if (isatty(descriptor) != 1) refuse(fmt::format("'{}' is not a serial device; {}", address.device, devices_here()));
+  if (const auto reason = take_alone(descriptor); !reason.empty())
+    refuse(fmt::format("the serial device '{}' is not free: {}", address.device, reason));
+  if (const auto reason = set_line(descriptor, address.baud, address.framing); !reason.empty())
+    refuse(fmt::format("the serial device '{}' cannot be set to {}: {}", address.device, text_of(address), reason));
+  return add(link, silence);
+}
+
+std::uint16_t Loop::listen(std::uint16_t port, const std::string& host) {
+  Code code;
+  const auto address = asio::ip::make_address(host, code);
+  if (code) refuse(fmt::format("'{}' is not an address of this computer: {}", host, code.message()));
+  auto door = std::make_shared<Tcp::acceptor>(context_);
+  const Tcp::endpoint end(address, port);
+  door->open(end.protocol(), code);
+  if (!code) door->set_option(Tcp::acceptor::reuse_address(true), code);
+  if (!code) door->bind(end, code);
+  if (!code) door->listen(asio::socket_base::max_listen_connections, code);
+  if (code) refuse(fmt::format("cannot listen at {}:{}: {}", host, port, code.message()));
+  doors_.push_back(door);
+  accept(door);
+  return door->local_endpoint().port();
+}
+
+void Loop::accept(const std::shared_ptr<Tcp::acceptor>& door) {
+  door->async_accept([this, door](const Code& code, Tcp::socket socket) {
+    if (code == asio::error::operation_aborted || !door->is_open()) return;
+    if (!code) {
+      Code ignored;
+      socket.set_option(Tcp::no_delay(true), ignored);
+      const auto link = add(std::make_shared<Connection>(links_.size(), std::move(socket)), 0.0);
+      events_.push_back({LinkEvent::Kind::up, link, clock_(), {}, {}});
+    }
+    accept(door);
+  });
+}
+
+Links::Terminal Loop::open_terminal() {
+  const int descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (descriptor < 0) refuse("this system gives no pseudo-terminal: " + std::system_category().message(errno));
+  auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
+  char name[128];
+  if (grantpt(descriptor) != 0 || unlockpt(descriptor) != 0 || ptsname_r(descriptor, name, sizeof name) != 0)
+    refuse("this system gives no pseudo-terminal: " + std::system_category().message(errno));
+  link->other_side = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (const auto reason = set_line(link->other_side, 0, "8N1"); !reason.empty())
+    refuse("a pseudo-terminal cannot be set up: " + reason);
+  return {add(link, 0.0), name};
+}
+
+}  // namespace tumble::link

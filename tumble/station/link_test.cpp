@@ -1,0 +1,189 @@
+#include "tumble/station/link.hpp"
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string problem_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// What happens on both sides until `count` bytes came on `link`, or the link is lost.
+std::string received(Links& links, std::size_t link, std::size_t count) {
+  std::string bytes;
+  const double until = steady_seconds() + 20.0;
+  while (bytes.size() < count && steady_seconds() < until)
+    for (const LinkEvent& event : links.wait(0.1)) {
+      if (event.link != link) continue;
+      if (event.kind == LinkEvent::Kind::lost) return bytes + "|" + event.reason;
+      bytes += event.bytes;
+    }
+  return bytes;
+}
+
+std::size_t came_in(Links& links) {
+  const double until = steady_seconds() + 20.0;
+  while (steady_seconds() < until)
+    for (const LinkEvent& event : links.wait(0.1))
+      if (event.kind == LinkEvent::Kind::up) return event.link;
+  return static_cast<std::size_t>(-1);
+}
+
+LinkAddress here(std::uint16_t port) { return {.host = "127.0.0.1", .port = port}; }
+
+TEST(LinkAddress, IsReadInEveryForm) {
+  const LinkAddress tcp = parse_link("tcp:table.local:9878");
+  EXPECT_EQ(tcp.host, "table.local");
+  EXPECT_EQ(tcp.port, 9878);
+  EXPECT_EQ(parse_link("tcp:[::1]:23").host, "::1");
+  const LinkAddress serial = parse_link("serial:/dev/ttyUSB0:921600:8O1");
+  EXPECT_EQ(serial.device, "/dev/ttyUSB0");
+  EXPECT_EQ(serial.baud, 921600);
+  EXPECT_EQ(serial.framing, "8O1");
+  EXPECT_EQ(parse_link("serial:/dev/ttyS0").baud, 0);
+  EXPECT_EQ(parse_link("serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0:9600").device,
+            "/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0");
+  for (const char* text : {"tcp:[::1]:23", "tcp:a:1", "serial:/dev/x", "serial:/dev/x:9600", "serial:/dev/x:9600:7E2"})
+    EXPECT_EQ(text_of(parse_link(text)), text);
+}
+
+TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
+  for (const char* text : {"", "udp:a:1", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999", "tcp::5",
+                           "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
+    EXPECT_NE(problem_of([&] { parse_link(text); }).find("tcp:HOST:PORT or serial:DEVICE"), std::string::npos) << text;
+}
+
+TEST(Link, CarriesBytesBothWaysOverTcpAndStampsThem) {
+  double now = 12.5;
+  Links links([&] { return now; });
+  const std::size_t client = links.open(here(links.listen(0)));
+  const std::size_t server = came_in(links);
+  links.send(client, "hello ");
+  links.send(client, "there");
+  EXPECT_EQ(received(links, server, 11), "hello there");
+  const std::string much(3'000'000, 'x');
+  links.send(server, much);
+  EXPECT_EQ(received(links, client, much.size()), much);
+  now = 13.5;
+  links.send(client, "x");
+  EXPECT_EQ(links.wait(10.0).at(0).time, 13.5);
+}
+
+TEST(Link, ReportsACloseAfterTheBytesBeforeIt) {
+  Links links(steady_seconds);
+  const std::size_t client = links.open(here(links.listen(0)));
+  const std::size_t server = came_in(links);
+  links.send(server, "last words");
+  EXPECT_EQ(received(links, client, 10), "last words");
+  links.close(server);
+  EXPECT_EQ(received(links, client, 1), "|the other side closed the link");
+  EXPECT_FALSE(links.is_up(client));
+  links.send(client, "nobody hears this");
+}
+
+TEST(Link, ReportsABreak) {
+  const int door = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(bind(door, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(listen(door, 1), 0);
+  getsockname(door, reinterpret_cast<sockaddr*>(&address), &size);
+  Links links(steady_seconds);
+  const std::size_t client = links.open(here(ntohs(address.sin_port)));
+  const int other = accept(door, nullptr, nullptr);
+  const linger at_once{1, 0};  // an RST in place of an orderly end
+  setsockopt(other, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  close(other);
+  close(door);
+  EXPECT_EQ(received(links, client, 1), "|the other side broke the link off");
+}
+
+TEST(Link, CountsAsLostWhenItIsSilent) {
+  Links links(steady_seconds);
+  const std::size_t client = links.open(here(links.listen(0)), 5.0, 0.2);
+  const std::size_t server = came_in(links);
+  for (int i = 0; i < 4; ++i) {
+    links.send(server, "x");
+    EXPECT_EQ(received(links, client, 1), "x");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const double begin = steady_seconds();
+  EXPECT_EQ(received(links, client, 1), "|nothing was received for 0.2 s");
+  EXPECT_GT(steady_seconds() - begin, 0.15);
+}
+
+TEST(Link, SaysWhatIsMissing) {
+  Links links(steady_seconds);
+  std::uint16_t closed = 0;
+  {
+    Links other(steady_seconds);
+    closed = other.listen(0);
+  }
+  EXPECT_NE(problem_of([&] { links.open(here(closed)); }).find("nothing listens at this port"), std::string::npos);
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
+            std::string::npos);
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
+            std::string::npos);
+}
+
+TEST(Link, CarriesBytesOverASerialLine) {
+  Links links(steady_seconds);
+  const auto terminal = links.open_terminal();
+  const std::size_t line = links.open(parse_link("serial:" + terminal.device + ":374400:8N1"));
+  std::string bytes;
+  for (int i = 0; i < 256; ++i) bytes += static_cast<char>(i);  // no byte means anything to the line
+  links.send(terminal.link, bytes);
+  EXPECT_EQ(received(links, line, bytes.size()), bytes);
+  links.send(line, bytes);
+  EXPECT_EQ(received(links, terminal.link, bytes.size()), bytes);
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
+            std::string::npos);
+}
+
+TEST(Link, ReportsAnUnpluggedSerialLine) {
+  Links far(steady_seconds), links(steady_seconds);
+  const auto terminal = far.open_terminal();
+  const std::size_t line = links.open(parse_link("serial:" + terminal.device + ":9600"));
+  far.close(terminal.link);
+  const std::string end = received(links, line, 1);
+  EXPECT_TRUE(end == "|the device was unplugged or its other side was closed" ||
+              end == "|the other side closed the link")
+      << end;
+}
+
+TEST(Link, WaitsUntilItIsWoken) {
+  Links links(steady_seconds);
+  const double begin = steady_seconds();
+  EXPECT_TRUE(links.wait(0.05).empty());
+  EXPECT_GT(steady_seconds() - begin, 0.04);
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    links.wake();
+  });
+  EXPECT_TRUE(links.wait(100.0).empty());
+  other.join();
+  EXPECT_LT(steady_seconds() - begin, 50.0);
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "tumble/core/channel.hpp"
+
+namespace tumble::recorder {
+
+/// When the samples of a channel were taken, from their sequence numbers and the times of their arrival.
+///
+/// The device counts evenly, and every sample arrives late: the interval between counts is the slope of a straight line
+/// through arrival against sequence number, and the first sample was taken where no arrival is earlier than the line.
+/// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
+/// four of its standard deviations.
+class SampleClock {
+ public:
+  /// A sample with its number, its arrival [s], and the time of the device [s].
+  void add(std::uint64_t sequence, double arrival, std::optional<double> device);
+  /// Decides on the interval. `declared` [Hz] of the sequence; 0: not.
+  void settle(double declared);
+  /// After settle(), a second time through the samples: the earliest line.
+  void place(std::uint64_t sequence, double arrival);
+
+  std::uint64_t count() const { return count_; }
+  /// Whether the samples lie on an even clock, of which lost ones are missing.
+  bool even() const { return even_; }
+  std::size_t length() const;  ///< [samples] of the even clock, lost ones too
+  std::size_t index(std::uint64_t sequence) const { return static_cast<std::size_t>((sequence - first_) / step_); }
+  Timeline timeline() const { return {begin_, rate(), nullptr}; }
+  double rate() const;                           ///< [Hz] of the samples
+  double arrival_rate() const;                   ///< [Hz] of the sequence by the line; 0: too few samples
+  double declared() const { return declared_; }  ///< [Hz]
+  double jitter() const;                         ///< [s] rms of the arrival about the line
+
+ private:
+  double slope() const;         ///< [s] a count
+  double slope_sd() const;      ///< [s]
+  double device_slope() const;  ///< [s] a count; 0 without a clock of the device
+
+  std::uint64_t first_ = 0, last_ = 0, step_ = 0, count_ = 0;
+  double mean_x_ = 0.0, mean_t_ = 0.0, xx_ = 0.0, xt_ = 0.0, tt_ = 0.0;
+  double origin_ = 0.0;  ///< [s] the first arrival
+  std::optional<double> device_first_, device_last_;
+  std::uint64_t device_from_ = 0, device_to_ = 0;
+  double declared_ = 0.0, interval_ = 0.0, begin_ = 0.0;
+  bool even_ = false, placed_ = false, backward_ = false;
+};
+
+}  // namespace tumble::recorder

@@ -1,0 +1,110 @@
+#include "tumble/station/recorder/slot_reader.hpp"
+
+#include <cmath>
+#include <memory>
+
+namespace tumble::recorder {
+
+SlotReader::SlotReader(const StoreContent& content, std::string slot) {
+  std::map<std::string, std::size_t> known;
+  for (const StoreStream& stream : content.streams) {
+    auto& signals = signals_of_stream_.emplace_back();
+    if (!stream.slot.empty() && stream.slot != slot) continue;
+    if (instrument_.empty()) instrument_ = stream.name;
+    for (const FrameChannel& channel : stream.channels) {
+      const auto [place, is_new] = known.try_emplace(channel.name, signals_.size());
+      if (is_new) signals_.push_back({channel, {}, stream.rate, stream.link, true, {}, {}});
+      Signal& signal = signals_[place->second];
+      if (!is_new) signal.one_sequence = signal.one_sequence && stream.link && stream.link == signal.link;
+      signals.push_back(place->second);
+    }
+  }
+}
+
+void SlotReader::look(const StoreItem& item) {
+  if (item.kind != StoreItem::Kind::sample) return;
+  for (const std::size_t i : signals_of_stream_[item.source])
+    signals_[i].clock.add(item.sample.sequence, item.time, item.sample.device);
+}
+
+void SlotReader::settle() {
+  for (Signal& signal : signals_) {
+    signal.clock.settle(signal.declared);
+    signal.one_sequence = signal.one_sequence && signal.clock.even();
+    if (signal.one_sequence)
+      signal.values.assign(signal.clock.length(), std::nan(""));
+    else
+      signal.values.reserve(signal.clock.count());
+  }
+}
+
+void SlotReader::take(const StoreItem& item) {
+  if (item.kind != StoreItem::Kind::sample) return;
+  const auto& indices = signals_of_stream_[item.source];
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    Signal& signal = signals_[indices[k]];
+    const double value = item.sample.values[k];
+    if (signal.one_sequence) {
+      signal.clock.place(item.sample.sequence, item.time);
+      signal.values[signal.clock.index(item.sample.sequence)] = value;
+    } else {
+      signal.values.push_back(value);
+      signal.stamps.push_back(item.time);
+    }
+  }
+}
+
+namespace {
+
+/// [Hz] by which increments are multiplied: the even clock, what was declared, or the mean over the stamps.
+double samples_a_second(const SampleClock& clock, bool even, double declared, const std::vector<double>& stamps) {
+  if (even) return clock.rate();
+  if (declared > 0.0) return declared;
+  const double span = stamps.size() > 1 ? stamps.back() - stamps.front() : 0.0;
+  return span > 0.0 ? static_cast<double>(stamps.size() - 1) / span : 1.0;
+}
+
+}  // namespace
+
+std::vector<Channel> SlotReader::channels() {
+  std::vector<Channel> channels;
+  std::shared_ptr<const std::vector<double>> stamps;
+  for (Signal& signal : signals_) {
+    if (signal.values.empty() || signal.clock.count() == 0) continue;
+    if (signal.channel.increment) {
+      const double rate = samples_a_second(signal.clock, signal.one_sequence, signal.declared, signal.stamps);
+      for (double& value : signal.values) value *= rate;
+    }
+    Timeline timeline;
+    if (signal.one_sequence) {
+      timeline = signal.clock.timeline();
+    } else {
+      if (!stamps || *stamps != signal.stamps)
+        stamps = std::make_shared<const std::vector<double>>(std::move(signal.stamps));
+      timeline.stamps = stamps;
+    }
+    channels.push_back(
+        {signal.channel.name, kind_of(signal.channel.unit), signal.channel.unit, timeline, std::move(signal.values)});
+  }
+  return channels;
+}
+
+std::string SlotReader::instrument() const { return instrument_; }
+
+/// An instrument that sends at another rate than declared is configured otherwise.
+Findings SlotReader::findings() const {
+  constexpr double tolerance = 0.01;
+  constexpr std::uint64_t enough = 100;
+  for (const Signal& signal : signals_) {
+    const double rate = signal.clock.arrival_rate(), declared = signal.declared;
+    if (signal.clock.count() < enough || !(declared > 0.0) || !signal.one_sequence) continue;
+    if (std::abs(rate / declared - 1.0) > tolerance)
+      return {{Finding::Severity::warning,
+               "recording_rate",
+               {{"rate", rate, "Hz"}, {"declared", declared, "Hz"}},
+               signal.channel.name}};
+  }
+  return {};
+}
+
+}  // namespace tumble::recorder

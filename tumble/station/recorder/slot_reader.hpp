@@ -1,0 +1,40 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/station/recorder/sample_clock.hpp"
+#include "tumble/station/recorder_read.hpp"
+
+namespace tumble::recorder {
+
+/// The channels of one slot on their way from a store into a recording: two times through the items.
+class SlotReader {
+ public:
+  /// `slot`: its streams, and those without a slot.
+  SlotReader(const StoreContent& content, std::string slot);
+  void look(const StoreItem& item);  ///< first time
+  void settle();
+  void take(const StoreItem& item);  ///< second time
+  /// The channels that have samples; can be asked once.
+  std::vector<Channel> channels();
+  std::string instrument() const;
+  /// Clocks that are even, by the name of a first channel.
+  Findings findings() const;
+
+ private:
+  struct Signal {
+    FrameChannel channel;
+    SampleClock clock;
+    double declared = 0.0;  ///< [Hz]
+    std::optional<std::size_t> link;
+    bool one_sequence = true;  ///< its streams count in one sequence
+    std::vector<double> values, stamps;
+  };
+  std::vector<std::vector<std::size_t>> signals_of_stream_;
+  std::vector<Signal> signals_;
+  std::string instrument_;
+};
+
+}  // namespace tumble::recorder

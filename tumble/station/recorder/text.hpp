@@ -1,0 +1,14 @@
+#pragma once
+
+#include <functional>
+
+#include "tumble/station/recorder/chunk.hpp"
+
+namespace tumble::recorder {
+
+/// Makes `text` the body of a chunk of one item.
+void put_text(Chunk& chunk, std::uint64_t sequence, double time, std::string text);
+/// items_of() for events and rows of the journal.
+bool items_of_text(const Chunk& chunk, const std::function<void(const StoreItem&)>& visit);
+
+}  // namespace tumble::recorder

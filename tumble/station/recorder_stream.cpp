@@ -1,0 +1,91 @@
+#include "tumble/station/recorder_stream.hpp"
+
+#include <cmath>
+
+namespace tumble {
+
+void LiveNoise::add(double time, double value) {
+  if (std::isnan(value)) return;
+  const double step = value - mean_;
+  mean_ += step / static_cast<double>(++count_);
+  squares_ += step * (value - mean_);
+  if (!running_) span_end_ = time + tau_, running_ = true;
+  if (time >= span_end_) {
+    const double mean = span_sum_ / static_cast<double>(in_span_);
+    if (last_holds_) pair_squares_ += (mean - last_mean_) * (mean - last_mean_), ++pairs_;
+    last_mean_ = mean;
+    last_holds_ = time < span_end_ + tau_;  // else a span without samples lies between
+    span_end_ += tau_ * std::floor((time - span_end_) / tau_ + 1.0);
+    span_sum_ = 0.0;
+    in_span_ = 0;
+  }
+  span_sum_ += value;
+  ++in_span_;
+}
+
+double LiveNoise::sd() const {
+  return count_ > 1 ? std::sqrt(squares_ / static_cast<double>(count_ - 1)) : std::nan("");
+}
+
+double LiveNoise::allan() const {
+  return pairs_ > 0 ? std::sqrt(0.5 * pair_squares_ / static_cast<double>(pairs_)) : std::nan("");
+}
+
+InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link)
+    : recorder_(recorder),
+      codec_(codec),
+      description_(std::move(link)),
+      link_(recorder.add_link(description_)),
+      stream_(codec) {
+  for (const FrameChannel& channel : codec.channels) shown_.push_back({channel, LiveNoise()});
+}
+
+void InstrumentRecorder::sent(double time, std::string_view bytes) {
+  recorder_.raw(link_, StoreDirection::sent, time, bytes);
+}
+
+bool InstrumentRecorder::receive(double time, std::string_view bytes) {
+  if (recorder_.raw(link_, StoreDirection::received, time, bytes) == 0) return false;
+  stream_.feed(bytes, [&](const StreamFrame& frame) { take(time, frame); });
+  return !recorder_.failure();
+}
+
+void InstrumentRecorder::restart() {
+  link_ = recorder_.add_link(description_);
+  stream_ = FrameStream(codec_);
+  streams_.clear();
+  running_ = false;
+}
+
+/// Channels that come together are a stream; a frame whose channels change by its counter belongs to several.
+std::size_t InstrumentRecorder::stream_of(const FrameContent& content) {
+  const auto [place, is_new] = streams_.try_emplace(content.present, 0);
+  if (!is_new) return place->second;
+  StoreStream stream{codec_.title.empty() ? codec_.name : codec_.title, description_.slot, {}, codec_.rate, link_};
+  for (std::size_t i = 0; i < content.present.size(); ++i)
+    if (content.present[i]) stream.channels.push_back(codec_.channels[i]);
+  return place->second = recorder_.add_stream(stream);
+}
+
+void InstrumentRecorder::take(double time, const StreamFrame& frame) {
+  const std::size_t stream = stream_of(frame.content);
+  values_.clear();
+  for (std::size_t i = 0; i < shown_.size(); ++i) {
+    if (!frame.content.present[i]) continue;
+    const double value = frame.content.values[i];
+    values_.push_back(value);
+    shown_[i].noise.add(time, value);
+  }
+  recorder_.sample(stream, {time, frame.time, frame.sequence, values_});
+  if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;
+  last_ = frame.sequence;
+  last_time_ = time;
+}
+
+double InstrumentRecorder::rate() const {
+  if (codec_.rate > 0.0) return codec_.rate;
+  const double span = last_time_ - first_time_;
+  return span > 0.5 && last_ > first_ ? static_cast<double>(last_ - first_) / span : 0.0;
+}
+
+}  // namespace tumble
