@@ -2,10 +2,9 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/rehearse.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -18,12 +17,6 @@ struct Arguments {
   std::uint64_t seed = 1;
   std::vector<std::string> sets;
 };
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// "1 h 15 min", "12 min 3 s"
 std::string duration(double seconds) {
@@ -49,7 +42,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   rehearsal.plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   rehearsal.seed = arguments.seed;
   if (!arguments.station.empty()) rehearsal.station = load_station(arguments.station);
-  if (!arguments.faults.empty()) rehearsal.faults = read_faults(content_of(arguments.faults), arguments.faults);
+  if (!arguments.faults.empty()) rehearsal.faults = read_faults(read_text_file(arguments.faults), arguments.faults);
   if (!terminal.quiet) rehearsal.company.note = tell;
 
   const auto begin = std::chrono::steady_clock::now();

@@ -140,7 +140,7 @@ int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   PlannedRunAtStation run;
-  run.plan = tumble::load_plan(arguments.plan);
+  run.plan = tumble::load_plan(arguments.plan, {});
   run.station = load_station(arguments.station);
   run.units = units_of(arguments.units);
   run.who = arguments.who;
@@ -169,7 +169,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   PlannedRunAtStation run;
   run.resume = true;
   run.folder = arguments.run;
-  run.plan = tumble::load_plan((folder / "plan.toml").string());
+  run.plan = tumble::load_plan((folder / "plan.toml").string(), {});
   const auto facts = visit_store(arguments.run, [](const StoreItem&) {}).facts;
   for (const auto& [fact, value] : facts)
     if (fact.starts_with("unit ")) run.units[fact.substr(5)] = value;

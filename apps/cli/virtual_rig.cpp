@@ -3,11 +3,10 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/serve_bench.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -28,10 +27,7 @@ extern "C" void end_service(int) { wanted_end = true; }
 double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::vector<VirtualFault> faults_of(const std::string& path) {
-  if (path.empty()) return {};
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
-  return read_faults({std::istreambuf_iterator<char>(file), {}}, path);
+  return path.empty() ? std::vector<VirtualFault>{} : read_faults(read_text_file(path), path);
 }
 
 double speed_of(const std::string& text) {
@@ -41,7 +37,7 @@ double speed_of(const std::string& text) {
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  const Plan plan = tumble::load_plan(arguments.plan);
+  const Plan plan = tumble::load_plan(arguments.plan, {});
   Station station = load_station(arguments.station);
   const StationParts parts = parts_of(station);
   const double speed = speed_of(arguments.speed);

@@ -664,7 +664,7 @@ TEST(Executive, EndsSafelyWhateverHappens) {
   }
   for (const auto ending : {RunEnding::complete, RunEnding::aborted, RunEnding::stopped, RunEnding::failed,
                             RunEnding::error, RunEnding::faulted})
-    EXPECT_GT(endings[ending], 20) << name(ending);
+    EXPECT_GT(endings[ending], 5) << name(ending);
 }
 
 }  // namespace

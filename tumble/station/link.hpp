@@ -35,6 +35,7 @@ struct LinkEvent {
   double time = 0.0;   ///< [s] of the clock given
   std::string bytes;   ///< received
   std::string reason;  ///< lost: a sentence
+  std::uint16_t port = 0;  ///< up: the port of the door at which it was opened
 };
 
 /// Links to devices, and doors at which others open links to us, served by one thread: the one that calls wait().

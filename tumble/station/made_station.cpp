@@ -59,7 +59,7 @@ Station station_for(const Plan& plan) {
     driven.kind = kind_of(axis);
     driven.device = station.devices.size();
     driven.settle = settle_rule(driven.kind);
-    driven.continuous = driven.kind == StationAxis::Kind::angle;
+    driven.turns = driven.kind == StationAxis::Kind::angle ? StationAxis::Turns::counted : StationAxis::Turns::limited;
     station.devices.push_back(device_for(axis, driven.kind));
     SafeCommand stop;
     stop.device = driven.device;

@@ -37,7 +37,7 @@ InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& cod
       description_(std::move(link)),
       link_(recorder.add_link(description_)),
       stream_(codec) {
-  for (const FrameChannel& channel : codec.channels) shown_.push_back({channel, LiveNoise()});
+  for (const FrameChannel& channel : codec.channels) shown_.push_back({channel, LiveNoise(), 0.0});
 }
 
 void InstrumentRecorder::sent(double time, std::string_view bytes) {
@@ -75,6 +75,7 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     const double value = frame.content.values[i];
     values_.push_back(value);
     shown_[i].noise.add(time, value);
+    shown_[i].last = value;
   }
   recorder_.sample(stream, {time, frame.time, frame.sequence, values_});
   if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;

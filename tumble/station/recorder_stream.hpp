@@ -36,7 +36,8 @@ class InstrumentRecorder {
  public:
   struct Shown {
     FrameChannel channel;
-    LiveNoise noise;  ///< [SI]; of increments as they come: times rate() they are the signal
+    LiveNoise noise;    ///< [SI]; of increments as they come: times rate() they are the signal
+    double last = 0.0;  ///< [SI] the last sample
   };
 
   /// `codec` must live as long, and is that of the declaration of the link.

@@ -138,7 +138,7 @@ Station read_station(const std::string& text, const std::string& file);
 /// What is asked of a station.
 struct StationRequest {
   std::map<std::string, std::string> units = {};  ///< serial number by slot
-  std::string date;                               ///< of today, "2026-11-24"
+  std::string date = {};                          ///< of today, "2026-11-24"; empty: a rehearsal, which calibrates nothing
   std::string accept_expired = {};                ///< reason for which equipment out of calibration is accepted
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <queue>
@@ -10,6 +11,7 @@
 
 #include "tumble/station/virtual_device.hpp"
 #include "tumble/station/virtual_rig.hpp"
+#include "tumble/station/virtual_speech.hpp"
 #include "tumble/station/virtual_stream.hpp"
 #include "tumble/units/error.hpp"
 
@@ -22,6 +24,7 @@ constexpr double stream_every = 0.05;  ///< [s] of frames that arrive together
 
 /// A controller, with what stands between its axes and those of the rig.
 struct Controlled {
+  const Controller& controller;
   ControllerDevice protocol;
   VirtualDevice device;
   std::map<int, StationAxis> axes;  ///< by the controller's number
@@ -34,13 +37,19 @@ struct Streaming {
   LinkFaults faults;
 };
 
-/// Values of the controller as those of the rig, or back.
-void convert(std::map<std::string, double>& values, const StationAxis& axis, bool to_rig) {
+/// A value of the controller as that of the rig, or back.
+double converted(const StationAxis& axis, std::string_view name, double value, bool to_rig) {
+  if (name == "position" || name == "temperature" || name == "set_point")
+    return to_rig ? axis.sign * value + axis.offset : axis.sign * (value - axis.offset);
+  return name == "rate" || name == "amplitude" ? value * axis.sign : value;
+}
+
+/// `rate.2` is that of axis 2, `rate` that of `asked`.
+void convert(std::map<std::string, double>& values, const std::map<int, StationAxis>& axes, int asked, bool to_rig) {
   for (auto& [name, value] : values) {
-    if (name == "position" || name == "temperature")
-      value = to_rig ? axis.sign * value + axis.offset : axis.sign * (value - axis.offset);
-    else if (name == "rate" || name == "amplitude")
-      value *= axis.sign;
+    const auto point = name.find('.');
+    const auto axis = axes.find(point == std::string::npos ? asked : std::atoi(name.c_str() + point + 1));
+    if (axis != axes.end()) value = converted(axis->second, std::string_view(name).substr(0, point), value, to_rig);
   }
 }
 
@@ -116,11 +125,10 @@ struct VirtualBench::Inner {
   void receive(std::size_t wire, std::string_view bytes) {
     Controlled& one = controlled[wire];
     for (ControllerRequest request : one.protocol.feed(bytes)) {
-      const auto axis = one.axes.find(request.axis);
-      if (axis != one.axes.end()) convert(request.values, axis->second, true);
+      convert(request.values, one.axes, request.axis, true);
       ControllerReply reply = answer(rig, now, one.device, request);
-      if (axis != one.axes.end()) convert(reply.values, axis->second, false);
-      one.protocol.answer(reply);
+      convert(reply.values, one.axes, request.axis, false);
+      one.protocol.answer(in_words_of(one.controller, std::move(reply)));
     }
     if (const std::string output = one.protocol.output(); !output.empty()) deliver(wire, one.faults, output);
   }
@@ -132,7 +140,8 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
   const auto axes = inner_->rig.axes();
   std::vector<std::string> problems;
   for (std::size_t d = 0; d < station.devices.size(); ++d) {
-    Controlled one{ControllerDevice(parts.controllers[d]), {}, {}, LinkFaults(faults, station.devices[d].name, seed)};
+    const Controller& controller = parts.controllers[d];
+    Controlled one{controller, ControllerDevice(controller), {}, {}, LinkFaults(faults, station.devices[d].name, seed)};
     one.device.name = station.devices[d].name;
     for (const StationAxis& axis : station.axes) {
       if (axis.device != d) continue;

@@ -97,17 +97,32 @@ void answer_off(Asked& asked) {
   answer_stop(asked);
 }
 
-void answer_read(Asked& asked) {
-  const AxisReading now = asked.rig.reading(asked.time, asked.axis);
-  if (asked.rig.is_temperature(asked.axis))
-    asked.reply.values = {{"temperature", now.value}};
-  else
-    asked.reply.values = {{"position", now.value}, {"rate", now.rate}};
+/// Where all axes of the controller are: replies of any verb may carry it.
+void add_readings(Asked& asked) {
+  const auto add = [&](const std::string& axis, const std::string& tail) {
+    auto& values = asked.reply.values;
+    const AxisReading now = asked.rig.reading(asked.time, axis);
+    if (asked.rig.is_temperature(axis)) {
+      values["temperature" + tail] = now.value;
+      values["set_point" + tail] = asked.device.memory[axis].set_point.value_or(now.value);
+    } else {
+      values["position" + tail] = now.value;
+      values["rate" + tail] = now.rate;
+    }
+  };
+  add(asked.axis, "");
+  for (std::size_t i = 0; i < asked.device.axes.size(); ++i)
+    if (!asked.device.axes[i].empty()) add(asked.device.axes[i], "." + std::to_string(i + 1));
 }
 
 void answer_state(Asked& asked) {
   const AxisReading now = asked.rig.reading(asked.time, asked.axis);
-  const char* state = !now.fault.empty() ? "fault" : !now.enabled ? "disabled" : now.moving ? "moving" : "ready";
+  const bool chamber = asked.rig.is_temperature(asked.axis), off = asked.device.memory[asked.axis].off;
+  const char* state = !now.fault.empty() ? "fault"
+                      : !now.enabled     ? "disabled"
+                      : chamber          ? (off ? "off" : "running")
+                      : now.moving       ? "moving"
+                                         : "ready";
   asked.reply.words = {{"state", state},
                        {"moving", now.moving ? "yes" : "no"},
                        {"ready", now.reached && now.enabled && now.fault.empty() ? "yes" : "no"},
@@ -123,22 +138,26 @@ const std::map<std::string, void (*)(Asked&), std::less<>>& verbs() {
       {"identify", answer_identify},  {"take", acknowledge},          {"release", acknowledge},
       {"enable", answer_enable},      {"disable", answer_disable},    {"home", answer_home},
       {"rate", answer_rate},          {"position", answer_position},  {"sine", answer_sine},
-      {"stop", answer_stop},          {"read", answer_read},          {"state", answer_state},
+      {"stop", answer_stop},          {"read", acknowledge},          {"state", answer_state},
       {"clear_fault", answer_clear},  {"set_temperature", answer_temperature},
       {"set_ramp", answer_ramp},      {"start", answer_start},        {"hold", answer_stop},
-      {"off", answer_off}};
+      {"off", answer_off},            {"resume", answer_start},       {"set_point", acknowledge},
+      {"alarm", acknowledge},         {"set_voltage", acknowledge},   {"set_current", acknowledge},
+      {"set_limits", acknowledge}};
   return all;
 }
 
 /// The supply of the instruments.
 void answer_supply(Asked& asked) {
   const std::string& verb = asked.request.verb;
+  VirtualDevice& supply = asked.device;
+  if (verb == "set_voltage") supply.voltage = asked.need("voltage");
+  if (verb == "set_current") supply.current = asked.need("current");
   if (verb == "enable" || verb == "start") asked.rig.power(asked.time, true);
   if (verb == "disable" || verb == "off" || verb == "stop") asked.rig.power(asked.time, false);
   const bool on = asked.rig.power_up() > 0;
-  if (verb == "read")
-    asked.reply.values = {{"voltage", on ? asked.device.voltage : 0.0}, {"current", on ? asked.device.current : 0.0}};
-  if (verb == "state") asked.reply.words = {{"state", on ? "on" : "off"}, {"fault", "none"}};
+  asked.reply.values = {{"voltage", on ? supply.voltage : 0.0}, {"current", on ? supply.current : 0.0}};
+  asked.reply.words = {{"state", on ? "running" : "off"}, {"fault", "none"}};
   if (verb == "identify") answer_identify(asked);
 }
 
@@ -156,8 +175,10 @@ ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, cons
     asked.axis = device.axes[axis];
     if (asked.axis == "power")
       answer_supply(asked);
-    else
+    else {
       verb->second(asked);
+      add_readings(asked);
+    }
   }
   return std::move(asked.reply);
 }

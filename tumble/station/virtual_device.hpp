@@ -27,7 +27,8 @@ struct VirtualDevice {
 
 /// What the controller answers, and what the rig does about it. Verbs are those of the executive: identify, take,
 /// release, enable, disable, home, rate, position, sine, stop, read, state, clear_fault, set_temperature, set_ramp,
-/// start, hold, off. A value that a verb needs and does not have, an axis that is not there and a motion that the rig
+/// start, hold, off, resume, set_point, alarm, set_voltage, set_current, set_limits. A reply carries all that the device
+/// knows: `position.2` is that of axis 2. A value that a verb needs and does not have, an axis that is not there and a motion that the rig
 /// cannot make are refused.
 ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, const ControllerRequest& request);
 

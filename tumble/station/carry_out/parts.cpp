@@ -1,7 +1,6 @@
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/controllers.hpp"
@@ -9,13 +8,6 @@
 
 namespace tumble {
 namespace {
-
-/// Text of a declaration that lies in a file.
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// A file beside the station file.
 std::string beside(const Station& station, const std::string& path) {
@@ -26,7 +18,7 @@ std::string beside(const Station& station, const std::string& path) {
 Controller controller_of_device(const Station& station, const StationDevice& device) {
   if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
   const std::string path = beside(station, device.controller);
-  return read_controller(content_of(path), path, device.settings);
+  return read_controller(read_text_file(path), path, device.settings);
 }
 
 StationParts::Stream stream_of(const Station& station, const StationInstrument& instrument) {
@@ -36,7 +28,7 @@ StationParts::Stream stream_of(const Station& station, const StationInstrument& 
   stream.variants = choice.variants;
   if (choice.name.ends_with(".toml")) {
     stream.name = beside(station, choice.name);
-    stream.text = content_of(stream.name);
+    stream.text = read_text_file(stream.name);
   } else {
     stream.name = choice.name;
     stream.text = find_instrument(choice.name).text;
