@@ -32,9 +32,10 @@ struct LinkEvent {
   enum class Kind { up, bytes, lost };
   Kind kind = Kind::bytes;
   std::size_t link = 0;
-  double time = 0.0;   ///< [s] of the clock given
-  std::string bytes;   ///< received
-  std::string reason;  ///< lost: a sentence
+  double time = 0.0;       ///< [s] of the clock given
+  std::string bytes;       ///< received
+  std::string reason;      ///< lost: a sentence
+  std::uint16_t port = 0;  ///< up: of our door at which the other side came in
 };
 
 /// Links to devices, and doors at which others open links to us, served by one thread: the one that calls wait().

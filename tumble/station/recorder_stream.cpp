@@ -75,6 +75,7 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     const double value = frame.content.values[i];
     values_.push_back(value);
     shown_[i].noise.add(time, value);
+    shown_[i].last = value;
   }
   recorder_.sample(stream, {time, frame.time, frame.sequence, values_});
   if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;

@@ -127,7 +127,7 @@ void Loop::accept(const std::shared_ptr<Tcp::acceptor>& door) {
       Code ignored;
       socket.set_option(Tcp::no_delay(true), ignored);
       const auto link = add(std::make_shared<Connection>(links_.size(), std::move(socket)), 0.0);
-      events_.push_back({LinkEvent::Kind::up, link, clock_(), {}, {}});
+      events_.push_back({LinkEvent::Kind::up, link, clock_(), {}, {}, door->local_endpoint(ignored).port()});
     }
     accept(door);
   });
