@@ -10,6 +10,7 @@
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
