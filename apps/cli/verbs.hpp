@@ -43,6 +43,8 @@ Verb export_verb();
 Verb certificate_verb();
 Verb compare_verb();
 Verb convert_verb();
+Verb record_verb();
+Verb seal_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;

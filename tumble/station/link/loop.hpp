@@ -41,18 +41,19 @@ using Shared = std::shared_ptr<Connection>;
 /// All links of a Links, and what happened on them.
 class Loop {
  public:
-  explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}
+  explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}  ///< clock [s]
   ~Loop();
 
+  /// As Links does it; times [s].
   std::size_t open_tcp(const LinkAddress& address, double timeout, double silence);
-  std::size_t open_serial(const LinkAddress& address, double silence);
+  std::size_t open_serial(const LinkAddress& address, double silence);  ///< [s]
   std::uint16_t listen(std::uint16_t port, const std::string& host);
   Links::Terminal open_terminal();
   void send(std::size_t link, std::string_view bytes);
   std::size_t unsent(std::size_t link) const;
   void close(std::size_t link);
   bool is_up(std::size_t link) const { return link < links_.size() && links_[link]->up; }
-  std::vector<LinkEvent> wait(double seconds);
+  std::vector<LinkEvent> wait(double seconds);  ///< at most so many [s]
   void wake();
 
  private:

@@ -20,7 +20,7 @@ class SampleClock {
   void add(std::uint64_t sequence, double arrival, std::optional<double> device);
   /// Decides on the interval. `declared` [Hz] of the sequence; 0: not.
   void settle(double declared);
-  /// After settle(), a second time through the samples: the earliest line.
+  /// After settle(), a second time through the samples, arrival [s]: the earliest line.
   void place(std::uint64_t sequence, double arrival);
 
   std::uint64_t count() const { return count_; }
