@@ -160,7 +160,8 @@ Verb record_verb() {
             "declaration of its frames: a name of `tumble list instruments`, or a file (.toml);\nvariants follow a "
             "colon: kvh_1775:gyro_rate",
             true},
-           {"--link", &arguments->link, "tcp:HOST:PORT or serial:DEVICE[:BAUD[:8N1]]", true, "LINK"},
+           {"--link", &arguments->link,
+            "tcp:HOST:PORT, udp:HOST:PORT, udp:PORT to listen,\nor serial:DEVICE[:BAUD[:8N1]]", true, "LINK"},
            {"-o,--output", &arguments->output, "recording to write (.h5); until it ends, a store lies beside it", true},
            {"--for", &arguments->duration, "how long (default: until Ctrl+C)", false, "DURATION"},
            {"--silence", &arguments->silence, "without a byte for so long, the link counts as lost", false, "DURATION"},

@@ -61,14 +61,19 @@ TEST(LinkAddress, IsReadInEveryForm) {
   EXPECT_EQ(parse_link("serial:/dev/ttyS0").baud, 0);
   EXPECT_EQ(parse_link("serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0:9600").device,
             "/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0");
-  for (const char* text : {"tcp:[::1]:23", "tcp:a:1", "serial:/dev/x", "serial:/dev/x:9600", "serial:/dev/x:9600:7E2"})
+  EXPECT_EQ(parse_link("udp:10.0.0.7:9000").host, "10.0.0.7");
+  EXPECT_EQ(parse_link("udp:9000").host, "");
+  for (const char* text : {"tcp:[::1]:23", "tcp:a:1", "udp:a:1", "udp:[::1]:2", "udp:3", "serial:/dev/x",
+                           "serial:/dev/x:9600", "serial:/dev/x:9600:7E2"})
     EXPECT_EQ(text_of(parse_link(text)), text);
 }
 
 TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
-  for (const char* text : {"", "udp:a:1", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999", "tcp::5",
-                           "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
-    EXPECT_NE(link_problem_of([&] { parse_link(text); }).find("tcp:HOST:PORT or serial:DEVICE"), std::string::npos)
+  for (const char* text :
+       {"", "http:a:1", "udp:", "udp:0", "udp::5", "udp:host", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999",
+        "tcp::5", "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
+    EXPECT_NE(link_problem_of([&] { parse_link(text); }).find("a link is written tcp:HOST:PORT, udp:"),
+              std::string::npos)
         << text;
 }
 
@@ -113,22 +118,67 @@ TEST(Link, ReportsACloseAfterTheBytesBeforeIt) {
   links.send(client, "nobody hears this");
 }
 
-TEST(Link, ReportsABreak) {
-  const int door = socket(AF_INET, SOCK_STREAM, 0);
+/// A socket that is none of ours, at a free port of this machine.
+struct OtherSocket {
+  explicit OtherSocket(int type) : descriptor(socket(AF_INET, type, 0)) {
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(descriptor, reinterpret_cast<sockaddr*>(&address), size), 0);
+    getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);
+  }
+  ~OtherSocket() { close(descriptor); }
+  std::uint16_t port() const { return ntohs(address.sin_port); }
+
   sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof address;
-  ASSERT_EQ(bind(door, reinterpret_cast<sockaddr*>(&address), size), 0);
-  ASSERT_EQ(listen(door, 1), 0);
-  getsockname(door, reinterpret_cast<sockaddr*>(&address), &size);
+  int descriptor;
+};
+
+TEST(Link, ExchangesDatagrams) {
+  OtherSocket device(SOCK_DGRAM);
   Links links(steady_seconds);
-  const std::size_t client = links.open(port_here(ntohs(address.sin_port)));
+  const std::size_t link = links.open({.kind = LinkAddress::Kind::udp, .host = "127.0.0.1", .port = device.port()});
+  links.send(link, "start");
+  links.wait(0.01);
+  char heard[16];
+  const auto count =
+      recvfrom(device.descriptor, heard, sizeof heard, 0, reinterpret_cast<sockaddr*>(&device.address), &device.size);
+  ASSERT_EQ(std::string(heard, static_cast<std::size_t>(count)), "start");
+  for (const std::string text : {"frame 1", "", "frame 2"})  // an empty one is no end
+    ASSERT_GE(sendto(device.descriptor, text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&device.address),
+                     device.size),
+              0);
+  EXPECT_EQ(received_by(links, link, 14), "frame 1frame 2");
+  EXPECT_TRUE(links.is_up(link));
+}
+
+TEST(Link, ListensForDatagramsOfAnybody) {
+  std::uint16_t port = 0;
+  { port = OtherSocket(SOCK_DGRAM).port(); }
+  Links links(steady_seconds);
+  const std::size_t link = links.open({.kind = LinkAddress::Kind::udp, .port = port}, 5.0, 0.2);
+  links.send(link, "nobody hears this");
+  for (const std::string text : {"one ", "two"}) {
+    OtherSocket device(SOCK_DGRAM);
+    device.address.sin_port = htons(port);
+    ASSERT_GT(sendto(device.descriptor, text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&device.address),
+                     device.size),
+              0);
+  }
+  EXPECT_EQ(received_by(links, link, 7), "one two");
+  EXPECT_EQ(received_by(links, link, 1), "|nothing was received for 0.2 s");
+}
+
+TEST(Link, ReportsABreak) {
+  OtherSocket listening(SOCK_STREAM);
+  const int door = listening.descriptor;
+  ASSERT_EQ(listen(door, 1), 0);
+  Links links(steady_seconds);
+  const std::size_t client = links.open(port_here(listening.port()));
   const int other = accept(door, nullptr, nullptr);
   const linger at_once{1, 0};  // an RST in place of an orderly end
   setsockopt(other, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   close(other);
-  close(door);
   EXPECT_EQ(received_by(links, client, 1), "|the other side broke the link off");
 }
 

@@ -47,6 +47,16 @@ DeclaredInstrument instrument_to_record(const RecordRequest& request) {
   return instrument;
 }
 
+/// Who only listens cannot start the stream.
+void check_start(const RecordRequest& request, const FrameLink& declared) {
+  if (!request.start || declared.start.empty() || request.link.kind != LinkAddress::Kind::udp) return;
+  if (!request.link.host.empty()) return;
+  throw Error(Error::Kind::bad_input,
+              fmt::format("'{}' only listens, and {} is started by commands; give its address, udp:HOST:{}, or use "
+                          "--no-start for an instrument that streams already",
+                          text_of(request.link), request.instrument, request.link.port));
+}
+
 LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
   if (address.kind != LinkAddress::Kind::serial) return address;
   if (address.baud == 0) address.baud = declared.baud;
@@ -81,6 +91,7 @@ class Session {
         links_([this] { return now(); }) {}
 
   RecordOutcome run() {
+    check_start(request_, instrument_.codec.link);
     check_output_is_free(request_, folder_);
     const LinkAddress address = with_declared_line(request_.link, instrument_.codec.link);
     link_ = links_.open(address, 5.0, request_.silence);

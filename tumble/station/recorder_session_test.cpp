@@ -175,6 +175,9 @@ TEST(Record, RefusesWhatItCannotBegin) {
   { std::ofstream(folder.file("fog.h5")) << "measured before"; }
   EXPECT_NE(record_refusal(request).find("does not replace another"), std::string::npos);
   std::filesystem::remove(folder.file("fog.h5"));
+  request.start = true;
+  request.link = {.kind = LinkAddress::Kind::udp, .port = 9};
+  EXPECT_NE(record_refusal(request).find("'udp:9' only listens"), std::string::npos);
   request.instrument = "sbg_ecm";
   EXPECT_NE(record_refusal(request).find("did you mean 'sbg_ecom'"), std::string::npos);
   EXPECT_EQ(folder.entries(), 0u) << "nothing is written";
