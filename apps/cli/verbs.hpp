@@ -49,6 +49,8 @@ Verb stop_verb();
 Verb station_verb();
 Verb virtual_rig_verb();
 Verb convert_verb();
+Verb record_verb();
+Verb seal_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;

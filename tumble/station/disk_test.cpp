@@ -12,12 +12,12 @@
 namespace tumble {
 namespace {
 
-void put_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+void put_disk_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
 TEST(Disk, RefusesEverythingAfterAFailedSynchronisation) {
   const ScratchFolder folder;
   const std::string path = folder.file("a");
-  put_text(path, "abc");
+  put_disk_text(path, "abc");
   Disk disk({DiskFault::Kind::fails, 2, 0});
   EXPECT_NO_THROW(disk.synchronise(path));
   EXPECT_THROW(disk.synchronise(path), Error);
@@ -31,7 +31,7 @@ TEST(Disk, APowerCutTakesBackANameWhoseFolderWasNotSynchronised) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const ScratchFolder folder;
     Disk disk({DiskFault::Kind::crash, 4, seed});
-    disk.produce(folder.file("part"), [&] { put_text(folder.file("part"), "whole"); });
+    disk.produce(folder.file("part"), [&] { put_disk_text(folder.file("part"), "whole"); });
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
     EXPECT_THROW(disk.synchronise_folder(folder.path), Error);
@@ -50,7 +50,7 @@ TEST(Disk, APowerCutKeepsAFolderThatWasSynchronised) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const ScratchFolder folder;
     Disk disk({DiskFault::Kind::crash, 5, seed});
-    disk.produce(folder.file("part"), [&] { put_text(folder.file("part"), "whole"); });
+    disk.produce(folder.file("part"), [&] { put_disk_text(folder.file("part"), "whole"); });
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
     disk.synchronise_folder(folder.path);

@@ -12,8 +12,15 @@ Links::Links(std::function<double()> clock) : inner_(new Inner{link::Loop(std::m
 Links::~Links() = default;
 
 std::size_t Links::open(const LinkAddress& address, double timeout, double silence) {
-  return address.kind == LinkAddress::Kind::tcp ? inner_->loop.open_tcp(address, timeout, silence)
-                                                : inner_->loop.open_serial(address, silence);
+  switch (address.kind) {
+    case LinkAddress::Kind::tcp:
+      return inner_->loop.open_tcp(address, timeout, silence);
+    case LinkAddress::Kind::udp:
+      return inner_->loop.open_udp(address, silence);
+    case LinkAddress::Kind::serial:
+      break;
+  }
+  return inner_->loop.open_serial(address, silence);
 }
 
 std::uint16_t Links::listen(std::uint16_t port, const std::string& host) { return inner_->loop.listen(port, host); }

@@ -12,16 +12,16 @@ namespace tumble {
 
 /// Where a device is reached.
 struct LinkAddress {
-  enum class Kind { tcp, serial };
+  enum class Kind { tcp, udp, serial };
   Kind kind = Kind::tcp;
-  std::string host;  ///< tcp
+  std::string host;  ///< tcp, udp; empty for udp: whoever sends to that port of this computer
   std::uint16_t port = 0;
   std::string device;   ///< serial: "/dev/ttyUSB0"
   long baud = 0;        ///< [baud]; 0: not said
   std::string framing;  ///< "8N1": data bits, parity N, E or O, stop bits; empty: not said
 };
 
-/// `tcp:HOST:PORT` or `serial:DEVICE[:BAUD[:8N1]]`. An address of IPv6 stands in brackets.
+/// `tcp:HOST:PORT`, `udp:HOST:PORT`, `udp:PORT` or `serial:DEVICE[:BAUD[:8N1]]`. An address of IPv6 stands in brackets.
 /// Throws Error::bad_input with all problems and what would be accepted.
 LinkAddress parse_link(std::string_view text);
 /// As parse_link() reads it.
@@ -32,10 +32,10 @@ struct LinkEvent {
   enum class Kind { up, bytes, lost };
   Kind kind = Kind::bytes;
   std::size_t link = 0;
-  double time = 0.0;   ///< [s] of the clock given
-  std::string bytes;   ///< received
-  std::string reason;  ///< lost: a sentence
-  std::uint16_t port = 0;  ///< up: the port of the door at which it was opened
+  double time = 0.0;       ///< [s] of the clock given
+  std::string bytes;       ///< received
+  std::string reason;      ///< lost: a sentence
+  std::uint16_t port = 0;  ///< up: of our door at which the other side came in
 };
 
 /// Links to devices, and doors at which others open links to us, served by one thread: the one that calls wait().
@@ -46,7 +46,8 @@ class Links {
   Links& operator=(const Links&) = delete;
   ~Links();
 
-  /// Opens a link.
+  /// Opens a link. One of UDP has an event for each datagram, and is lost by silence alone; `udp:PORT` only listens:
+  /// what is sent on it is dropped.
   ///
   /// Given     timeout  [s] for the connection
   ///           silence  [s] without a byte after which the link counts as lost; 0: never

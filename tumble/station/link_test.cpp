@@ -17,7 +17,7 @@ double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::string problem_of(const std::function<void()>& work) {
+std::string link_problem_of(const std::function<void()>& work) {
   try {
     work();
   } catch (const Error& error) {
@@ -27,7 +27,7 @@ std::string problem_of(const std::function<void()>& work) {
 }
 
 /// What happens on both sides until `count` bytes came on `link`, or the link is lost.
-std::string received(Links& links, std::size_t link, std::size_t count) {
+std::string received_by(Links& links, std::size_t link, std::size_t count) {
   std::string bytes;
   const double until = steady_seconds() + 20.0;
   while (bytes.size() < count && steady_seconds() < until)
@@ -47,7 +47,7 @@ std::size_t came_in(Links& links) {
   return static_cast<std::size_t>(-1);
 }
 
-LinkAddress here(std::uint16_t port) { return {.host = "127.0.0.1", .port = port}; }
+LinkAddress port_here(std::uint16_t port) { return {.host = "127.0.0.1", .port = port}; }
 
 TEST(LinkAddress, IsReadInEveryForm) {
   const LinkAddress tcp = parse_link("tcp:table.local:9878");
@@ -61,74 +61,138 @@ TEST(LinkAddress, IsReadInEveryForm) {
   EXPECT_EQ(parse_link("serial:/dev/ttyS0").baud, 0);
   EXPECT_EQ(parse_link("serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0:9600").device,
             "/dev/serial/by-path/pci-0000:00:14.0-usb-0:3:1.0-port0");
-  for (const char* text : {"tcp:[::1]:23", "tcp:a:1", "serial:/dev/x", "serial:/dev/x:9600", "serial:/dev/x:9600:7E2"})
+  EXPECT_EQ(parse_link("udp:10.0.0.7:9000").host, "10.0.0.7");
+  EXPECT_EQ(parse_link("udp:9000").host, "");
+  for (const char* text : {"tcp:[::1]:23", "tcp:a:1", "udp:a:1", "udp:[::1]:2", "udp:3", "serial:/dev/x",
+                           "serial:/dev/x:9600", "serial:/dev/x:9600:7E2"})
     EXPECT_EQ(text_of(parse_link(text)), text);
 }
 
 TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
-  for (const char* text : {"", "udp:a:1", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999", "tcp::5",
-                           "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
-    EXPECT_NE(problem_of([&] { parse_link(text); }).find("tcp:HOST:PORT or serial:DEVICE"), std::string::npos) << text;
+  for (const char* text :
+       {"", "http:a:1", "udp:", "udp:0", "udp::5", "udp:host", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999",
+        "tcp::5", "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
+    EXPECT_NE(link_problem_of([&] { parse_link(text); }).find("a link is written tcp:HOST:PORT, udp:"),
+              std::string::npos)
+        << text;
 }
 
 TEST(Link, CarriesBytesBothWaysOverTcpAndStampsThem) {
   double now = 12.5;
   Links links([&] { return now; });
-  const std::size_t client = links.open(here(links.listen(0)));
+  const std::size_t client = links.open(port_here(links.listen(0)));
   const std::size_t server = came_in(links);
   links.send(client, "hello ");
   links.send(client, "there");
-  EXPECT_EQ(received(links, server, 11), "hello there");
+  EXPECT_EQ(received_by(links, server, 11), "hello there");
   const std::string much(3'000'000, 'x');
   links.send(server, much);
-  EXPECT_EQ(received(links, client, much.size()), much);
+  EXPECT_EQ(received_by(links, client, much.size()), much);
   now = 13.5;
   links.send(client, "x");
   EXPECT_EQ(links.wait(10.0).at(0).time, 13.5);
 }
 
+TEST(Link, SaysAtWhichDoorTheOtherSideCameIn) {
+  Links links(steady_seconds);
+  const std::uint16_t first = links.listen(0), second = links.listen(0);
+  ASSERT_NE(first, second);
+  for (const std::uint16_t port : {second, first}) {
+    links.open(port_here(port));
+    std::vector<LinkEvent> events;
+    while (events.empty()) events = links.wait(1.0);
+    ASSERT_EQ(events.at(0).kind, LinkEvent::Kind::up);
+    EXPECT_EQ(events.at(0).port, port);
+  }
+}
+
 TEST(Link, ReportsACloseAfterTheBytesBeforeIt) {
   Links links(steady_seconds);
-  const std::size_t client = links.open(here(links.listen(0)));
+  const std::size_t client = links.open(port_here(links.listen(0)));
   const std::size_t server = came_in(links);
   links.send(server, "last words");
-  EXPECT_EQ(received(links, client, 10), "last words");
+  EXPECT_EQ(received_by(links, client, 10), "last words");
   links.close(server);
-  EXPECT_EQ(received(links, client, 1), "|the other side closed the link");
+  EXPECT_EQ(received_by(links, client, 1), "|the other side closed the link");
   EXPECT_FALSE(links.is_up(client));
   links.send(client, "nobody hears this");
 }
 
-TEST(Link, ReportsABreak) {
-  const int door = socket(AF_INET, SOCK_STREAM, 0);
+/// A socket that is none of ours, at a free port of this machine.
+struct OtherSocket {
+  explicit OtherSocket(int type) : descriptor(socket(AF_INET, type, 0)) {
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(descriptor, reinterpret_cast<sockaddr*>(&address), size), 0);
+    getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);
+  }
+  ~OtherSocket() { close(descriptor); }
+  std::uint16_t port() const { return ntohs(address.sin_port); }
+
   sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof address;
-  ASSERT_EQ(bind(door, reinterpret_cast<sockaddr*>(&address), size), 0);
-  ASSERT_EQ(listen(door, 1), 0);
-  getsockname(door, reinterpret_cast<sockaddr*>(&address), &size);
+  int descriptor;
+};
+
+TEST(Link, ExchangesDatagrams) {
+  OtherSocket device(SOCK_DGRAM);
   Links links(steady_seconds);
-  const std::size_t client = links.open(here(ntohs(address.sin_port)));
+  const std::size_t link = links.open({.kind = LinkAddress::Kind::udp, .host = "127.0.0.1", .port = device.port()});
+  links.send(link, "start");
+  links.wait(0.01);
+  char heard[16];
+  const auto count =
+      recvfrom(device.descriptor, heard, sizeof heard, 0, reinterpret_cast<sockaddr*>(&device.address), &device.size);
+  ASSERT_EQ(std::string(heard, static_cast<std::size_t>(count)), "start");
+  for (const std::string text : {"frame 1", "", "frame 2"})  // an empty one is no end
+    ASSERT_GE(sendto(device.descriptor, text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&device.address),
+                     device.size),
+              0);
+  EXPECT_EQ(received_by(links, link, 14), "frame 1frame 2");
+  EXPECT_TRUE(links.is_up(link));
+}
+
+TEST(Link, ListensForDatagramsOfAnybody) {
+  std::uint16_t port = 0;
+  { port = OtherSocket(SOCK_DGRAM).port(); }
+  Links links(steady_seconds);
+  const std::size_t link = links.open({.kind = LinkAddress::Kind::udp, .port = port}, 5.0, 0.2);
+  links.send(link, "nobody hears this");
+  for (const std::string text : {"one ", "two"}) {
+    OtherSocket device(SOCK_DGRAM);
+    device.address.sin_port = htons(port);
+    ASSERT_GT(sendto(device.descriptor, text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&device.address),
+                     device.size),
+              0);
+  }
+  EXPECT_EQ(received_by(links, link, 7), "one two");
+  EXPECT_EQ(received_by(links, link, 1), "|nothing was received for 0.2 s");
+}
+
+TEST(Link, ReportsABreak) {
+  OtherSocket listening(SOCK_STREAM);
+  const int door = listening.descriptor;
+  ASSERT_EQ(listen(door, 1), 0);
+  Links links(steady_seconds);
+  const std::size_t client = links.open(port_here(listening.port()));
   const int other = accept(door, nullptr, nullptr);
   const linger at_once{1, 0};  // an RST in place of an orderly end
   setsockopt(other, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   close(other);
-  close(door);
-  EXPECT_EQ(received(links, client, 1), "|the other side broke the link off");
+  EXPECT_EQ(received_by(links, client, 1), "|the other side broke the link off");
 }
 
 TEST(Link, CountsAsLostWhenItIsSilent) {
   Links links(steady_seconds);
-  const std::size_t client = links.open(here(links.listen(0)), 5.0, 0.2);
+  const std::size_t client = links.open(port_here(links.listen(0)), 5.0, 0.2);
   const std::size_t server = came_in(links);
   for (int i = 0; i < 4; ++i) {
     links.send(server, "x");
-    EXPECT_EQ(received(links, client, 1), "x");
+    EXPECT_EQ(received_by(links, client, 1), "x");
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const double begin = steady_seconds();
-  EXPECT_EQ(received(links, client, 1), "|nothing was received for 0.2 s");
+  EXPECT_EQ(received_by(links, client, 1), "|nothing was received for 0.2 s");
   EXPECT_GT(steady_seconds() - begin, 0.15);
 }
 
@@ -139,10 +203,11 @@ TEST(Link, SaysWhatIsMissing) {
     Links other(steady_seconds);
     closed = other.listen(0);
   }
-  EXPECT_NE(problem_of([&] { links.open(here(closed)); }).find("nothing listens at this port"), std::string::npos);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
+  EXPECT_NE(link_problem_of([&] { links.open(port_here(closed)); }).find("nothing listens at this port"),
             std::string::npos);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
+  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
+            std::string::npos);
+  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
             std::string::npos);
 }
 
@@ -153,10 +218,10 @@ TEST(Link, CarriesBytesOverASerialLine) {
   std::string bytes;
   for (int i = 0; i < 256; ++i) bytes += static_cast<char>(i);  // no byte means anything to the line
   links.send(terminal.link, bytes);
-  EXPECT_EQ(received(links, line, bytes.size()), bytes);
+  EXPECT_EQ(received_by(links, line, bytes.size()), bytes);
   links.send(line, bytes);
-  EXPECT_EQ(received(links, terminal.link, bytes.size()), bytes);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
+  EXPECT_EQ(received_by(links, terminal.link, bytes.size()), bytes);
+  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
             std::string::npos);
 }
 
@@ -165,7 +230,7 @@ TEST(Link, ReportsAnUnpluggedSerialLine) {
   const auto terminal = far.open_terminal();
   const std::size_t line = links.open(parse_link("serial:" + terminal.device + ":9600"));
   far.close(terminal.link);
-  const std::string end = received(links, line, 1);
+  const std::string end = received_by(links, line, 1);
   EXPECT_TRUE(end == "|the device was unplugged or its other side was closed" ||
               end == "|the other side closed the link")
       << end;

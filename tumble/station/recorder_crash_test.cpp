@@ -19,7 +19,7 @@ namespace tumble {
 namespace {
 
 /// A small run with a checkpoint every few commits.
-struct Outcome {
+struct SmallRun {
   GivenItems items;  ///< that the recorder accepted
   Acknowledged acknowledged;
   std::optional<StoreFailure> failure;
@@ -29,52 +29,52 @@ struct Outcome {
   std::uint64_t calls = 0;
 };
 
-Outcome small_run(const std::string& folder, Disk& disk) {
-  Outcome outcome;
+SmallRun small_run(const std::string& folder, Disk& disk) {
+  SmallRun run;
   RecorderOptions options;
   options.background = false;
   options.reserve_bytes = 1 << 16;
   options.checkpoint_bytes = 20000;
-  options.on_commit = [&](const Acknowledged& acknowledged) { outcome.acknowledged = acknowledged; };
+  options.on_commit = [&](const Acknowledged& acknowledged) { run.acknowledged = acknowledged; };
   options.on_failure = [&](const StoreFailure&) {
-    ++outcome.reports;
-    outcome.acknowledged_at_failure = outcome.acknowledged.sequence;
+    ++run.reports;
+    run.acknowledged_at_failure = run.acknowledged.sequence;
   };
   try {
     Recorder recorder(folder, disk, options);
-    outcome.opened = true;
+    run.opened = true;
     begin_run(recorder);
     for (int k = 0; k < 120; ++k) {
-      add_step(recorder, k, outcome.items);
+      add_step(recorder, k, run.items);
       if (k % 5 == 4) recorder.flush();
     }
-    outcome.failure = recorder.failure();
+    run.failure = recorder.failure();
     recorder.close(1.2, "complete");
-    if (!outcome.failure) outcome.failure = recorder.failure();
+    if (!run.failure) run.failure = recorder.failure();
   } catch (const Error&) {
   }
-  outcome.calls = disk.calls();
-  return outcome;
+  run.calls = disk.calls();
+  return run;
 }
 
 /// Everything that was acknowledged is there with its bytes, and nothing else that was not given.
-void expect_kept(const std::string& folder, const Outcome& outcome, const std::string& what) {
+void expect_kept(const std::string& folder, const SmallRun& run, const std::string& what) {
   GivenItems stored;
-  if (outcome.acknowledged.sequence > 0 || outcome.opened) {
+  if (run.acknowledged.sequence > 0 || run.opened) {
     try {
       stored = items_of_store(folder);
     } catch (const Error& error) {
-      ASSERT_EQ(outcome.acknowledged.sequence, 0u) << what << ": " << error.what();
+      ASSERT_EQ(run.acknowledged.sequence, 0u) << what << ": " << error.what();
     }
   }
-  for (const auto& [sequence, item] : outcome.items) {
-    if (sequence > outcome.acknowledged.sequence) break;
+  for (const auto& [sequence, item] : run.items) {
+    if (sequence > run.acknowledged.sequence) break;
     ASSERT_TRUE(stored.contains(sequence))
-        << what << ": item " << sequence << " of " << outcome.acknowledged.sequence << " acknowledged is lost";
+        << what << ": item " << sequence << " of " << run.acknowledged.sequence << " acknowledged is lost";
     ASSERT_EQ(stored[sequence], item) << what << ": item " << sequence;
   }
   for (const auto& [sequence, item] : stored)
-    if (const auto given = outcome.items.find(sequence); given != outcome.items.end())
+    if (const auto given = run.items.find(sequence); given != run.items.end())
       ASSERT_EQ(item, given->second) << what << ": item " << sequence;
     else
       ASSERT_EQ(item.kind, StoreItem::Kind::event) << what << ": item " << sequence << " was never given";
@@ -83,9 +83,9 @@ void expect_kept(const std::string& folder, const Outcome& outcome, const std::s
 std::uint64_t calls_of_a_small_run() {
   const ScratchFolder folder;
   Disk disk;
-  const Outcome outcome = small_run(folder.path, disk);
-  EXPECT_FALSE(outcome.failure);
-  return outcome.calls;
+  const SmallRun run = small_run(folder.path, disk);
+  EXPECT_FALSE(run.failure);
+  return run.calls;
 }
 
 TEST(RecorderCrash, APowerCutAtAnyCallLosesNothingThatWasAcknowledged) {
@@ -95,14 +95,14 @@ TEST(RecorderCrash, APowerCutAtAnyCallLosesNothingThatWasAcknowledged) {
   for (std::uint64_t at = 1; at <= calls; ++at)
     for (std::uint64_t seed = 0; seed < 2; ++seed) {
       const ScratchFolder folder;
-      Outcome outcome;
+      SmallRun run;
       {
         Disk disk({DiskFault::Kind::crash, at, 1000 * seed + at});
-        outcome = small_run(folder.path, disk);
+        run = small_run(folder.path, disk);
         disk.power_cut();
       }
-      acknowledged += outcome.acknowledged.sequence;
-      expect_kept(folder.path, outcome, "power cut at call " + std::to_string(at) + ", seed " + std::to_string(seed));
+      acknowledged += run.acknowledged.sequence;
+      expect_kept(folder.path, run, "power cut at call " + std::to_string(at) + ", seed " + std::to_string(seed));
       if (HasFatalFailure()) return;
     }
   EXPECT_GT(acknowledged, 0u);
@@ -113,22 +113,22 @@ TEST(RecorderCrash, AFailedCallIsReportedOnceAndKeepsWhatWasAcknowledged) {
   for (std::uint64_t at = 1; at <= calls; ++at) {
     const ScratchFolder folder;
     const std::string what = "failure of call " + std::to_string(at);
-    Outcome outcome;
+    SmallRun run;
     {
       Disk disk({DiskFault::Kind::fails, at, 0});
-      outcome = small_run(folder.path, disk);
+      run = small_run(folder.path, disk);
     }
-    if (outcome.failure) {
-      EXPECT_EQ(outcome.failure->kind, StoreFailure::Kind::disk) << what;
-      EXPECT_EQ(outcome.reports, 1) << what;
-      EXPECT_EQ(outcome.acknowledged.sequence, outcome.acknowledged_at_failure)
+    if (run.failure) {
+      EXPECT_EQ(run.failure->kind, StoreFailure::Kind::disk) << what;
+      EXPECT_EQ(run.reports, 1) << what;
+      EXPECT_EQ(run.acknowledged.sequence, run.acknowledged_at_failure)
           << what << ": after a failure nothing more is acknowledged";
     }
     // Only the making of the store, and the tidying up after the last commit, go without a report.
-    if (!outcome.failure && outcome.opened) {
-      EXPECT_GE(outcome.acknowledged.sequence, outcome.items.rbegin()->first) << what;
+    if (!run.failure && run.opened) {
+      EXPECT_GE(run.acknowledged.sequence, run.items.rbegin()->first) << what;
     }
-    expect_kept(folder.path, outcome, what);
+    expect_kept(folder.path, run, what);
     if (HasFatalFailure()) return;
   }
 }
@@ -139,20 +139,20 @@ TEST(RecorderCrash, AFullDiskIsReportedOnceAndKeepsWhatWasAcknowledged) {
   for (std::uint64_t at = 1; at <= calls; ++at) {
     const ScratchFolder folder;
     const std::string what = "full at call " + std::to_string(at);
-    Outcome outcome;
+    SmallRun run;
     {
       Disk disk({DiskFault::Kind::full, at, 0});
-      outcome = small_run(folder.path, disk);
+      run = small_run(folder.path, disk);
     }
-    expect_kept(folder.path, outcome, what);
+    expect_kept(folder.path, run, what);
     if (HasFatalFailure()) return;
-    if (!outcome.failure) continue;
-    EXPECT_EQ(outcome.failure->kind, StoreFailure::Kind::full) << what;
-    EXPECT_EQ(outcome.reports, 1) << what;
+    if (!run.failure) continue;
+    EXPECT_EQ(run.failure->kind, StoreFailure::Kind::full) << what;
+    EXPECT_EQ(run.reports, 1) << what;
     const auto stored = items_of_store(folder.path);
     const std::string& last = stored.rbegin()->second.bytes;
     EXPECT_NE(last.find("is full"), std::string::npos) << what << ": the reserve has room for the end record";
-    EXPECT_EQ(outcome.acknowledged.sequence, stored.rbegin()->first) << what;
+    EXPECT_EQ(run.acknowledged.sequence, stored.rbegin()->first) << what;
     ++ended;
   }
   EXPECT_GT(ended, 20);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Where a recording goes: what was asked for, what the store says (from its folder), or the name of every run.
-fs::path target_of(const std::string& folder, const std::string& wanted, const StoreContent& content) {
+fs::path seal_target_of(const std::string& folder, const std::string& wanted, const StoreContent& content) {
   if (!wanted.empty()) return wanted;
   if (const auto fact = content.facts.find("target"); fact != content.facts.end())
     return (fs::path(folder) / fact->second).lexically_normal();
@@ -33,12 +33,12 @@ fs::path with_slot(const fs::path& target, const std::string& slot, bool several
   return target.parent_path() / (target.stem().string() + "-" + safe + target.extension().string());
 }
 
-std::string folder_of(const fs::path& path) {
+std::string folder_of_file(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path().string() : std::string(".");
 }
 
 /// Equal but for the rounding of the unit that the file has: of 0 degC some digits are lost in kelvin.
-bool same_values(const Channel& a, const Channel& b) {
+bool same_sealed_values(const Channel& a, const Channel& b) {
   const double zero = std::abs(a.unit.to_si(0.0));
   const auto same = [zero](double x, double y) {
     return (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= 1e-14 * (std::abs(x) + zero);
@@ -47,12 +47,12 @@ bool same_values(const Channel& a, const Channel& b) {
 }
 
 /// What was written is read back: channels, samples and marks. Units may round the last digit of a sample.
-void verify(const Recording& recording, const std::string& path) {
+void verify_sealed(const Recording& recording, const std::string& path) {
   const Recording back = read_recording(path, {}, {});
   bool same = back.channels.size() == recording.channels.size() && back.marks.size() == recording.marks.size();
   for (const Channel& channel : recording.channels) {
     const Channel* const other = find_channel(back, channel.name);
-    same = same && other && same_values(channel, *other);
+    same = same && other && same_sealed_values(channel, *other);
   }
   if (!same)
     throw Error(Error::Kind::bad_file,
@@ -69,9 +69,9 @@ std::string write_sealed(const Recording& recording, const fs::path& target, Dis
   });
   disk.synchronise(part);
   const std::string sha256 = sha256_of_file(part);
-  verify(recording, part);
+  verify_sealed(recording, part);
   disk.rename(part, target.string());
-  disk.synchronise_folder(folder_of(target));
+  disk.synchronise_folder(folder_of_file(target));
   if (sha256_of_file(target.string()) != sha256)
     throw Error(Error::Kind::bad_file,
                 fmt::format("'{}' has changed while it was sealed; the live store is kept", target.string()));
@@ -86,7 +86,7 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
   recorder::StoreFile store = recorder::open_store(path, disk);
   try {
     const auto recordings = recorder::read_recordings(store, path, progress);
-    const fs::path wanted = target_of(folder_of(path), target, recorder::describe(store));
+    const fs::path wanted = seal_target_of(folder_of_file(path), target, recorder::describe(store));
     std::vector<SealedRecording> sealed;
     recorder::Batch batch;
     batch.last = store.state().last;

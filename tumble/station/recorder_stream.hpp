@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -36,8 +37,8 @@ class InstrumentRecorder {
  public:
   struct Shown {
     FrameChannel channel;
-    LiveNoise noise;    ///< [SI]; of increments as they come: times rate() they are the signal
-    double last = 0.0;  ///< [SI] the last sample
+    LiveNoise noise;  ///< [SI]; of increments as they come: times rate() they are the signal
+    double last = std::numeric_limits<double>::quiet_NaN();  ///< [SI] the last sample, as in `noise`; NaN: none yet
   };
 
   /// `codec` must live as long, and is that of the declaration of the link.

@@ -21,7 +21,7 @@ RecorderOptions small_options(bool background) {
   return options;
 }
 
-std::string reason_of(const std::function<void()>& work) {
+std::string recorder_reason(const std::function<void()>& work) {
   try {
     work();
   } catch (const Error& error) {
@@ -99,13 +99,14 @@ TEST(Recorder, RefusesASecondWriterAndAStoreThatIsThere) {
     Recorder recorder(folder.path, disk, options);
     begin_run(recorder);
     recorder.flush();
-    EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("still being recorded"), std::string::npos);
+    EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("still being recorded"), std::string::npos);
     options.resume = true;
-    EXPECT_NE(reason_of([&] { Recorder second(folder.path, disk, options); }).find("another process"),
+    EXPECT_NE(recorder_reason([&] { Recorder second(folder.path, disk, options); }).find("another process"),
               std::string::npos);
   }
   options.resume = false;
-  EXPECT_NE(reason_of([&] { Recorder second(folder.path, disk, options); }).find("tumble seal"), std::string::npos);
+  EXPECT_NE(recorder_reason([&] { Recorder second(folder.path, disk, options); }).find("tumble seal"),
+            std::string::npos);
 }
 
 TEST(Recorder, StopsWithAReasonWhenMoreWaitsThanMay) {
@@ -136,8 +137,9 @@ TEST(Recorder, RefusesToBeginWithoutRoom) {
   Disk disk;
   auto options = small_options(false);
   options.floor_bytes = std::uint64_t{1} << 60;
-  EXPECT_NE(reason_of([&] { Recorder recorder(folder.path, disk, options); }).find("has room for"), std::string::npos);
-  EXPECT_NE(reason_of([&] { Recorder recorder(folder.file("none"), disk, options); }).find("no such folder"),
+  EXPECT_NE(recorder_reason([&] { Recorder recorder(folder.path, disk, options); }).find("has room for"),
+            std::string::npos);
+  EXPECT_NE(recorder_reason([&] { Recorder recorder(folder.file("none"), disk, options); }).find("no such folder"),
             std::string::npos);
 }
 
@@ -159,9 +161,10 @@ TEST(Recorder, CopiesItsLogBackWhileItRuns) {
 
 TEST(Recorder, RefusesToReadWhatIsNoStore) {
   const ScratchFolder folder;
-  EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
+  EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
   { std::ofstream(folder.file("live.sqlite")) << std::string(5000, 'x'); }
-  EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"), std::string::npos);
+  EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"),
+            std::string::npos);
 }
 
 }  // namespace

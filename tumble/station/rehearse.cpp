@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <utility>
@@ -16,6 +17,8 @@ namespace tumble {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int most_repeats = 3;  ///< of one question, after which nobody would try again
 
 /// The station of the run: that of the user, or one made for the plan, with its frames beside it.
 Station station_of(const Rehearsal& rehearsal) {
@@ -68,7 +71,10 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   RunCompany company = rehearsal.company;
   std::vector<decltype(RunEvent::what)> answers;
   if (!company.ask) {
-    company.ask = [&](const Prompt& prompt) { answers.push_back(PromptAnswer{prompt.id, prompt.standard, "rehearsed"}); };
+    company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
+      const bool again = ++asked[prompt.text] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
+      answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
+    };
     company.orders = [&] { return std::exchange(answers, {}); };
   }
   company.by_hand = [&](const std::map<std::string, double>& axes) {

@@ -77,6 +77,7 @@ struct VirtualBench::Inner {
   std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals;
   std::uint64_t order = 0;
   double now = 0.0, next_stream = stream_every;
+  std::uint64_t streamed = 1;  ///< portions, of which the next is due then
   bool faulty;  ///< frames are handed on one by one, since each may be hit
 
   Inner(const Plan& plan, std::uint64_t seed, const std::vector<VirtualFault>& timed)
@@ -190,7 +191,7 @@ std::vector<LinkEvent> VirtualBench::wait(double until) {
       bench.faults.act(bench.now, bench.rig, bench.stream());
     }
     if (bench.now >= bench.next_stream) {
-      bench.next_stream = bench.now + stream_every;
+      bench.next_stream = static_cast<double>(++bench.streamed) * stream_every;
       bench.stream_on();
     }
     bench.look_at_links();

@@ -39,6 +39,7 @@ class State {
   /// The system itself reported an error, or a full disk, for a call that was let through.
   void note_error();
 
+  bool tested() const { return fault_.kind != DiskFault::Kind::none; }  ///< the fault decides what survives
   bool tracks() const { return fault_.kind == DiskFault::Kind::crash; }
   void power_cut();
 

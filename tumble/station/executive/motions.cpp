@@ -49,10 +49,10 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   } else if (motion.kind == Kind::sine) {
     demand(progress, Demand::sine, motion.amplitude);
     progress.period = 1.0 / motion.frequency;
-    send_motion(turn, index, "sine",
-                {{"amplitude", to_controller_rate(axis, motion.amplitude)},
-                 {"frequency", motion.frequency},
-                 {"phase", motion.phase}});
+    std::map<std::string, double> values{{"amplitude", to_controller_rate(axis, motion.amplitude)},
+                                         {"frequency", motion.frequency}};
+    if (motion.phase != 0.0) values["phase"] = motion.phase;
+    send_motion(turn, index, "sine", std::move(values));
   } else if (warms) {
     demand(progress, Demand::temperature, motion.value);
     send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, motion.value)}});

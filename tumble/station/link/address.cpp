@@ -11,7 +11,8 @@ namespace tumble {
 
 namespace {
 
-constexpr const char* forms = "a link is written tcp:HOST:PORT or serial:DEVICE[:BAUD[:8N1]]";
+constexpr const char* forms =
+    "a link is written tcp:HOST:PORT, udp:HOST:PORT, udp:PORT (to listen) or serial:DEVICE[:BAUD[:8N1]]";
 
 std::optional<long> whole_number(std::string_view text) {
   long value = 0;
@@ -20,19 +21,29 @@ std::optional<long> whole_number(std::string_view text) {
   return value;
 }
 
-void read_tcp(std::string_view rest, LinkAddress& address, std::vector<std::string>& problems) {
+void read_port(std::string_view text, LinkAddress& address, std::vector<std::string>& problems) {
+  const auto port = whole_number(text);
+  if (!port || *port < 1 || *port > 65535)
+    return problems.push_back(fmt::format("'{}' is not a port, which is a whole number from 1 to 65535", text));
+  address.port = static_cast<std::uint16_t>(*port);
+}
+
+/// HOST:PORT after "tcp:" or "udp:".
+void read_host(std::string_view rest, const char* scheme, LinkAddress& address, std::vector<std::string>& problems) {
   const auto colon = rest.rfind(':');
   std::string_view host = rest.substr(0, colon == std::string_view::npos ? rest.size() : colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   address.host = host;
-  if (host.empty()) problems.push_back("the host is missing, for example tcp:192.168.0.10:4001");
+  if (host.empty()) problems.push_back(fmt::format("the host is missing, for example {}:192.168.0.10:4001", scheme));
   if (colon == std::string_view::npos)
-    return problems.push_back("the port is missing, for example tcp:192.168.0.10:4001");
-  const auto port = whole_number(rest.substr(colon + 1));
-  if (!port || *port < 1 || *port > 65535)
-    return problems.push_back(
-        fmt::format("'{}' is not a port, which is a whole number from 1 to 65535", rest.substr(colon + 1)));
-  address.port = static_cast<std::uint16_t>(*port);
+    return problems.push_back(fmt::format("the port is missing, for example {}:192.168.0.10:4001", scheme));
+  read_port(rest.substr(colon + 1), address, problems);
+}
+
+void read_udp(std::string_view rest, LinkAddress& address, std::vector<std::string>& problems) {
+  address.kind = LinkAddress::Kind::udp;
+  if (whole_number(rest)) return read_port(rest, address, problems);
+  read_host(rest, "udp", address, problems);
 }
 
 bool is_framing(std::string_view text) {
@@ -72,12 +83,14 @@ LinkAddress parse_link(std::string_view text) {
   LinkAddress address;
   std::vector<std::string> problems;
   if (text.starts_with("tcp:")) {
-    read_tcp(text.substr(4), address, problems);
+    read_host(text.substr(4), "tcp", address, problems);
+  } else if (text.starts_with("udp:")) {
+    read_udp(text.substr(4), address, problems);
   } else if (text.starts_with("serial:")) {
     address.kind = LinkAddress::Kind::serial;
     read_serial(text.substr(7), address, problems);
   } else {
-    problems.push_back("it begins with neither tcp: nor serial:");
+    problems.push_back("it begins with none of tcp:, udp: and serial:");
   }
   if (problems.empty()) return address;
   for (std::string& problem : problems) problem = fmt::format("'{}' is not a link: {}", text, problem);
@@ -86,9 +99,11 @@ LinkAddress parse_link(std::string_view text) {
 }
 
 std::string text_of(const LinkAddress& address) {
-  const bool brackets = address.host.find(':') != std::string::npos;
-  if (address.kind == LinkAddress::Kind::tcp)
-    return fmt::format("tcp:{}{}{}:{}", brackets ? "[" : "", address.host, brackets ? "]" : "", address.port);
+  const bool brackets = address.host.find(':') != std::string::npos, udp = address.kind == LinkAddress::Kind::udp;
+  if (udp && address.host.empty()) return fmt::format("udp:{}", address.port);
+  if (address.kind != LinkAddress::Kind::serial)
+    return fmt::format("{}:{}{}{}:{}", udp ? "udp" : "tcp", brackets ? "[" : "", address.host, brackets ? "]" : "",
+                       address.port);
   std::string text = "serial:" + address.device;
   if (address.baud != 0) text += fmt::format(":{}", address.baud);
   if (!address.framing.empty()) text += ":" + address.framing;

@@ -25,6 +25,9 @@ std::string loss_of(const Code& code) {
   return code.message();
 }
 
+/// An empty datagram, or one of ours that nobody took: the device may be switched on later.
+bool is_passing(const Code& code) { return code == asio::error::eof || code == asio::error::connection_refused; }
+
 }  // namespace
 
 Connection::~Connection() {
@@ -55,8 +58,9 @@ std::size_t Loop::add(Shared link, double silence) {
 void Loop::read(const Shared& link) {
   std::visit(
       [&](auto& stream) {
-        stream.async_read_some(asio::buffer(link->room), [this, link](const Code& code, std::size_t count) {
+        stream.async_read_some(asio::buffer(link->room), [this, link](Code code, std::size_t count) {
           if (!link->up || code == asio::error::operation_aborted) return;
+          if (link->datagrams && is_passing(code)) code = {};
           if (count > 0) {
             link->heard = true;
             events_.push_back({LinkEvent::Kind::bytes, link->number, clock_(), {link->room.data(), count}, {}});
@@ -76,7 +80,7 @@ void Loop::write(const Shared& link) {
         asio::async_write(stream, asio::buffer(link->sending), [this, link](const Code& code, std::size_t) {
           link->sending.clear();
           if (!link->up || code == asio::error::operation_aborted) return;
-          if (code) return lose(link, loss_of(code));
+          if (code && !(link->datagrams && is_passing(code))) return lose(link, loss_of(code));
           write(link);
         });
       },
@@ -113,7 +117,7 @@ void Loop::close(std::size_t number) {
 }
 
 void Loop::send(std::size_t link, std::string_view bytes) {
-  if (!is_up(link)) return;
+  if (!is_up(link) || links_[link]->listens) return;
   links_[link]->waiting += bytes;
   write(links_[link]);
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
@@ -18,6 +19,7 @@ namespace tumble::link {
 
 namespace asio = boost::asio;
 using Tcp = asio::ip::tcp;
+using Udp = asio::ip::udp;
 using Code = boost::system::error_code;
 
 /// One link that is open. Work under way holds it by a shared pointer.
@@ -25,6 +27,8 @@ struct Connection {
   std::size_t number = 0;
   std::variant<Tcp::socket, asio::posix::stream_descriptor> stream;
   std::array<char, 1 << 16> room;
+  bool datagrams = false;        ///< each read is one, of any length
+  bool listens = false;          ///< nobody to send to
   std::string waiting, sending;  ///< to be sent
   bool up = true;
   int other_side = -1;  ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
@@ -41,18 +45,20 @@ using Shared = std::shared_ptr<Connection>;
 /// All links of a Links, and what happened on them.
 class Loop {
  public:
-  explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}
+  explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}  ///< clock [s]
   ~Loop();
 
+  /// As Links does it; times [s].
   std::size_t open_tcp(const LinkAddress& address, double timeout, double silence);
-  std::size_t open_serial(const LinkAddress& address, double silence);
+  std::size_t open_udp(const LinkAddress& address, double silence);     ///< [s]
+  std::size_t open_serial(const LinkAddress& address, double silence);  ///< [s]
   std::uint16_t listen(std::uint16_t port, const std::string& host);
   Links::Terminal open_terminal();
   void send(std::size_t link, std::string_view bytes);
   std::size_t unsent(std::size_t link) const;
   void close(std::size_t link);
   bool is_up(std::size_t link) const { return link < links_.size() && links_[link]->up; }
-  std::vector<LinkEvent> wait(double seconds);
+  std::vector<LinkEvent> wait(double seconds);  ///< at most so many [s]
   void wake();
 
  private:

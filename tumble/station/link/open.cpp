@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <boost/asio/connect.hpp>
+#include <boost/asio/ip/v6_only.hpp>
 #include <cerrno>
 #include <filesystem>
 #include <system_error>
@@ -89,6 +90,38 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
   }
   if (*result) refuse(fmt::format("cannot open {}: {}{}", name, result->message(), advice_on(*result)));
   socket.set_option(Tcp::no_delay(true), code);
+  return add(link, silence);
+}
+
+std::size_t Loop::open_udp(const LinkAddress& address, double silence) {
+  const std::string name = text_of(address);
+  const auto check = [&](const Code& code) {
+    if (code) refuse(fmt::format("cannot open {}: {}{}", name, code.message(), advice_on(code)));
+  };
+  Code code;
+  const bool listens = address.host.empty();
+  Udp::endpoint end(Udp::v6(), address.port);
+  if (!listens) {
+    const auto ends = Udp::resolver(context_).resolve(address.host, std::to_string(address.port), code);
+    check(code);
+    end = *ends.begin();
+  }
+  Udp::socket socket(context_);
+  socket.open(end.protocol(), code);
+  if (code && listens) end = {Udp::v4(), address.port}, socket.open(end.protocol(), code);  // no IPv6 here
+  check(code);
+  Code ignored;
+  socket.set_option(asio::ip::v6_only(false), ignored);
+  socket.set_option(asio::socket_base::receive_buffer_size(1 << 22), ignored);  // what comes while we are busy
+  if (listens)
+    socket.bind(end, code);
+  else
+    socket.connect(end, code);
+  check(code);
+  // Read as a file: a read is a datagram, a write too.
+  auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, socket.release()));
+  link->datagrams = true;
+  link->listens = listens;
   return add(link, silence);
 }
 

@@ -22,6 +22,8 @@ struct Chunk {
 };
 
 // An item is put behind those of a chunk, with its sequence number.
+
+/// Bytes of a link at `time` [s].
 void put_raw(Chunk& chunk, std::uint64_t sequence, StoreDirection direction, double time, std::string_view bytes);
 void put_sample(Chunk& chunk, std::uint64_t sequence, const StoreSample& sample);
 void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event);

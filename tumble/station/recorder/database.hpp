@@ -41,12 +41,12 @@ class Statement {
  public:
   Statement(const Database& database, const std::string& sql);
   Statement& bind(int parameter, std::int64_t value);  ///< parameters from 1 on
-  Statement& bind(int parameter, double value);
+  Statement& bind(int parameter, double value);        ///< any unit [u]
   Statement& bind_text(int parameter, std::string_view text);
   Statement& bind_bytes(int parameter, std::string_view bytes);
-  bool next();                             ///< false after the last row, and the statement may be bound again
-  std::int64_t integer(int column) const;  ///< columns from 0 on
-  double number(int column) const;
+  bool next();                               ///< false after the last row, and the statement may be bound again
+  std::int64_t integer(int column) const;    ///< columns from 0 on
+  double number(int column) const;           ///< any unit, as the table has it [u]
   std::string_view bytes(int column) const;  ///< until next()
 
  private:

@@ -16,6 +16,7 @@ class Front {
   std::size_t add_link(const StoreLink& link);
   std::size_t add_stream(const StoreStream& stream);
   void set(const std::string& name, const std::string& value) { batch_.facts[name] = value; }
+  /// Items as Recorder takes them; time [s].
   std::uint64_t raw(std::size_t link, StoreDirection direction, double time, std::string_view bytes);
   std::uint64_t sample(std::size_t stream, const StoreSample& sample);
   std::uint64_t event(const StoreEvent& event);

@@ -11,7 +11,8 @@ namespace tumble::recorder {
 /// When the samples of a channel were taken, from their sequence numbers and the times of their arrival.
 ///
 /// The device counts evenly, and every sample arrives late: the interval between counts is the slope of a straight line
-/// through arrival against sequence number, and the first sample was taken where no arrival is earlier than the line.
+/// through arrival against sequence number, and the first sample was complete where no arrival is earlier than the line;
+/// its time is the begin of what it is the mean or the increment of, one interval before.
 /// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
 /// four of its standard deviations.
 class SampleClock {
@@ -20,7 +21,7 @@ class SampleClock {
   void add(std::uint64_t sequence, double arrival, std::optional<double> device);
   /// Decides on the interval. `declared` [Hz] of the sequence; 0: not.
   void settle(double declared);
-  /// After settle(), a second time through the samples: the earliest line.
+  /// After settle(), a second time through the samples, arrival [s]: the earliest line.
   void place(std::uint64_t sequence, double arrival);
 
   std::uint64_t count() const { return count_; }
@@ -28,7 +29,7 @@ class SampleClock {
   bool even() const { return even_; }
   std::size_t length() const;  ///< [samples] of the even clock, lost ones too
   std::size_t index(std::uint64_t sequence) const { return static_cast<std::size_t>((sequence - first_) / step_); }
-  Timeline timeline() const { return {begin_, rate(), nullptr}; }
+  Timeline timeline() const { return {begin_ - 1.0 / rate(), rate(), nullptr}; }
   double rate() const;                           ///< [Hz] of the samples
   double arrival_rate() const;                   ///< [Hz] of the sequence by the line; 0: too few samples
   double declared() const { return declared_; }  ///< [Hz]

@@ -35,6 +35,7 @@ class Writer {
   Acknowledged acknowledged() const;
   std::optional<StoreFailure> failure() const;
   StoreLoad load() const;
+  /// As Recorder; time [s].
   bool close(double time, const std::string& ending);
 
  private:

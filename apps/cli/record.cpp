@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <ctime>
+#include <memory>
+
+#include "live_block.hpp"
+#include "tumble/report/text_table.hpp"
+#include "tumble/station/recorder_session.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/unit.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string instrument, link, output, duration, silence = "10 s";
+  bool no_start = false, keep = false;
+};
+
+volatile std::sig_atomic_t wanted_end = 0;
+
+/// Once: the recording ends. Twice: as if it were no recording; its store remains.
+extern "C" void end_recording(int number) {
+  wanted_end = 1;
+  std::signal(number, SIG_DFL);
+}
+
+double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+std::string clock_text(double seconds) {
+  const auto tenths = static_cast<long long>(std::floor(seconds * 10.0));
+  return fmt::format("{:02}:{:02}:{:02}.{}", tenths / 36000, tenths / 600 % 60, tenths / 10 % 60, tenths % 10);
+}
+
+std::string number_text(double value) { return std::isnan(value) ? "" : fmt::format("{:.6g}", value); }
+
+/// Each channel with its mean, standard deviation and Allan deviation at 1 s.
+std::string noise_table(const InstrumentRecorder& instrument, std::size_t width) {
+  using Align = TextColumn::Align;
+  TextColumn names{"channel", "", {}, Align::left}, units{"unit", "", {}, Align::left};
+  TextColumn samples{"samples", "", {}}, means{"mean", "", {}}, deviations{"sd", "", {}}, allans{"Allan 1 s", "", {}};
+  for (const auto& [channel, noise, last] : instrument.shown()) {
+    if (noise.count() == 0) continue;
+    const double a_second = channel.increment ? instrument.rate() : 1.0;
+    names.cells.push_back(channel.name);
+    units.cells.push_back(channel.unit.text());
+    samples.cells.push_back(fmt::format("{}", noise.count()));
+    means.cells.push_back(number_text(channel.unit.from_si(noise.mean() * a_second)));
+    deviations.cells.push_back(fmt::format("{:.3g}", channel.unit.difference_from_si(noise.sd() * a_second)));
+    allans.cells.push_back(std::isnan(noise.allan())
+                               ? ""
+                               : fmt::format("{:.3g}", channel.unit.difference_from_si(noise.allan() * a_second)));
+  }
+  if (names.cells.empty()) return "";
+  return text_table({names, units, samples, means, deviations, allans}, width);
+}
+
+std::string counts_text(const InstrumentRecorder& instrument) {
+  const FrameCounts& counts = instrument.counts();
+  return fmt::format("{} frames, {:.5g} a second; {} lost, {} damaged, {} repeated", counts.channel_frames,
+                     instrument.rate(), counts.lost, counts.damaged.count, counts.repeated.count);
+}
+
+/// What is shown while it records: one block on a terminal, else a line every ten seconds.
+class Display {
+ public:
+  explicit Display(const Terminal& terminal) : terminal_(terminal), block_(terminal) {}
+
+  void show(const RecordView& view) {
+    last_ = noise_table(*view.instrument, terminal_.width);
+    counts_ = counts_text(*view.instrument);
+    const double every = terminal_.live ? 0.5 : 10.0;
+    if (view.elapsed < next_) return;
+    next_ = view.elapsed + every;
+    const std::string head =
+        fmt::format("{}, on disk up to {}: {}", clock_text(view.elapsed), clock_text(view.on_disk), counts_);
+    if (terminal_.live)
+      block_.show(head + "\n\n" + last_ + "\nCtrl+C ends the recording\n");
+    else
+      note(terminal_, head);
+  }
+  void end() { block_.clear(); }
+  std::string result() const { return last_.empty() ? "" : counts_ + "\n\n" + last_; }
+
+ private:
+  const Terminal& terminal_;
+  LiveBlock block_;
+  std::string last_, counts_;
+  double next_ = 1.0;
+};
+
+std::string findings_text(const Findings& findings, std::size_t width) {
+  std::string text;
+  for (const Finding& finding : findings) {
+    const char* word = finding.severity == Finding::Severity::info      ? "info"
+                       : finding.severity == Finding::Severity::warning ? "warning"
+                                                                        : "error";
+    const std::string where = finding.where.empty() ? "" : " (" + finding.where + ")";
+    text += wrapped(fmt::format("  {}: ", word), finding.message + where, width);
+  }
+  return text.empty() ? "\nfindings: none\n" : "\nfindings:\n" + text;
+}
+
+double seconds_of(const std::string& option, const std::string& text) {
+  if (text.empty()) return 0.0;
+  const double seconds = parse_si(text, Unit::parse("s"));
+  if (seconds > 0.0 && std::isfinite(seconds)) return seconds;
+  throw Error(Error::Kind::bad_input,
+              fmt::format("{} {}: a duration above 0 expected, for example '10 min'", option, text));
+}
+
+RecordRequest request_of(const Arguments& arguments) {
+  check_output(arguments.output, {}, {".h5", ".hdf5"});
+  return {arguments.instrument,
+          parse_link(arguments.link),
+          arguments.output,
+          seconds_of("--for", arguments.duration),
+          seconds_of("--silence", arguments.silence),
+          !arguments.no_start,
+          arguments.keep};
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  constexpr int bad_data = 3;
+  const RecordRequest request = request_of(arguments);
+  Display display(terminal);
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, end_recording);
+  RecordWorld world{steady, utc, [] { return wanted_end != 0; }};
+  world.show = [&](const RecordView& view) { display.show(view); };
+  world.sealing = [&] { display.end(); };
+  const RecordOutcome outcome = tumble::record(request, world);
+  print(display.result() + findings_text(outcome.sealed.findings, terminal.width));
+  note(terminal, "wrote " + outcome.sealed.path);
+  if (!outcome.store.empty()) note(terminal, "the live store is kept in " + outcome.store);
+  if (outcome.whole) return 0;
+  complain(terminal, outcome.ending);
+  return bad_data;
+}
+
+}  // namespace
+
+Verb record_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"record",
+          "Record the stream of an instrument, with its noise as it comes",
+          {{"INSTRUMENT", &arguments->instrument,
+            "declaration of its frames: a name of `tumble list instruments`, or a file (.toml);\nvariants follow a "
+            "colon: kvh_1775:gyro_rate",
+            true},
+           {"--link", &arguments->link,
+            "tcp:HOST:PORT, udp:HOST:PORT, udp:PORT to listen,\nor serial:DEVICE[:BAUD[:8N1]]", true, "LINK"},
+           {"-o,--output", &arguments->output, "recording to write (.h5); until it ends, a store lies beside it", true},
+           {"--for", &arguments->duration, "how long (default: until Ctrl+C)", false, "DURATION"},
+           {"--silence", &arguments->silence, "without a byte for so long, the link counts as lost", false, "DURATION"},
+           {"--no-start", &arguments->no_start, "do not send the commands that start the stream: it runs already"},
+           {"--keep", &arguments->keep, "keep the store with the raw bytes when the recording is written"}},
+          "Examples:\n"
+          "  tumble record kvh_1775 --link serial:/dev/ttyUSB0:921600 -o fog.h5 --for \"10 min\"\n"
+          "  tumble record my_gyro.toml --link tcp:192.168.0.10:4001 -o gyro.h5\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

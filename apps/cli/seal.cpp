@@ -1,0 +1,45 @@
+#include <filesystem>
+#include <memory>
+
+#include "tumble/station/recorder_read.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string run, output;
+};
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  if (!arguments.output.empty()) check_output(arguments.output, {}, {".h5", ".hdf5"});
+  std::vector<SealedRecording> sealed;
+  {
+    ProgressLine line(terminal);
+    Disk disk;
+    sealed = tumble::seal(arguments.run, disk, arguments.output, line.progress());
+  }
+  for (const auto& [slot, path, sha256, findings] : sealed) {
+    note(terminal, "wrote " + path);
+    for (const Finding& finding : findings)
+      note(terminal, finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Verb seal_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"seal",
+          "Make the recording of a run from its live store, also after a crash",
+          {{"RUN", &arguments->run, "folder of the run", true},
+           {"-o,--output", &arguments->output,
+            "recording to write (.h5); default: as the run says, else RUN/recording.h5;\nof several units "
+            "each has a file, NAME-SLOT.h5"}},
+          "Example:\n"
+          "  tumble seal fog.run\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

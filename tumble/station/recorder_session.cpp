@@ -1,0 +1,260 @@
+#include "tumble/station/recorder_session.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/version.hpp"
+#include "tumble/wire/instruments.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double look_interval = 0.1;  // s between two looks at the world
+constexpr double answer_within = 2.0;  // s
+
+/// The declaration of an instrument: its text, for the store, and its codec.
+struct DeclaredInstrument {
+  StoreLink link;
+  FrameCodec codec;
+};
+
+DeclaredInstrument instrument_to_record(const RecordRequest& request) {
+  const InstrumentChoice choice = parse_instrument(request.instrument);
+  const bool own = choice.name.ends_with(".toml");
+  DeclaredInstrument instrument;
+  instrument.link = {text_of(request.link),
+                     {},
+                     own ? read_text_file(choice.name) : std::string(find_instrument(choice.name).text),
+                     choice.name,
+                     choice.variants};
+  instrument.codec =
+      read_frames(instrument.link.declaration, own ? choice.name : choice.name + ".toml", choice.variants);
+  instrument.codec.name = choice.name;
+  if (!instrument.codec.unchosen.empty())
+    throw Error(Error::Kind::bad_input,
+                fmt::format("the frames of {} do not say what their numbers mean ({}); name the variant of the device, "
+                            "for example {}:{} (variants: {})",
+                            choice.name, fmt::join(instrument.codec.unchosen, ", "), choice.name,
+                            instrument.codec.variants.front(), fmt::join(instrument.codec.variants, ", ")));
+  return instrument;
+}
+
+/// Who only listens cannot start the stream.
+void check_start(const RecordRequest& request, const FrameLink& declared) {
+  if (!request.start || declared.start.empty() || request.link.kind != LinkAddress::Kind::udp) return;
+  if (!request.link.host.empty()) return;
+  throw Error(Error::Kind::bad_input,
+              fmt::format("'{}' only listens, and {} is started by commands; give its address, udp:HOST:{}, or use "
+                          "--no-start for an instrument that streams already",
+                          text_of(request.link), request.instrument, request.link.port));
+}
+
+LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
+  if (address.kind != LinkAddress::Kind::serial) return address;
+  if (address.baud == 0) address.baud = declared.baud;
+  if (address.framing.empty()) address.framing = declared.format.empty() ? "8N1" : declared.format;
+  if (address.baud == 0)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("'{}': the declaration has no rate of the line; give it, for example {}:115200",
+                            text_of(address), "serial:" + address.device));
+  return address;
+}
+
+void check_output_is_free(const RecordRequest& request, const std::string& folder) {
+  if (fs::exists(request.output))
+    throw Error(Error::Kind::bad_file,
+                fmt::format("'{}' is there already; a recording does not replace another: choose another name",
+                            request.output));
+  if (fs::exists(fs::path(folder) / live_store_name))
+    throw Error(Error::Kind::bad_file,
+                fmt::format("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder,
+                            folder, request.output));
+}
+
+/// A recording while it runs.
+class Session {
+ public:
+  Session(const RecordRequest& request, const RecordWorld& world)
+      : request_(request),
+        world_(world),
+        instrument_(instrument_to_record(request)),
+        folder_(store_folder_of(request.output)),
+        begin_(world.clock()),
+        links_([this] { return now(); }) {}
+
+  RecordOutcome run() {
+    check_start(request_, instrument_.codec.link);
+    check_output_is_free(request_, folder_);
+    const LinkAddress address = with_declared_line(request_.link, instrument_.codec.link);
+    link_ = links_.open(address, 5.0, request_.silence);
+    open_store();
+    outcome_.ending = "complete";
+    if (request_.start) start_or_remove();
+    receive_until_end();
+    if (request_.start) stop();
+    return sealed();
+  }
+
+ private:
+  double now() const { return world_.clock() - begin_; }
+
+  void open_store() {
+    const bool made = fs::create_directory(folder_);
+    try {
+      RecorderOptions options;
+      options.clock = world_.clock;
+      recorder_.emplace(folder_, disk_, options);
+    } catch (const Error&) {
+      std::error_code ignored;
+      if (made) fs::remove_all(folder_, ignored);
+      throw;
+    }
+    recorder_->set("target", (fs::path("..") / fs::path(request_.output).filename()).string());
+    recorder_->set("frames", instrument_.codec.name);
+    recorder_->set("link", instrument_.link.name);
+    recorder_->set("program", std::string("tumble ") + version);
+    note_wall_clock();
+    stream_.emplace(*recorder_, instrument_.codec, instrument_.link);
+  }
+
+  /// The time of day beside that of the recording, once a minute.
+  void note_wall_clock() {
+    recorder_->event({now(), "clock", {}, world_.wall(), {}});
+    next_wall_clock_ = now() + 60.0;
+  }
+
+  /// Takes what has arrived. False: the recording has to end.
+  bool receive(double seconds, std::string* heard = nullptr) {
+    for (const LinkEvent& event : links_.wait(seconds)) {
+      if (event.kind == LinkEvent::Kind::bytes) stream_->receive(event.time, event.bytes);
+      if (event.kind == LinkEvent::Kind::bytes && heard) *heard += event.bytes;
+      if (event.kind != LinkEvent::Kind::lost) continue;
+      recorder_->event({event.time, "link lost", instrument_.link.name, event.reason, {}});
+      end("the link was lost: " + event.reason);
+    }
+    if (const auto failure = recorder_->failure()) end(failure->text);
+    return outcome_.whole;
+  }
+
+  void end(const std::string& reason) {
+    if (!outcome_.whole) return;
+    outcome_.whole = false;
+    outcome_.ending = reason;
+  }
+
+  void send(const std::string& bytes) {
+    stream_->sent(now(), bytes);
+    links_.send(link_, bytes);
+  }
+
+  /// Of an instrument that does not start there is nothing to keep.
+  void start_or_remove() {
+    try {
+      start();
+    } catch (const Error&) {
+      close();
+      recorder_.reset();
+      std::error_code ignored;
+      fs::remove_all(folder_, ignored);
+      throw;
+    }
+  }
+
+  void start() {
+    for (const auto& [bytes, expected] : instrument_.codec.link.start) {
+      send(bytes);
+      std::string heard;
+      const double until = now() + answer_within;
+      while (!expected.empty() && heard.find(expected) == std::string::npos) {
+        if (world_.ended() || !receive(look_interval, &heard)) return;
+        if (now() > until) refuse_answer(bytes, expected, heard);
+      }
+    }
+  }
+
+  [[noreturn]] void refuse_answer(std::string sent, const std::string& expected, std::string heard) const {
+    const auto readable = [](std::string& text) {
+      if (text.size() > 60) text = "..." + text.substr(text.size() - 60);
+      for (char& letter : text)
+        if (letter < ' ' || letter > '~') letter = '.';
+    };
+    const std::size_t count = heard.size();
+    readable(sent), readable(heard);
+    throw Error(Error::Kind::bad_data,
+                fmt::format("{}: the instrument did not answer '{}' with '{}' within {} s, but with {} bytes: '{}'; "
+                            "compare the declaration and the rate of the line, or use --no-start for an instrument "
+                            "that streams already",
+                            instrument_.link.name, sent, expected, answer_within, count, heard));
+  }
+
+  void receive_until_end() {
+    const double until = request_.duration > 0.0 ? now() + request_.duration : 0.0;
+    while (receive(until > 0.0 ? std::min(look_interval, std::max(until - now(), 0.0)) : look_interval)) {
+      if (now() > next_wall_clock_) note_wall_clock();
+      if (world_.show) world_.show({now(), recorder_->acknowledged().time, &*stream_, recorder_->load()});
+      if (world_.ended() || (until > 0.0 && now() >= until)) return;
+    }
+  }
+
+  void stop() {
+    for (const auto& [bytes, expected] : instrument_.codec.link.stop) send(bytes);
+    const double until = now() + 0.5;
+    while (links_.unsent(link_) > 0 && now() < until) receive(0.01);
+  }
+
+  void close() {
+    recorder_->close(now(), outcome_.ending);
+    links_.close(link_);
+  }
+
+  RecordOutcome sealed() {
+    close();
+    if (world_.sealing) world_.sealing();
+    outcome_.store = folder_;
+    Disk disk;  // the one of the recording may have failed
+    auto files = [&] {
+      try {
+        return seal(folder_, disk);
+      } catch (const Error& error) {
+        throw Error(error.kind,
+                    {outcome_.whole ? "the recording cannot be sealed" : outcome_.ending, error.what(),
+                     fmt::format("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_)});
+      }
+    }();
+    outcome_.sealed = std::move(files.at(0));
+    if (request_.keep || !outcome_.whole) return outcome_;
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    outcome_.store.clear();
+    return outcome_;
+  }
+
+  const RecordRequest& request_;
+  const RecordWorld& world_;
+  DeclaredInstrument instrument_;
+  std::string folder_;
+  double begin_;
+  Links links_;
+  std::size_t link_ = 0;
+  Disk disk_;
+  std::optional<Recorder> recorder_;
+  std::optional<InstrumentRecorder> stream_;
+  double next_wall_clock_ = 0.0;
+  RecordOutcome outcome_;
+};
+
+}  // namespace
+
+std::string store_folder_of(const std::string& output) { return fs::path(output).replace_extension(".run").string(); }
+
+RecordOutcome record(const RecordRequest& request, const RecordWorld& world) { return Session(request, world).run(); }
+
+}  // namespace tumble
