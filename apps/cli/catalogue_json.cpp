@@ -1,18 +1,21 @@
 #include "catalogue_json.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/exchange/exports/export.hpp"
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/units/words.hpp"
+#include "tumble/wire/controllers.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble::cli {
@@ -162,6 +165,37 @@ Json json(const ShippedInstrument& instrument) {
           {"channels", channels}};
 }
 
+/// "takes position, rate; gives state", and how certain it is where that differs.
+std::string said_of(const Controller& controller, const ControllerCommand& command) {
+  std::string text;
+  if (!command.takes.empty()) text += fmt::format("takes {}", fmt::join(command.takes, ", "));
+  if (!command.gives.empty())
+    text += fmt::format("{}gives {}", text.empty() ? "" : "; ", fmt::join(command.gives, ", "));
+  if (command.certainty != controller.certainty)
+    text += fmt::format("{}{}", text.empty() ? "" : "; ", name(command.certainty));
+  if (!command.note.empty()) text += (text.empty() ? "" : ". ") + command.note;
+  return text;
+}
+
+Json json(const Controller& controller) {
+  Json commands = Json::array(), settings = Json::array();
+  for (const auto& command : controller.commands)
+    commands.push_back({{"name", command.verb}, {"description", said_of(controller, command)}});
+  for (const auto& [setting, value] : controller.settings)
+    settings.push_back({{"name", setting}, {"default", value}, {"description", ""}});
+  return {{"name", controller.name},
+          {"summary", controller.title + (controller.supported() ? "" : " (example)")},
+          {"source", controller.source},
+          {"certainty", std::string(name(controller.certainty))},
+          {"supported", controller.supported()},
+          {"note", controller.note},
+          {"lost_link", controller.lost_link},
+          {"settings", settings},
+          {"commands", commands}};
+}
+
+Json json(const ShippedController& shipped) { return json(controller_of(shipped)); }
+
 /// "1 deg = 0.0174532925 rad", and the words with a prefix that are known as well.
 Json json(const UnitWord& word) {
   const Unit unit = Unit::parse(word.text);
@@ -191,10 +225,12 @@ Json each(const std::vector<Entry>& entries) {
 }  // namespace
 
 const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats", "checks",
-                                              "exports", "plans",  "instruments", "units"};
+  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",     "checks",
+                                              "exports", "plans",  "instruments", "controllers", "units"};
   return kinds;
 }
+
+Json controller_json(const std::string& file) { return json(read_controller(read_text_file(file), file)); }
 
 Json catalogue_json(const std::string& kind) {
   if (kind == "methods") return all(method_catalogue());
@@ -204,6 +240,7 @@ Json catalogue_json(const std::string& kind) {
   if (kind == "exports") return all(export_catalogue());
   if (kind == "plans") return each(ready_plans());
   if (kind == "instruments") return each(shipped_instruments());
+  if (kind == "controllers") return each(shipped_controllers());
   if (kind == "units") return each(unit_words());
   return all(check_catalogue());
 }

@@ -92,6 +92,11 @@ std::string page(const Json& entry) {
   });
   text += items(entry, "channels", "channels",
                 [](const Json& channel) { return fmt::format("[{}]", channel["unit"].get<std::string>()); });
+  if (entry.contains("lost_link") && entry["lost_link"] != "")
+    text += wrapped("if the host is silent: ", entry["lost_link"]);
+  text += items(entry, "settings", "settings",
+                [](const Json& setting) { return "= " + setting["default"].get<std::string>(); });
+  text += items(entry, "commands", "commands", [](const Json&) { return std::string(); });
   text += items(entry, "axes", "axes", [](const Json& axis) {
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
@@ -131,7 +136,8 @@ int run(const Arguments& arguments) {
     print(arguments.json ? entries.dump(2) + "\n" : lines(entries));
     return 0;
   }
-  const auto& entry = find(entries, arguments.kind, arguments.name);
+  const bool own = arguments.kind == "controllers" && arguments.name.ends_with(".toml");
+  const auto entry = own ? controller_json(arguments.name) : find(entries, arguments.kind, arguments.name);
   print(arguments.json ? entry.dump(2) + "\n" : page(entry));
   return 0;
 }
@@ -141,10 +147,11 @@ int run(const Arguments& arguments) {
 Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"list",
-          "List methods, models, rigs, formats, checks, exports, plans, instruments, units",
+          "List methods, models, rigs, formats, checks, exports, plans, instruments, controllers, units",
           {{"KIND", &arguments->kind,
-            "methods, models, rigs, formats, checks, exports, plans, instruments or units (default: all)"},
-           {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
+            "methods, models, rigs, formats, checks, exports, plans, instruments, controllers or units (default: all)"},
+           {"NAME", &arguments->name,
+            "name of one entry, to show its options and sources; of controllers also a file of your own, to check it"},
            {"--json", &arguments->json, "print JSON, including the options"}},
           "Examples:\n"
           "  tumble list\n"

@@ -8,6 +8,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/wire/controllers.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble::fuzz {
@@ -75,6 +76,59 @@ std::string run_declaration(std::string_view bytes) {
       Error::Kind::bad_input);
 }
 
+/// Any bytes to the host that asked for something, and to the device: a reply at most, and nothing infinite.
+std::string talk_through(const Controller& controller, std::size_t choice, std::string_view bytes, std::size_t piece) {
+  ControllerHost host(controller);
+  ControllerDevice device(controller);
+  const auto& command = controller.commands[choice % controller.commands.size()];
+  ControllerRequest request{command.verb};
+  for (const auto& name : command.requires_) request.values[name] = name == "temperature" ? 300.0 : 1.0;
+  outcome([&] { return host.ask(request); }, Error::Kind::bad_input);
+  std::size_t accepted = 0;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    for (const auto& reply : host.feed(bytes.substr(at, piece))) {
+      accepted += reply.problem.empty() && reply.verb == command.verb ? 1 : 0;
+      for (const auto& [name, value] : reply.values)
+        if (!std::isfinite(value)) return controller.name + ": infinite value";
+    }
+    for (std::size_t n = device.feed(bytes.substr(at, piece)).size(); n > 0; --n)
+      outcome([&] { return device.answer({"read"}), std::string(); }, Error::Kind::bad_input);
+    device.output();
+    host.next();
+  }
+  return accepted > 1 ? controller.name + ": more than one reply to one request" : "";
+}
+
+const std::vector<Controller>& all_controllers() {
+  static const std::vector<Controller> controllers = [] {
+    std::vector<Controller> all;
+    for (const auto& shipped : shipped_controllers()) all.push_back(controller_of(shipped));
+    return all;
+  }();
+  return controllers;
+}
+
+std::string run_controller_bytes(std::string_view bytes) {
+  if (bytes.size() < 3) return "";
+  const auto& all = all_controllers();
+  const auto number = [&](std::size_t at) { return static_cast<std::size_t>(static_cast<unsigned char>(bytes[at])); };
+  return outcome([&] { return talk_through(all[number(0) % all.size()], number(1), bytes.substr(3), 1 + number(2)); });
+}
+
+std::string run_controller(std::string_view bytes) {
+  return outcome(
+      [&] {
+        const Controller controller = read_controller(bytes, "c.toml");
+        std::string stream;
+        for (const auto& vector : controller.vectors) {
+          for (const auto& line : vector.sends) stream += line;
+          for (const auto& line : vector.replies) stream += line;
+        }
+        return talk_through(controller, bytes.size(), stream, 7);
+      },
+      Error::Kind::bad_input);
+}
+
 /// Errors of a plan are bad_input, or bad_file where a file that it names cannot be read.
 std::string run_plan(std::string_view bytes, const std::string& path) {
   write_bytes(bytes, path);
@@ -111,7 +165,8 @@ Recording small_recording() {
 std::vector<std::string> target_names() {
   std::vector<std::string> names;
   for (const Format* format : format_catalogue()) names.emplace_back(format->name);
-  for (const char* name : {"declaration", "frame_stream", "plan", "result"}) names.emplace_back(name);
+  for (const char* name : {"controller", "controller_bytes", "declaration", "frame_stream", "plan", "result"})
+    names.emplace_back(name);
   return names;
 }
 
@@ -120,6 +175,8 @@ std::string run_target(const std::string& name, std::string_view bytes, const st
     write_bytes(bytes, path);
     return read_hostile_as(*format, path, some_options(bytes.size()));
   }
+  if (name == "controller") return run_controller(bytes);
+  if (name == "controller_bytes") return run_controller_bytes(bytes);
   if (name == "declaration") return run_declaration(bytes);
   if (name == "frame_stream") return run_frame_stream(bytes);
   if (name == "plan") return run_plan(bytes, path);
@@ -142,6 +199,7 @@ std::vector<std::string> seeds_of(const std::string& name, const std::string& ro
     std::erase_if(files, [&](const fs::path& file) { return !belongs_to(*format, file); });
   }
   if (name == "declaration") add_small_files(fs::path(root) / "instruments", files);
+  if (name == "controller") add_small_files(fs::path(root) / "controllers", files);
   if (name == "plan") add_small_files(fs::path(root) / "plans", files);
   if (name == "result") {
     add_small_files(fs::path(root) / "tests", files);
@@ -149,6 +207,16 @@ std::vector<std::string> seeds_of(const std::string& name, const std::string& ro
     seeds.emplace_back(R"({"format": 1})");
   }
   for (const fs::path& file : files) seeds.push_back(read_text_file(file.string()));
+  for (std::size_t i = 0; i < all_controllers().size() && name == "controller_bytes"; ++i) {
+    const Controller& controller = all_controllers()[i];
+    for (const auto& vector : controller.vectors) {
+      const auto command = controller.find(vector.request.verb) - controller.commands.data();
+      std::string seed{static_cast<char>(i), static_cast<char>(command), '\x07'};
+      for (const auto& line : vector.replies) seed += line;
+      for (const auto& line : vector.sends) seed += line;
+      seeds.push_back(seed);
+    }
+  }
   for (std::size_t i = 0; i < all_codecs().size() && (name == "frame_stream" || name == "frames"); ++i) {
     std::string seed = name == "frames" ? "" : std::string{static_cast<char>(i), '\x07'};
     for (int times = 0; times < 3; ++times)

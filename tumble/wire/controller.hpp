@@ -129,7 +129,7 @@ struct ControllerFraming {
 struct ControllerChecksum {
   enum class Kind { none, sum_hex, xor_hex, sum, exclusive_or, xor_bit7, crc16 };
   Kind kind = Kind::none;
-  std::string mark;       ///< between the body and the checksum
+  std::string mark;        ///< between the body and the checksum
   bool with_head = false;  ///< the head is part of what is summed
 };
 
@@ -189,7 +189,8 @@ struct Controller {
 ///           file       its name, for messages
 ///           settings   of the declaration in place of their defaults, by name
 ///
-/// Returned  the controller, of which every test vector holds in both directions
+/// Returned  the controller, of which every test vector holds in both directions; with settings that differ from the
+///           defaults it has no vectors, because these are bytes for the defaults
 ///
 /// Throws    Error::bad_input with all problems, each with its line
 Controller read_controller(std::string_view toml, const std::string& file,
@@ -254,7 +255,7 @@ class ControllerHost {
   std::vector<ControllerReply> ready_;  ///< to hand out with the next feed
   std::string pending_, sent_;
   std::map<std::string, double> last_;  ///< [SI] values by axis that were sent last
-  std::uint16_t transaction_ = 0;             ///< of Modbus over TCP
+  std::uint16_t transaction_ = 0;       ///< of Modbus over TCP
 };
 
 /// The side of the controller: for the virtual rig, and for the test that a declaration works in both directions.

@@ -49,7 +49,7 @@ expect = "S {state}"
 )" + tail;
 }
 
-constexpr const char* table_vector = R"(
+constexpr const char* position_vector = R"(
 [[vector]]
 made_by_hand = true
 verb = "state"
@@ -58,7 +58,7 @@ reply = "$S M*C0\r\n"
 words = {state = "moving"}
 )";
 
-Controller table() { return read_controller(table_text(table_vector), "table.toml"); }
+Controller table() { return read_controller(table_text(position_vector), "table.toml"); }
 
 /// "$body*CS" with the sum that its characters have.
 std::string line(const std::string& body) {
@@ -80,7 +80,7 @@ std::string problems_of(const std::string& text) {
 }
 
 TEST(ReadController, SaysEveryProblemWithItsLineAndTheNearestKey) {
-  const std::string all = problems_of(table_text(table_vector) + R"(
+  const std::string all = problems_of(table_text(position_vector) + R"(
 [command.sine]
 sned = "S"
 expect = "{amplitude:.3f V}"
@@ -100,16 +100,17 @@ rules = [{means = "a"}, {bit = 1, means = "b"}]
 
 TEST(ReadController, NeedsAVectorThatHolds) {
   EXPECT_NE(problems_of(table_text("")).find("there is no [[vector]]"), std::string::npos);
-  std::string wrong = table_vector;
+  std::string wrong = position_vector;
   wrong.replace(wrong.find("moving"), 6, "ready");
   EXPECT_NE(problems_of(table_text(wrong)).find("state is 'moving', and 'ready' is stated"), std::string::npos);
-  wrong = table_vector;
+  wrong = position_vector;
   wrong.replace(wrong.find("*53"), 3, "*54");
   EXPECT_NE(problems_of(table_text(wrong)).find("host sends: '$S*54"), std::string::npos);
 }
 
 TEST(ReadController, RefusesCommandsThatTheDeviceSideCannotDistinguish) {
-  const std::string all = problems_of(table_text(table_vector) + "[command.hold]\nsend = \"S\"\nexpect = \"S {state}\"\n");
+  const std::string all =
+      problems_of(table_text(position_vector) + "[command.hold]\nsend = \"S\"\nexpect = \"S {state}\"\n");
   EXPECT_NE(all.find("sends the same as 'state'; write same_as"), std::string::npos) << all;
 }
 

@@ -59,8 +59,7 @@ std::string request_body(const Controller& controller, const ControllerExchange&
 
 std::optional<Content> parse_request(const Controller& controller, const ControllerExchange& exchange,
                                      std::string_view body) {
-  if (exchange.modbus)
-    return parse_modbus_request(*exchange.modbus, static_cast<int>(controller.axes.size()), body);
+  if (exchange.modbus) return parse_modbus_request(*exchange.modbus, static_cast<int>(controller.axes.size()), body);
   return match(exchange.send, body, controller.axes);
 }
 
@@ -97,7 +96,9 @@ std::optional<std::string> refusal(const Controller& controller, const Controlle
 std::optional<std::string> refusal_body(const Controller& controller, const ControllerExchange* exchange,
                                         std::string_view sent, const std::string& text) {
   if (controller.protocol != Controller::Protocol::text)
-    return modbus_exception(sent, exchange ? 4 : sent.empty() || (sent[0] != 3 && sent[0] != 6 && sent[0] != 16) ? 1 : 2);
+    return modbus_exception(sent, exchange                                                          ? 4
+                                  : sent.empty() || (sent[0] != 3 && sent[0] != 6 && sent[0] != 16) ? 1
+                                                                                                    : 2);
   if (exchange && !exchange->refused.empty()) return filled_refusal(controller, exchange->refused.front(), text);
   if (controller.errors.empty()) return std::nullopt;
   return filled_refusal(controller, controller.errors.front().expect, text);

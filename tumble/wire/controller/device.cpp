@@ -133,8 +133,7 @@ void ControllerDevice::answer(const ControllerReply& reply) {
   try {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
-    throw Error(error.kind,
-                fmt::format("{}: answer to {}: {}", controller_->name, slot->request.verb, error.what()));
+    throw Error(error.kind, fmt::format("{}: answer to {}: {}", controller_->name, slot->request.verb, error.what()));
   }
   slot->answered = true;
 }
@@ -149,8 +148,7 @@ void ControllerDevice::notice(const std::string& state) {
     slots_.push_back(slot);
     return;
   }
-  throw Error(Error::Kind::bad_input,
-              fmt::format("{}: there is no notice that says '{}'", controller_->name, state));
+  throw Error(Error::Kind::bad_input, fmt::format("{}: there is no notice that says '{}'", controller_->name, state));
 }
 
 std::string ControllerDevice::output() {

@@ -35,7 +35,7 @@ std::optional<int> number_at(tables::Section& section, std::string_view key, int
 
 bool flag_at(tables::Section& section, std::string_view key, bool otherwise);
 
-/// Seconds from "250 ms".
+/// [s] from "250 ms".
 double seconds_at(tables::Section& section, std::string_view key, double otherwise);
 
 /// Bytes of a text without fields.

@@ -31,8 +31,8 @@ bool set_binary(std::string_view format, ControllerPiece& piece) {
     int bytes;
     bool is_signed, is_real;
   };
-  constexpr Type types[] = {{"u8", 1, false, false},  {"i8", 1, true, false},   {"u16", 2, false, false},
-                            {"i16", 2, true, false},  {"u32", 4, false, false}, {"i32", 4, true, false},
+  constexpr Type types[] = {{"u8", 1, false, false}, {"i8", 1, true, false},   {"u16", 2, false, false},
+                            {"i16", 2, true, false}, {"u32", 4, false, false}, {"i32", 4, true, false},
                             {"f32", 4, false, true}};
   piece.big = format.ends_with("be");
   const auto type = piece.big || format.ends_with("le") ? format.substr(0, format.size() - 2) : format;

@@ -16,7 +16,7 @@ enum class Direction { request, reply };
 /// What stands between the ends of a line.
 struct Line {
   std::optional<std::string> body;
-  std::string problem;  ///< empty: none
+  std::string problem;            ///< empty: none
   std::uint16_t transaction = 0;  ///< of Modbus over TCP
 };
 

@@ -27,8 +27,9 @@ void require_values(const Controller& declaration, const ControllerCommand& comm
   std::vector<std::string> problems;
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
-      problems.push_back(fmt::format("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
-                                     command.takes.empty() ? "nothing" : fmt::format("{}", fmt::join(command.takes, ", "))));
+      problems.push_back(
+          fmt::format("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
+                      command.takes.empty() ? "nothing" : fmt::format("{}", fmt::join(command.takes, ", "))));
     if (!std::isfinite(value)) problems.push_back(fmt::format("{}: {} is not a number", declaration.name, name));
   }
   for (const auto& name : command.requires_)
@@ -188,8 +189,8 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   for (const auto& command : controller_->commands)
     for (const auto& other : command.exchanges)
       if (&command != command_ && !other.modbus && controller::parse_reply(*controller_, other, "", body))
-        return replies.push_back(problem(fmt::format("{} is a reply to '{}', and '{}' was asked", quoted(body),
-                                                     command.verb, request_.verb)));
+        return replies.push_back(problem(
+            fmt::format("{} is a reply to '{}', and '{}' was asked", quoted(body), command.verb, request_.verb)));
   replies.push_back(problem(fmt::format("unknown reply {} to {}", quoted(body), quoted(sent_))));
 }
 
@@ -205,7 +206,8 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
     if (!line->body) continue;
     const bool is_tcp = controller_->protocol == Controller::Protocol::modbus_tcp;
     if (is_tcp && line->transaction != transaction_)
-      replies.push_back(problem(fmt::format("a reply of transaction {}, and {} was asked", line->transaction, transaction_)));
+      replies.push_back(
+          problem(fmt::format("a reply of transaction {}, and {} was asked", line->transaction, transaction_)));
     else
       take_body(*line->body, replies);
   }

@@ -41,10 +41,10 @@ void put_words(const Controller& controller, const Content& content, ControllerR
       reply.words[name] = text;
       continue;
     }
-    const auto found =
-        std::ranges::find_if(words->second, [&](const auto& known) { return fits(known.first, text); });
+    const auto found = std::ranges::find_if(words->second, [&](const auto& known) { return fits(known.first, text); });
     if (found == words->second.end())
-      reply.problem = fmt::format("unknown text '{}' for {} (known: {})", shown(text), name, known_texts(words->second));
+      reply.problem =
+          fmt::format("unknown text '{}' for {} (known: {})", shown(text), name, known_texts(words->second));
     else
       reply.words[name] = found->second;
   }
@@ -121,8 +121,8 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     if (word == reply.words.end() || content.values.contains(bits.from)) continue;
     const auto number = bits_of_word(bits, word->second);
     if (!number)
-      throw Error(Error::Kind::bad_input, fmt::format("{}: this controller has no bits for the {} '{}'", controller.name,
-                                                      bits.word, word->second));
+      throw Error(Error::Kind::bad_input, fmt::format("{}: this controller has no bits for the {} '{}'",
+                                                      controller.name, bits.word, word->second));
     content.values[bits.from] = *number;
   }
   return content;

@@ -13,9 +13,9 @@ namespace tumble::controller {
 namespace {
 
 [[noreturn]] void does_not_fit(const ControllerPiece& piece, double steps) {
-  throw Error(Error::Kind::bad_input, fmt::format("{} = {:.9g}{}{} does not fit the format of the controller",
-                                                  key_of(piece), steps * piece.factor,
-                                                  piece.unit.text() == "1" ? "" : " ", piece.unit.text()));
+  throw Error(Error::Kind::bad_input,
+              fmt::format("{} = {:.9g}{}{} does not fit the format of the controller", key_of(piece),
+                          steps * piece.factor, piece.unit.text() == "1" ? "" : " ", piece.unit.text()));
 }
 
 std::string write_binary(const ControllerPiece& piece, double steps) {
@@ -99,7 +99,8 @@ std::string decimal(const ControllerPiece& piece, double steps) {
     const double whole = std::nearbyint(steps);
     if (!(std::abs(whole) <= 9e15) || (piece.type == 'X' && whole < 0.0)) does_not_fit(piece, steps);
     const auto number = static_cast<long long>(whole);
-    if (piece.type == 'X') return piece.zeros ? fmt::format("{:0{}X}", number, width) : fmt::format("{:{}X}", number, width);
+    if (piece.type == 'X')
+      return piece.zeros ? fmt::format("{:0{}X}", number, width) : fmt::format("{:{}X}", number, width);
     text = piece.plus ? fmt::format("{:+}", number) : fmt::format("{}", number);
   } else {
     const std::string form = fmt::format("{{:{}.{}{}}}", piece.plus ? "+" : "", piece.precision, piece.type);

@@ -29,8 +29,8 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))
-      draft.problems.all.push_back(fmt::format("{}: there is no setting '{}'{} (settings: {})", draft.problems.file, name,
-                                               did_you_mean(name, known),
+      draft.problems.all.push_back(fmt::format("{}: there is no setting '{}'{} (settings: {})", draft.problems.file,
+                                               name, did_you_mean(name, known),
                                                known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
     settings[name] = value;
   }
@@ -69,7 +69,8 @@ void read_serial(Section& section, ControllerLink& link) {
   const auto colon = text->find(':');
   const std::string digits = text->substr(0, colon);
   link.format = colon == std::string::npos ? "8N1" : text->substr(colon + 1);
-  const bool numeric = !digits.empty() && digits.size() < 9 && digits.find_first_not_of("0123456789") == std::string::npos;
+  const bool numeric =
+      !digits.empty() && digits.size() < 9 && digits.find_first_not_of("0123456789") == std::string::npos;
   const auto& format = link.format;
   const bool sound = format.size() == 3 && (format[0] == '7' || format[0] == '8') &&
                      std::string_view("NOE").find(format[1]) != std::string_view::npos &&
@@ -123,7 +124,8 @@ void read_protocol(Section& root, Draft& draft) {
   controller.unit = number_at(section, "unit", 255).value_or(1);
   const std::string words = section.text("words").value_or("high first");
   draft.low_word_first = words == "low first";
-  if (!draft.low_word_first && words != "high first") section.problem_at("words", "low first or high first is expected");
+  if (!draft.low_word_first && words != "high first")
+    section.problem_at("words", "low first or high first is expected");
   const std::string transport = section.text("transport").value_or("tcp");
   if (transport == "rtu")
     controller.protocol = Controller::Protocol::modbus_rtu;
@@ -215,6 +217,8 @@ Controller read_controller(std::string_view text, const std::string& file,
   controller::read_vectors(root, draft);
   root.close();
   if (!draft.problems.all.empty()) throw Error(Error::Kind::bad_input, draft.problems.sorted());
+  for (const auto& [name, value] : settings)
+    if (value != tables::text_of(*document["setting"][name].node())) controller.vectors.clear();
   if (auto wrong = problems_of_vectors(controller); !wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
   return controller;
 }

@@ -17,9 +17,9 @@ using tables::Section;
 
 const std::vector<std::string>& known_verbs() {
   static const std::vector<std::string> verbs{
-      "identify", "take",  "release",     "enable",          "disable",  "home",  "rate", "position", "sine",   "stop",
-      "read",     "state", "clear_fault", "set_temperature", "set_ramp", "start", "hold", "off",      "resume", "set_point",
-      "alarm",    "set_voltage", "set_current", "set_limits"};
+      "identify", "take",      "release", "enable",      "disable",         "home",      "rate",  "position", "sine",
+      "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",  "start", "hold",     "off",
+      "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits"};
   return verbs;
 }
 
@@ -34,20 +34,22 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
     section.problem_at(key, fmt::format("'{}' must be in {} or the like, not '{}'", piece.text, units->front().text(),
                                         piece.unit.text()));
   else
-    section.problem_at(key, fmt::format("a number with a unit has one of the names position, rate, acceleration, "
-                                        "amplitude, frequency, phase, temperature, set_point, ramp, voltage, current; '{}' is not one",
-                                        piece.text));
+    section.problem_at(
+        key, fmt::format("a number with a unit has one of the names position, rate, acceleration, "
+                         "amplitude, frequency, phase, temperature, set_point, ramp, voltage, current; '{}' is not one",
+                         piece.text));
 }
 
 /// Absolute temperatures keep their zero: 0.1 degC of a register is a step, and 0 is 0 degC.
-void check_template(Section& section, const char* key, const ControllerTemplate& form, bool is_send, const Draft& draft) {
+void check_template(Section& section, const char* key, const ControllerTemplate& form, bool is_send,
+                    const Draft& draft) {
   for (const auto& piece : form.pieces) {
     require_unit(section, key, piece);
     if (piece.axis > static_cast<int>(draft.controller.axes.size()))
       section.problem_at(key, fmt::format("'{}': there is no axis {} (see axes)", key_of(piece), piece.axis));
     if (is_send && piece.kind == ControllerPiece::Kind::word)
-      section.problem_at(key, fmt::format("the word '{}': only numbers and the axis are sent; write the text itself",
-                                          piece.text));
+      section.problem_at(
+          key, fmt::format("the word '{}': only numbers and the axis are sent; write the text itself", piece.text));
     if (piece.kind == ControllerPiece::Kind::any && piece.width > 0 && !piece.otherwise)
       section.problem_at(key, "{_} with a width needs a default, {_:3s=abc}");
   }
@@ -73,9 +75,10 @@ ControllerPiece register_field(std::string text) {
   }
   const ControllerPiece piece = parse_field(text);
   if (piece.bytes != 2 && piece.bytes != 4)
-    throw Error(Error::Kind::bad_input,
-                fmt::format("\"{}\": a type of a register is expected, \"temperature:f32 degC\" (i16, u16, i32, u32, f32)",
-                            text));
+    throw Error(
+        Error::Kind::bad_input,
+        fmt::format("\"{}\": a type of a register is expected, \"temperature:f32 degC\" (i16, u16, i32, u32, f32)",
+                    text));
   if (piece.big) return piece;
   throw Error(Error::Kind::bad_input, "Modbus sends the high byte first; the order of words is words = \"low first\"");
 }
@@ -95,14 +98,22 @@ void read_register(Section& section, ControllerExchange& exchange, Draft& draft)
     section.problem_at("step", "the register of the last axis is above 65535");
   const std::string words = section.text("words").value_or(draft.low_word_first ? "low first" : "high first");
   access.low_word_first = words == "low first";
-  if (!access.low_word_first && words != "high first") section.problem_at("words", "low first or high first is expected");
+  if (!access.low_word_first && words != "high first")
+    section.problem_at("words", "low first or high first is expected");
   access.function = number_at(section, "function", 16).value_or(read ? 3 : access.number.bytes == 2 ? 6 : 16);
-  const bool sound = read ? access.function == 3 : access.function == 16 || (access.function == 6 && access.number.bytes == 2);
+  const bool sound =
+      read ? access.function == 3 : access.function == 16 || (access.function == 6 && access.number.bytes == 2);
   if (!sound) section.problem_at("function", "3 reads; 6 writes one register, 16 one or more");
   if (const auto* node = section.find("value")) {
     access.constant = node->value<double>();
-    if (!access.constant || !write) section.problem_at("value", "a number that is written is expected");
-    else guarded(section, "value", [&] { write_number({.bytes = access.number.bytes, .is_signed = access.number.is_signed, .is_real = access.number.is_real}, *access.constant); });
+    if (!access.constant || !write)
+      section.problem_at("value", "a number that is written is expected");
+    else
+      guarded(section, "value", [&] {
+        write_number(
+            {.bytes = access.number.bytes, .is_signed = access.number.is_signed, .is_real = access.number.is_real},
+            *access.constant);
+      });
   }
   exchange.modbus = access;
 }
@@ -198,9 +209,10 @@ void resolve_same(ControllerCommand& command, Draft& draft, Section& root) {
   if (command.same_as.empty()) return;
   const auto* other = draft.controller.find(command.same_as);
   if (!other || !other->same_as.empty() || !command.exchanges.empty())
-    return root.problem_at("command", fmt::format("[command.{}]: same_as names another command, and has nothing to send "
-                                                  "beside it",
-                                                  command.verb));
+    return root.problem_at("command",
+                           fmt::format("[command.{}]: same_as names another command, and has nothing to send "
+                                       "beside it",
+                                       command.verb));
   command.exchanges = other->exchanges;
   summarise(command);
 }

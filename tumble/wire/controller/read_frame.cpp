@@ -38,10 +38,9 @@ ControllerChecksum checksum_at(Section& around, Draft& draft) {
   if (!table) return check;
   Section section(*table, "checksum", draft.problems);
   const std::string kind = section.text("kind").value_or("");
-  const std::pair<const char*, Kind> kinds[] = {{"none", Kind::none},         {"sum_hex", Kind::sum_hex},
-                                                {"xor_hex", Kind::xor_hex},   {"nmea_xor", Kind::xor_hex},
-                                                {"sum", Kind::sum},           {"xor", Kind::exclusive_or},
-                                                {"xor_bit7", Kind::xor_bit7}, {"crc16", Kind::crc16}};
+  const std::pair<const char*, Kind> kinds[] = {
+      {"none", Kind::none}, {"sum_hex", Kind::sum_hex},  {"xor_hex", Kind::xor_hex},   {"nmea_xor", Kind::xor_hex},
+      {"sum", Kind::sum},   {"xor", Kind::exclusive_or}, {"xor_bit7", Kind::xor_bit7}, {"crc16", Kind::crc16}};
   const auto* const found = std::ranges::find(kinds, kind, [](const auto& one) { return std::string(one.first); });
   if (found == std::end(kinds))
     section.problem_at("kind", "sum_hex, nmea_xor, sum, xor, xor_bit7, crc16 or none is expected");
@@ -98,7 +97,8 @@ void read_bits(Section& root, Draft& draft) {
     for (const auto* rule : declaration::tables_at(section, "rules")) bits.rules.push_back(rule_of(*rule, draft));
     for (const auto& rule : bits.rules)
       if (!rule.means.empty() && !bits_of_word(bits, rule.means))
-        section.problem_at("rules", fmt::format("no number means '{}': the rules before it hold for all of them", rule.means));
+        section.problem_at("rules",
+                           fmt::format("no number means '{}': the rules before it hold for all of them", rule.means));
     section.close();
     draft.controller.bits.push_back(bits);
   }

@@ -46,8 +46,8 @@ void require_sense(Draft& draft) {
       return std::ranges::find(command.gives, bits.from) != command.gives.end();
     });
     if (!carried)
-      all.push_back(fmt::format("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word,
-                                bits.from));
+      all.push_back(
+          fmt::format("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word, bits.from));
   }
 }
 

@@ -21,8 +21,8 @@ void require_ends(const ControllerTemplate& form) {
   for (std::size_t i = 1; i < form.pieces.size(); ++i) {
     const auto &piece = form.pieces[i], &before = form.pieces[i - 1];
     const bool is_fixed = piece.kind == Kind::literal || piece.width > 0 || piece.bytes > 0;
-    const bool number_ends = before.kind == Kind::number && (before.zeros || before.bytes > 0 ||
-                                                             before.part == ControllerPiece::Part::sign);
+    const bool number_ends =
+        before.kind == Kind::number && (before.zeros || before.bytes > 0 || before.part == ControllerPiece::Part::sign);
     const bool runs_on = is_open(before) || (before.kind == Kind::number && !number_ends);
     if (piece.kind != Kind::literal && runs_on && !(before.kind == Kind::number && is_fixed && piece.bytes > 0))
       throw Error(Error::Kind::bad_input,
@@ -41,7 +41,8 @@ double value_for(const ControllerPiece& piece, const Content& content) {
   if (!value && piece.axis > 0 && content.axis == piece.axis) value = get(piece.text);
   if (!value && piece.otherwise) value = value_of_default(piece);
   if (!value)
-    throw Error(Error::Kind::bad_input, fmt::format("the value '{}' [{}] is missing", key_of(piece), piece.unit.text()));
+    throw Error(Error::Kind::bad_input,
+                fmt::format("the value '{}' [{}] is missing", key_of(piece), piece.unit.text()));
   return *value;
 }
 

@@ -25,7 +25,7 @@ ControllerPiece parse_field(std::string_view text);
 
 /// What the fields of a template say, in one direction or the other. Words are as the device writes them.
 struct Content {
-  std::map<std::string, double> values;      ///< [SI]
+  std::map<std::string, double> values;  ///< [SI]
   std::map<std::string, std::string> words;
   std::optional<int> axis;
 };

@@ -34,8 +34,7 @@ void VectorCheck::compare(const ControllerReply& reply) const {
   if (!reply.problem.empty()) return say(reply.problem);
   if (reply.refused != vector.reply.refused)
     return say(reply.refused ? fmt::format("the reply is refused: {}", reply.text) : "the reply is not refused");
-  if (!vector.reply.text.empty() && reply.text != vector.reply.text)
-    say(fmt::format("the text is '{}'", reply.text));
+  if (!vector.reply.text.empty() && reply.text != vector.reply.text) say(fmt::format("the text is '{}'", reply.text));
   for (const auto& [name, value] : vector.reply.values) {
     const auto found = reply.values.find(name);
     const double tolerance = vector.tolerance.at(name) + 1e-9 * std::abs(value);
@@ -47,7 +46,8 @@ void VectorCheck::compare(const ControllerReply& reply) const {
   for (const auto& [name, word] : vector.reply.words) {
     const auto found = reply.words.find(name);
     if (found == reply.words.end() || found->second != word)
-      say(fmt::format("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second, word));
+      say(fmt::format("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second,
+                      word));
   }
 }
 
@@ -62,7 +62,8 @@ void VectorCheck::as_host() const {
     for (const auto& reply : host.feed(answer)) replies.push_back(reply);
     if (waits && host.waiting()) break;
   }
-  if (line < vector.sends.size()) say(fmt::format("{} texts to send are stated, {} were sent", vector.sends.size(), line));
+  if (line < vector.sends.size())
+    say(fmt::format("{} texts to send are stated, {} were sent", vector.sends.size(), line));
   if (answered < vector.replies.size()) say("more replies are stated than were awaited");
   if (replies.size() != 1) {
     for (const auto& reply : replies)
