@@ -1,6 +1,12 @@
 #include "tumble/core/schedule.hpp"
 
+#include <cmath>
+
+#include "tumble/math/shaped_noise.hpp"
+
 namespace tumble {
+
+double rms_of(const Motion& random) { return std::sqrt(variance({random.psd_frequency, random.psd})); }
 
 std::vector<AxisCommand> commands_to(const Schedule& run, const std::string& axis) {
   std::vector<AxisCommand> commands;

@@ -24,6 +24,10 @@ struct Motion {
   bool continued = false;  ///< the motion of the segment before, which goes on; nothing was commanded
 };
 
+/// [unit of the axis] of a random motion over its whole band: the root of the integral of its density, which is straight
+/// between its points on logarithmic axes.
+double rms_of(const Motion& random);
+
 struct Segment {
   std::string label;
   double duration = 0.0;  ///< [s]

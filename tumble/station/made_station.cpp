@@ -63,7 +63,7 @@ Station station_for(const Plan& plan) {
     station.devices.push_back(device_for(axis, driven.kind));
     SafeCommand stop;
     stop.device = driven.device;
-    stop.request.verb = driven.kind == StationAxis::Kind::temperature ? "hold" : "stop";
+    stop.request.verb = "stop";
     station.safe.push_back(stop);
     station.axes.push_back(driven);
   }

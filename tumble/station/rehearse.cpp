@@ -77,9 +77,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     };
     company.orders = [&] { return std::exchange(answers, {}); };
   }
-  company.by_hand = [&](const std::map<std::string, double>& axes) {
-    for (const auto& [axis, value] : axes) bench.put(axis, value);
-  };
+  company.by_hand = [&](const std::map<std::string, double>& axes) { bench.put(axes); };
 
   Rehearsed rehearsed;
   Disk disk;
@@ -90,7 +88,11 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
     rehearsed.simulated = bench.now();
   }
-  rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
+  try {
+    rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_data || rehearsed.end.ending == RunEnding::complete) throw;  // it ended too early
+  }
   return rehearsed;
 }
 

@@ -53,6 +53,14 @@ void convert(std::map<std::string, double>& values, const std::map<int, StationA
   }
 }
 
+std::vector<Motion> random_motions(const Schedule& schedule) {
+  std::vector<Motion> motions;
+  for (const Segment& segment : schedule)
+    for (const auto& [axis, motion] : segment.axes)
+      if (motion.kind == Motion::Kind::random) motions.push_back(motion);
+  return motions;
+}
+
 struct Arrival {
   LinkEvent event;
   std::uint64_t order = 0;
@@ -144,6 +152,7 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
     const Controller& controller = parts.controllers[d];
     Controlled one{controller, ControllerDevice(controller), {}, {}, LinkFaults(faults, station.devices[d].name, seed)};
     one.device.name = station.devices[d].name;
+    one.device.profiles = random_motions(plan.schedule);
     for (const StationAxis& axis : station.axes) {
       if (axis.device != d) continue;
       if (std::ranges::find(axes, axis.name) == axes.end())
@@ -198,11 +207,12 @@ std::vector<LinkEvent> VirtualBench::wait(double until) {
   }
 }
 
-void VirtualBench::put(const std::string& axis, double value) {
-  if (inner_->rig.power_up() == 0)
-    inner_->rig.place(inner_->now, {{axis, value}});
-  else if (const auto why = inner_->rig.command(inner_->now, axis, {.value = value}); !why.empty())
-    throw Error(Error::Kind::bad_input, fmt::format("{} cannot be put there: {}", axis, why));
+void VirtualBench::put(const std::map<std::string, double>& axes) {
+  if (inner_->rig.power_up() == 0) return inner_->rig.place(inner_->now, axes);
+  Segment by_hand;
+  for (const auto& [axis, value] : axes) by_hand.axes[axis] = {.value = value};
+  if (const auto why = inner_->rig.carry_out(inner_->now, by_hand); !why.empty())
+    throw Error(Error::Kind::bad_input, "it cannot be put there by hand: " + why);
 }
 
 Wires VirtualBench::wires() {

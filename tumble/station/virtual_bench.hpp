@@ -36,8 +36,8 @@ class VirtualBench {
   void send(std::size_t wire, std::string_view bytes);
   /// Moves the clock on to what happens next, at most to `until` [s]. Returned: what arrives at the station then.
   std::vector<LinkEvent> wait(double until);
-  /// A person puts an axis somewhere [SI].
-  void put(const std::string& axis, double value);
+  /// A person puts axes somewhere [SI].
+  void put(const std::map<std::string, double>& axes);
 
   /// The bench as the wires of a station, in simulated time. It must live as long.
   Wires wires();

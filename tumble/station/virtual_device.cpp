@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -50,6 +51,22 @@ void answer_rate(Asked& asked) { asked.order({.kind = Kind::rate, .value = asked
 void answer_sine(Asked& asked) {
   const double amplitude = asked.need("amplitude"), frequency = asked.need("frequency");
   asked.order({.kind = Kind::sine, .amplitude = amplitude, .frequency = frequency, .phase = asked.value_or("phase", 0.0)});
+}
+
+void answer_sweep(Asked& asked) {
+  const double amplitude = asked.need("amplitude"), from = asked.need("frequency"), to = asked.need("to_frequency");
+  asked.order({.kind = Kind::sweep, .amplitude = amplitude, .frequency = from, .to_frequency = to,
+               .lasts = asked.need("duration")});
+}
+
+/// The shaker has the profiles of the plan; that of this level is played.
+void answer_random(Asked& asked) {
+  const double rms = asked.need("rms");
+  const auto& profiles = asked.device.profiles;
+  const auto found = std::ranges::find_if(
+      profiles, [&](const Motion& profile) { return std::abs(rms_of(profile) - rms) <= 1e-3 * std::abs(rms); });
+  if (found == profiles.end()) return asked.refuse("there is no profile of this level");
+  asked.order(*found);
 }
 
 void answer_home(Asked& asked) { asked.order({.value = 0.0}); }
@@ -105,6 +122,7 @@ void add_readings(Asked& asked) {
     if (asked.rig.is_temperature(axis)) {
       values["temperature" + tail] = now.value;
       values["set_point" + tail] = asked.device.memory[axis].set_point.value_or(now.value);
+      if (asked.request.verb == "set_point") values["temperature" + tail] = values["set_point" + tail];
     } else {
       values["position" + tail] = now.value;
       values["rate" + tail] = now.rate;
@@ -113,6 +131,7 @@ void add_readings(Asked& asked) {
   add(asked.axis, "");
   for (std::size_t i = 0; i < asked.device.axes.size(); ++i)
     if (!asked.device.axes[i].empty()) add(asked.device.axes[i], "." + std::to_string(i + 1));
+  for (const auto& [name, value] : asked.request.values) asked.reply.values[name] = value;  // some repeat what was sent
 }
 
 void answer_state(Asked& asked) {
@@ -138,6 +157,7 @@ const std::map<std::string, void (*)(Asked&), std::less<>>& verbs() {
       {"identify", answer_identify},  {"take", acknowledge},          {"release", acknowledge},
       {"enable", answer_enable},      {"disable", answer_disable},    {"home", answer_home},
       {"rate", answer_rate},          {"position", answer_position},  {"sine", answer_sine},
+      {"sweep", answer_sweep},        {"random", answer_random},
       {"stop", answer_stop},          {"read", acknowledge},          {"state", answer_state},
       {"clear_fault", answer_clear},  {"set_temperature", answer_temperature},
       {"set_ramp", answer_ramp},      {"start", answer_start},        {"hold", answer_stop},

@@ -38,31 +38,6 @@ std::map<std::string, double> position_values(const StationAxis& axis, double po
   return values;
 }
 
-/// The motion of one axis before recording.
-void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
-  const auto& axis = turn.station().axes[index];
-  auto& progress = turn.state.axes[index];
-  const bool warms = axis.kind == StationAxis::Kind::temperature;
-  if (motion.kind == Kind::rate) {
-    demand(progress, Demand::rate, motion.value);
-    send_motion(turn, index, "rate", {{"rate", to_controller_rate(axis, motion.value)}});
-  } else if (motion.kind == Kind::sine) {
-    demand(progress, Demand::sine, motion.amplitude);
-    progress.period = 1.0 / motion.frequency;
-    std::map<std::string, double> values{{"amplitude", to_controller_rate(axis, motion.amplitude)},
-                                         {"frequency", motion.frequency}};
-    if (motion.phase != 0.0) values["phase"] = motion.phase;
-    send_motion(turn, index, "sine", std::move(values));
-  } else if (warms) {
-    demand(progress, Demand::temperature, motion.value);
-    send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, motion.value)}});
-  } else {
-    demand(progress, Demand::position, motion.value);
-    send_motion(turn, index, "position",
-                position_values(axis, nearest_position(axis, progress, motion.value), axis.speed));
-  }
-}
-
 bool turns(const AxisProgress& progress) {
   return progress.demand == Demand::rate || progress.demand == Demand::sine || progress.demand == Demand::moving;
 }
@@ -78,6 +53,54 @@ void rest_axis(Turn& turn, std::size_t index, Purpose purpose) {
   demand(progress, Demand::rest, 0.0);
   progress.at_rest = 0;
   send_motion(turn, index, "stop", {}, purpose);
+}
+
+/// A vibration that goes on until it is stopped.
+void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  if (motion.kind == Kind::random) {
+    demand(progress, Demand::sine, rms_of(motion));
+    progress.period = 1.0 / motion.psd_frequency.front();
+    return send_motion(turn, index, "random", {{"rms", progress.value}});
+  }
+  demand(progress, Demand::sine, motion.amplitude);
+  progress.period = 1.0 / motion.frequency;
+  std::map<std::string, double> values{{"amplitude", to_controller_rate(axis, motion.amplitude)},
+                                       {"frequency", motion.frequency}};
+  if (motion.phase != 0.0) values["phase"] = motion.phase;
+  send_motion(turn, index, "sine", std::move(values));
+}
+
+/// The motion of one axis before recording.
+void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  if (motion.kind == Kind::rate) {
+    demand(progress, Demand::rate, motion.value);
+    send_motion(turn, index, "rate", {{"rate", to_controller_rate(axis, motion.value)}});
+  } else if (motion.kind == Kind::sine || motion.kind == Kind::random) {
+    send_vibration(turn, index, motion);
+  } else if (axis.kind == StationAxis::Kind::acceleration) {
+    rest_axis(turn, index, Purpose::motion);
+  } else if (axis.kind == StationAxis::Kind::temperature) {
+    demand(progress, Demand::temperature, motion.value);
+    send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, motion.value)}});
+  } else {
+    demand(progress, Demand::position, motion.value);
+    send_motion(turn, index, "position",
+                position_values(axis, nearest_position(axis, progress, motion.value), axis.speed));
+  }
+}
+
+void begin_sweep(Turn& turn, std::size_t index, const Motion& motion) {
+  demand(turn.state.axes[index], Demand::sine, motion.amplitude);
+  turn.state.axes[index].period = 1.0 / motion.frequency;
+  send_motion(turn, index, "sweep",
+              {{"amplitude", motion.amplitude},
+               {"frequency", motion.frequency},
+               {"to_frequency", motion.to_frequency},
+               {"duration", motion.lasts > 0.0 ? motion.lasts : turn.segment().duration}});
 }
 
 void set_ramp_point(Turn& turn, std::size_t index) {
@@ -99,11 +122,11 @@ std::map<std::string, Motion> motions_before_recording(const Turn& turn) {
   for (std::size_t i = 0; i <= turn.state.segment; ++i) {
     if (schedule[i].run != turn.segment().run) continue;
     for (const auto& [axis, motion] : schedule[i].axes) {
-      const bool goes = motion.kind == Kind::ramp || motion.kind == Kind::slew;
+      const bool goes = motion.kind == Kind::ramp || motion.kind == Kind::slew || motion.kind == Kind::sweep;
       const bool stays = motion.kind == Kind::hold || motion.kind == Kind::dwell;
       if (i == turn.state.segment) {
         if (!goes) motions[axis] = motion;
-      } else if (goes || stays) {
+      } else if (motion.kind != Kind::sweep && (goes || stays)) {
         motions[axis] = {.kind = Kind::hold, .value = goes ? motion.to : motion.value};
       } else {
         motions.erase(axis);
@@ -134,6 +157,7 @@ void begin_ramps(Turn& turn) {
     const auto found = turn.segment().axes.find(axis.name);
     if (found == turn.segment().axes.end()) continue;
     const Motion& motion = found->second;
+    if (motion.kind == Kind::sweep) begin_sweep(turn, i, motion);
     if (motion.kind != Kind::ramp && motion.kind != Kind::slew) continue;
     const double from =
         progress.demand == Demand::temperature ? progress.value : progress.temperature.value_or(motion.to);

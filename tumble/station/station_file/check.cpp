@@ -76,7 +76,7 @@ const char* verb_of(const StationAxis& axis, const Motion& motion) {
     case MotionKind::random:
       return "random";
     default:
-      return axis.kind == Kind::temperature ? "set_temperature" : "position";
+      return axis.kind == Kind::temperature ? "set_temperature" : axis.kind == Kind::angle ? "position" : "stop";
   }
 }
 
@@ -86,12 +86,10 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
   std::vector<std::string> needed{verb};
   if (axis.kind != Kind::acceleration) needed.emplace_back("read");
   if (axis.kind != Kind::temperature) needed.emplace_back("stop");
-  for (const auto& one : needed) {
-    const bool never = one == "sweep" || one == "random";
-    if (never || (!device.verbs.empty() && !device.can(one)))
+  for (const auto& one : needed)
+    if (!device.verbs.empty() && !device.can(one))
       checking.add(fmt::format("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
                                axis.name, one, device.controller));
-  }
 }
 
 /// Limits of the station for one motion of the plan.

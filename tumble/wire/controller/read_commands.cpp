@@ -19,7 +19,7 @@ const std::vector<std::string>& known_verbs() {
   static const std::vector<std::string> verbs{
       "identify", "take",      "release", "enable",      "disable",         "home",      "rate",  "position", "sine",
       "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",  "start", "hold",     "off",
-      "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits"};
+      "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits", "sweep", "random"};
   return verbs;
 }
 
@@ -230,6 +230,9 @@ const std::vector<Unit>* units_of(const std::string& value) {
                                                               {"acceleration", units({"deg/s^2", "m/s^2"})},
                                                               {"amplitude", units({"deg", "m/s^2", "m"})},
                                                               {"frequency", units({"Hz"})},
+                                                              {"to_frequency", units({"Hz"})},
+                                                              {"duration", units({"s"})},
+                                                              {"rms", units({"deg", "m/s^2"})},
                                                               {"phase", units({"deg"})},
                                                               {"temperature", units({"degC"})},
                                                               {"set_point", units({"degC"})},
