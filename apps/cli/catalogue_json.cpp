@@ -165,22 +165,23 @@ Json json(const ShippedInstrument& instrument) {
           {"channels", channels}};
 }
 
-/// "takes position, rate; gives state", and how certain it is where that differs.
-std::string said_of(const Controller& controller, const ControllerCommand& command) {
-  std::string text;
-  if (!command.takes.empty()) text += fmt::format("takes {}", fmt::join(command.takes, ", "));
-  if (!command.gives.empty())
-    text += fmt::format("{}gives {}", text.empty() ? "" : "; ", fmt::join(command.gives, ", "));
-  if (command.certainty != controller.certainty)
-    text += fmt::format("{}{}", text.empty() ? "" : "; ", name(command.certainty));
-  if (!command.note.empty()) text += (text.empty() ? "" : ". ") + command.note;
+/// "tcp 10001, serial 9600:8N1"
+std::string said_of(const ControllerLink& link) {
+  std::string text = link.tcp > 0 ? fmt::format("tcp {}", link.tcp) : "";
+  if (link.baud > 0)
+    text += fmt::format("{}serial {}:{}{}{}", text.empty() ? "" : ", ", link.baud, link.format,
+                        link.flow.empty() ? "" : " ", link.flow);
   return text;
 }
 
 Json json(const Controller& controller) {
   Json commands = Json::array(), settings = Json::array();
   for (const auto& command : controller.commands)
-    commands.push_back({{"name", command.verb}, {"description", said_of(controller, command)}});
+    commands.push_back({{"name", command.verb},
+                        {"takes", command.takes},
+                        {"gives", command.gives},
+                        {"certainty", std::string(name(command.certainty))},
+                        {"description", command.note}});
   for (const auto& [setting, value] : controller.settings)
     settings.push_back({{"name", setting}, {"default", value}, {"description", ""}});
   return {{"name", controller.name},
@@ -189,6 +190,7 @@ Json json(const Controller& controller) {
           {"certainty", std::string(name(controller.certainty))},
           {"supported", controller.supported()},
           {"note", controller.note},
+          {"link", said_of(controller.link)},
           {"lost_link", controller.lost_link},
           {"settings", settings},
           {"commands", commands}};

@@ -64,12 +64,23 @@ std::string items(const Json& entry, const char* list, const char* heading, std:
   return text;
 }
 
+/// "takes position, rate; gives state (uncertain)"
+std::string values_of_command(const Json& command) {
+  const auto list = [&](const char* word) {
+    const auto names = command[word].get<std::vector<std::string>>();
+    return names.empty() ? "" : fmt::format("{} {}", word, fmt::join(names, ", "));
+  };
+  const std::string takes = list("takes"), gives = list("gives");
+  const std::string both = takes + (takes.empty() || gives.empty() ? "" : "; ") + gives;
+  return fmt::format("{}{}({})", both, both.empty() ? "" : " ", command["certainty"].get<std::string>());
+}
+
 /// All that one entry says of itself.
 std::string page(const Json& entry) {
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
   if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
   if (entry.contains("certainty")) text += fmt::format("certainty: {}\n", entry["certainty"].get<std::string>());
-  if (entry.contains("note")) text += wrapped("note: ", entry["note"]);
+  if (entry.contains("note") && entry["note"] != "") text += wrapped("note: ", entry["note"]);
   if (entry.contains("variants") && !entry["variants"].empty())
     text +=
         wrapped("variants: ", fmt::format("{}", fmt::join(entry["variants"].get<std::vector<std::string>>(), ", ")));
@@ -92,11 +103,12 @@ std::string page(const Json& entry) {
   });
   text += items(entry, "channels", "channels",
                 [](const Json& channel) { return fmt::format("[{}]", channel["unit"].get<std::string>()); });
+  if (entry.contains("link")) text += fmt::format("link: {}\n", entry["link"].get<std::string>());
   if (entry.contains("lost_link") && entry["lost_link"] != "")
     text += wrapped("if the host is silent: ", entry["lost_link"]);
   text += items(entry, "settings", "settings",
                 [](const Json& setting) { return "= " + setting["default"].get<std::string>(); });
-  text += items(entry, "commands", "commands", [](const Json&) { return std::string(); });
+  text += items(entry, "commands", "commands", values_of_command);
   text += items(entry, "axes", "axes", [](const Json& axis) {
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -22,11 +23,18 @@ struct Arguments {
 };
 
 volatile std::sig_atomic_t wanted_end = 0;
+std::atomic<std::time_t> wanted_at = 0;
 
-/// Once: the recording ends. Twice: as if it were no recording; its store remains.
+/// Once: the recording ends. Again, seconds later: at once, and its store remains. A terminal and a program in between
+/// may both send a signal: two at once are one.
 extern "C" void end_recording(int number) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (wanted_end == 0) wanted_at = now.tv_sec;
   wanted_end = 1;
+  if (now.tv_sec - wanted_at <= 1) return;
   std::signal(number, SIG_DFL);
+  std::raise(number);
 }
 
 double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -114,30 +122,47 @@ std::string findings_text(const Findings& findings, std::size_t width) {
   return text.empty() ? "\nfindings: none\n" : "\nfindings:\n" + text;
 }
 
+/// 0 where the option was not given.
 double seconds_of(const std::string& option, const std::string& text) {
   if (text.empty()) return 0.0;
-  const double seconds = parse_si(text, Unit::parse("s"));
-  if (seconds > 0.0 && std::isfinite(seconds)) return seconds;
-  throw Error(Error::Kind::bad_input,
-              fmt::format("{} {}: a duration above 0 expected, for example '10 min'", option, text));
+  const std::string expected = fmt::format("{} {}: a duration above 0 expected, for example '10 min'", option, text);
+  try {
+    const double seconds = parse_si(text, Unit::parse("s"));
+    if (seconds > 0.0 && std::isfinite(seconds)) return seconds;
+  } catch (const Error& error) {
+    throw Error(Error::Kind::bad_input, fmt::format("{} ({})", expected, error.what()));
+  }
+  throw Error(Error::Kind::bad_input, expected);
 }
 
+/// All that is wrong at once.
 RecordRequest request_of(const Arguments& arguments) {
-  check_output(arguments.output, {}, {".h5", ".hdf5"});
-  return {arguments.instrument,
-          parse_link(arguments.link),
-          arguments.output,
-          seconds_of("--for", arguments.duration),
-          seconds_of("--silence", arguments.silence),
-          !arguments.no_start,
-          arguments.keep};
+  std::vector<std::string> problems;
+  const auto collected = [&](const auto& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    }
+  };
+  RecordRequest request;
+  request.instrument = arguments.instrument;
+  request.output = arguments.output;
+  request.start = !arguments.no_start;
+  request.keep = arguments.keep;
+  collected([&] { request.link = parse_link(arguments.link); });
+  collected([&] { check_output(arguments.output, {}, {".h5", ".hdf5"}); });
+  collected([&] { request.duration = seconds_of("--for", arguments.duration); });
+  collected([&] { request.silence = seconds_of("--silence", arguments.silence); });
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return request;
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   constexpr int bad_data = 3;
   const RecordRequest request = request_of(arguments);
   Display display(terminal);
-  for (const int number : {SIGINT, SIGTERM}) std::signal(number, end_recording);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_recording);
   RecordWorld world{steady, utc, [] { return wanted_end != 0; }};
   world.show = [&](const RecordView& view) { display.show(view); };
   world.sealing = [&] { display.end(); };

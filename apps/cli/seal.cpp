@@ -1,4 +1,5 @@
-#include <filesystem>
+#include <fmt/format.h>
+
 #include <memory>
 
 #include "tumble/station/recorder_read.hpp"
@@ -8,11 +9,17 @@ namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string run, output;
+  std::string run, output, raw;
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty()) check_output(arguments.output, {}, {".h5", ".hdf5"});
+  if (!arguments.raw.empty()) {
+    check_output(arguments.raw, {}, {".raw", ".bin", ".frames"});
+    const auto bytes = write_raw(arguments.run, arguments.raw);
+    note(terminal, fmt::format("wrote {}: {} bytes as they came", arguments.raw, bytes));
+    return 0;
+  }
   std::vector<SealedRecording> sealed;
   {
     ProgressLine line(terminal);
@@ -36,9 +43,11 @@ Verb seal_verb() {
           {{"RUN", &arguments->run, "folder of the run", true},
            {"-o,--output", &arguments->output,
             "recording to write (.h5); default: as the run says, else RUN/recording.h5;\nof several units "
-            "each has a file, NAME-SLOT.h5"}},
+            "each has a file, NAME-SLOT.h5"},
+           {"--raw", &arguments->raw, "write the received bytes instead, as they came, into a file", false, "FILE"}},
           "Example:\n"
-          "  tumble seal fog.run\n",
+          "  tumble seal fog.run\n"
+          "  tumble seal fog.run --raw fog.raw\n",
           [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 

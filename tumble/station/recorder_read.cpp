@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/recorder/read_recordings.hpp"
 #include "tumble/station/recorder/run_reader.hpp"
 #include "tumble/station/recorder/slot_reader.hpp"
@@ -80,6 +81,31 @@ StoreContent visit_store(const std::string& run, const std::function<void(const 
     StoreContent content = recorder::describe(store);
     recorder::visit(store, content, visit);
     return content;
+  } catch (const recorder::Refusal& refusal) {
+    recorder::refuse_to_read(path, refusal);
+  }
+}
+
+std::uint64_t write_raw(const std::string& run, const std::string& file) {
+  const std::string path = recorder::path_of_store(run);
+  Disk disk;
+  const recorder::StoreFile store = recorder::open_store(path, disk);
+  try {
+    StoreContent content = recorder::describe(store);
+    for (const StoreLink& link : content.links)
+      if (link.name != content.links.front().name)
+        throw Error(Error::Kind::bad_data, fmt::format("'{}' holds the bytes of several links ({}, {}): a file of raw "
+                                                       "bytes is that of one",
+                                                       path, content.links.front().name, link.name));
+    AtomicFile output(file);
+    std::uint64_t written = 0;
+    recorder::visit(store, content, [&](const StoreItem& item) {
+      if (item.kind != StoreItem::Kind::raw || item.direction != StoreDirection::received) return;
+      output.write(item.bytes);
+      written += item.bytes.size();
+    });
+    output.commit();
+    return written;
   } catch (const recorder::Refusal& refusal) {
     recorder::refuse_to_read(path, refusal);
   }

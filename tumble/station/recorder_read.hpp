@@ -53,6 +53,11 @@ struct StoreRecording {
 /// Throws    Error::bad_file as visit_store(); Error::bad_data for a store without samples
 std::vector<StoreRecording> read_store(const std::string& run, const Progress& progress = {});
 
+/// Writes the bytes that were received, as they came, into a file: they can be decoded again by another declaration.
+/// Throws Error::bad_file as visit_store() or where it cannot be written; Error::bad_data for a store of several links.
+/// Returns their number.
+std::uint64_t write_raw(const std::string& run, const std::string& file);
+
 struct SealedRecording {
   std::string slot, path, sha256;
   Findings findings;  ///< of the recording

@@ -107,7 +107,10 @@ class Session {
   double now() const { return world_.clock() - begin_; }
 
   void open_store() {
-    const bool made = fs::create_directory(folder_);
+    std::error_code refused;
+    const bool made = fs::create_directory(folder_, refused);
+    if (refused)
+      throw Error(Error::Kind::bad_file, fmt::format("cannot make the folder '{}': {}", folder_, refused.message()));
     try {
       RecorderOptions options;
       options.clock = world_.clock;
@@ -135,6 +138,7 @@ class Session {
   bool receive(double seconds, std::string* heard = nullptr) {
     for (const LinkEvent& event : links_.wait(seconds)) {
       if (event.kind == LinkEvent::Kind::bytes) stream_->receive(event.time, event.bytes);
+      received_ += event.bytes.size();
       if (event.kind == LinkEvent::Kind::bytes && heard) *heard += event.bytes;
       if (event.kind != LinkEvent::Kind::lost) continue;
       recorder_->event({event.time, "link lost", instrument_.link.name, event.reason, {}});
@@ -195,6 +199,24 @@ class Session {
                             instrument_.link.name, sent, expected, answer_within, count, heard));
   }
 
+  /// There is nothing to seal. Bytes that are no frames may still tell a person what the device sends.
+  [[noreturn]] void refuse_empty() {
+    recorder_.reset();
+    std::error_code ignored;
+    if (received_ == 0) fs::remove_all(folder_, ignored);
+    const std::string& link = instrument_.link.name;
+    if (received_ == 0)
+      throw Error(Error::Kind::bad_data,
+                  fmt::format("{}: {}", link, outcome_.whole ? "nothing was received" : outcome_.ending));
+    std::vector<std::string> problems;
+    if (!outcome_.whole) problems.push_back(outcome_.ending);
+    problems.push_back(
+        fmt::format("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
+                    "line (the bytes: `tumble seal {} --raw FILE.raw`)",
+                    link, instrument_.codec.name, received_, folder_));
+    throw Error(Error::Kind::bad_data, problems);
+  }
+
   void receive_until_end() {
     const double until = request_.duration > 0.0 ? now() + request_.duration : 0.0;
     while (receive(until > 0.0 ? std::min(look_interval, std::max(until - now(), 0.0)) : look_interval)) {
@@ -219,6 +241,7 @@ class Session {
     close();
     if (world_.sealing) world_.sealing();
     outcome_.store = folder_;
+    if (stream_->counts().channel_frames == 0) refuse_empty();
     Disk disk;  // the one of the recording may have failed
     auto files = [&] {
       try {
@@ -248,6 +271,7 @@ class Session {
   std::optional<Recorder> recorder_;
   std::optional<InstrumentRecorder> stream_;
   double next_wall_clock_ = 0.0;
+  std::uint64_t received_ = 0;  // bytes
   RecordOutcome outcome_;
 };
 

@@ -76,6 +76,7 @@ struct ControllerExchange {
   std::vector<ControllerTemplate> expect;         ///< the device writes the first; empty: there is no reply
   std::vector<ControllerTemplate> refused;        ///< replies that say no to this exchange
   std::optional<ControllerRegister> modbus = {};  ///< in place of the templates
+  std::vector<std::string> json = {};             ///< HTTP: pointers to the words of a reply
   bool bare = false;                              ///< sent without head, tail and checksum
   std::map<std::string, double> set = {};         ///< values without unit that this exchange gives by itself
   std::string when = {};                          ///< sent only if the request has this value
@@ -133,6 +134,13 @@ struct ControllerChecksum {
   bool with_head = false;  ///< the head is part of what is summed
 };
 
+/// What messages of HTTP carry beside the command.
+struct ControllerHttp {
+  std::string host = "localhost";
+  std::vector<std::string> headers = {};  ///< of requests, "Authorization: Bearer abc"
+  std::string message = {};               ///< JSON pointer to the text of an error
+};
+
 /// The line that the controller listens on.
 struct ControllerLink {
   int tcp = 0;          ///< port; 0: none
@@ -158,7 +166,7 @@ struct ControllerVector {
 struct Controller {
   std::string name, title, source, note;
   FrameCertainty certainty = FrameCertainty::uncertain;
-  enum class Protocol { text, modbus_tcp, modbus_rtu } protocol = Protocol::text;
+  enum class Protocol { text, modbus_tcp, modbus_rtu, http } protocol = Protocol::text;
   ControllerLink link;
   std::vector<std::string> axes;  ///< as the device names them, "1" or "X"
   std::map<std::string, std::string> settings;
@@ -170,7 +178,8 @@ struct Controller {
   int skip = 0;                ///< bytes before each reply that have no meaning
   std::size_t longest = 1024;  ///< [byte] of a reply
   int unit = 1;                ///< Modbus: the address of the device
-  std::string lost_link;       ///< what the rig does by itself when the host is silent; empty: nothing is known
+  ControllerHttp http;
+  std::string lost_link;  ///< what the rig does by itself when the host is silent; empty: nothing is known
   std::vector<ControllerCommand> commands;
   std::vector<ControllerSaying> errors, notices;
   std::map<std::string, ControllerWords> words;
@@ -179,6 +188,7 @@ struct Controller {
 
   /// Null where the controller cannot do it.
   const ControllerCommand* find(std::string_view verb) const;
+  bool is_modbus() const { return protocol == Protocol::modbus_tcp || protocol == Protocol::modbus_rtu; }
   /// A maker's or two independent sources say it; the others are examples.
   bool supported() const { return certainty == FrameCertainty::maker || certainty == FrameCertainty::crossed; }
 };

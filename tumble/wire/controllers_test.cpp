@@ -84,7 +84,8 @@ TEST(ShippedControllers, WhatIsAskedIsUnderstoodAndAnsweredByteByByte) {
 bool can_refuse(const Controller& controller, const ControllerCommand& command) {
   const auto& last = command.exchanges.back();
   const bool replies = last.modbus || !last.expect.empty();
-  return replies && (last.modbus || !controller.errors.empty() || !last.refused.empty());
+  const bool is_http = controller.protocol == Controller::Protocol::http;
+  return replies && (last.modbus || is_http || !controller.errors.empty() || !last.refused.empty());
 }
 
 TEST(ShippedControllers, ARefusalArrivesAsOne) {
@@ -137,6 +138,67 @@ TEST(ShippedControllers, HaveVectorsAndATitleThatPromisesNothing) {
     EXPECT_FALSE(controller.source.empty());
     EXPECT_NE(controller.find("read"), nullptr) << "what cannot be read cannot be confirmed";
   });
+}
+
+/// Another request came first, and its reply comes after it was given up. Commands that differ only in their arguments
+/// may have the same reply ($ASMOD,OK to each mode).
+TEST(ShippedControllers, ALateReplyIsNotTakenForTheNextWhereRepliesSayWhoseTheyAre) {
+  int tried = 0;
+  for (const char* name : {"mn_three_axis", "newport_smc100", "cts_ethernet", "cts_serial", "watlow_f4t"}) {
+    SCOPED_TRACE(name);
+    const Controller controller = controller_of(find_controller(name));
+    Random random(43);
+    for (const auto& late : controller.commands)
+      for (const auto& next : controller.commands) {
+        const auto first = random_request(controller, late, random);
+        const auto second = random_request(controller, next, random);
+        const auto talk = testing::talk_of(controller, first, random_reply(controller, first, random));
+        ControllerHost host(controller);
+        if (talk.replies[0].empty() || host.ask(first).empty()) continue;
+        host.give_up();
+        const bool asks_the_same = host.ask(second) == talk.questions[0];
+        const auto own = testing::talk_of(controller, second, random_reply(controller, second, random));
+        if (asks_the_same || !host.waiting() || own.replies[0] == talk.replies[0]) continue;
+        host.feed(talk.replies[0]);
+        EXPECT_TRUE(host.waiting()) << late.verb << " for " << next.verb;
+        ++tried;
+      }
+  }
+  EXPECT_GT(tried, 100);
+}
+
+TEST(ShippedControllers, EveryCommandHasAVector) {
+  for_each_controller([](const Controller& controller) {
+    for (const auto& command : controller.commands) {
+      if (!command.same_as.empty()) continue;
+      const auto holds = [&](const ControllerVector& vector) { return vector.request.verb == command.verb; };
+      EXPECT_TRUE(std::ranges::any_of(controller.vectors, holds)) << command.verb;
+    }
+  });
+}
+
+bool is_sure(FrameCertainty certainty) {
+  return certainty == FrameCertainty::maker || certainty == FrameCertainty::crossed;
+}
+
+TEST(ShippedControllers, AreOnlySupportedIfReadingAndStoppingAreSure) {
+  for_each_controller([](const Controller& controller) {
+    EXPECT_EQ(controller.supported(), is_sure(controller.certainty));
+    for (const char* verb : {"read", "stop", "off"}) {
+      const auto* const command = controller.supported() ? controller.find(verb) : nullptr;
+      EXPECT_TRUE(!command || is_sure(command->certainty)) << verb;
+    }
+  });
+}
+
+TEST(ControllerDevice, TakesABareByteOutOfALine) {
+  const Controller controller = controller_of(find_controller("grbl"));
+  ControllerDevice device(controller);
+  const auto requests = device.feed("$\xff?");
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(requests[0].verb, "read");
+  const auto later = device.feed("$X\n?");
+  EXPECT_EQ(later.back().verb, "read");
 }
 
 TEST(FindController, NamesTheNearest) {

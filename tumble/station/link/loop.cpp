@@ -48,6 +48,7 @@ std::size_t Loop::add(Shared link, double silence) {
   links_.push_back(link);
   if (silence > 0.0) {
     link->silence = silence;
+    link->heard = std::chrono::steady_clock::now();
     link->silence_timer = std::make_unique<asio::steady_timer>(context_);
     watch(link);
   }
@@ -62,7 +63,7 @@ void Loop::read(const Shared& link) {
           if (!link->up || code == asio::error::operation_aborted) return;
           if (link->datagrams && is_passing(code)) code = {};
           if (count > 0) {
-            link->heard = true;
+            link->heard = std::chrono::steady_clock::now();
             events_.push_back({LinkEvent::Kind::bytes, link->number, clock_(), {link->room.data(), count}, {}});
           }
           if (code) return lose(link, loss_of(code));
@@ -88,10 +89,10 @@ void Loop::write(const Shared& link) {
 }
 
 void Loop::watch(const Shared& link) {
-  link->silence_timer->expires_after(duration_of(link->silence));
+  link->silence_timer->expires_at(link->heard + duration_of(link->silence));
   link->silence_timer->async_wait([this, link](const Code& code) {
     if (code || !link->up) return;
-    if (!std::exchange(link->heard, false))
+    if (std::chrono::steady_clock::now() - link->heard >= duration_of(link->silence))
       return lose(link, fmt::format("nothing was received for {:.3g} s", link->silence));
     watch(link);
   });

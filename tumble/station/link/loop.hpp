@@ -6,6 +6,7 @@
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -33,8 +34,8 @@ struct Connection {
   bool up = true;
   int other_side = -1;  ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
   std::unique_ptr<asio::steady_timer> silence_timer;
-  double silence = 0.0;  ///< [s]
-  bool heard = false;    ///< since the timer began
+  double silence = 0.0;                              ///< [s]
+  std::chrono::steady_clock::time_point heard = {};  ///< when the last bytes came
 
   Connection(std::size_t index, Tcp::socket socket) : number(index), stream(std::move(socket)) {}
   Connection(std::size_t index, asio::posix::stream_descriptor line) : number(index), stream(std::move(line)) {}

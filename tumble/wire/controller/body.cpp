@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tumble/units/error.hpp"
+#include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/modbus.hpp"
 
 namespace tumble::controller {
@@ -37,6 +38,19 @@ std::string filled_refusal(const Controller& controller, const ControllerTemplat
   return fill(form, content, controller.axes);
 }
 
+/// The line of a reply of HTTP that says yes; absent: it has other content.
+std::optional<std::string> line_of_reply(const ControllerExchange& exchange, std::string_view body) {
+  return body.size() < 4 || body[0] != '2' ? std::nullopt : line_of_json(exchange.json, body.substr(4));
+}
+
+/// "HTTP 500: no test is loaded"
+std::optional<std::string> refusal_of_http(const Controller& controller, std::string_view body) {
+  if (body.size() < 4 || body[0] == '2') return std::nullopt;
+  const bool has_place = !controller.http.message.empty();
+  const auto text = has_place ? line_of_json({controller.http.message}, body.substr(4)) : std::nullopt;
+  return fmt::format("HTTP {}: {}", body.substr(0, 3), shown(text.value_or(std::string(body.substr(4)))));
+}
+
 }  // namespace
 
 bool has_reply(const ControllerExchange& exchange) {
@@ -66,36 +80,50 @@ std::optional<Content> parse_request(const Controller& controller, const Control
 std::string reply_body(const Controller& controller, const ControllerExchange& exchange, const std::string& sent,
                        const Content& content) {
   if (exchange.modbus) return modbus_reply(*exchange.modbus, sent, content, content.axis.value_or(1));
-  return exchange.expect.empty() ? "" : fill(exchange.expect.front(), content, controller.axes);
+  const std::string line = exchange.expect.empty() ? "" : fill(exchange.expect.front(), content, controller.axes);
+  return controller.protocol == Controller::Protocol::http ? "200 " + json_of_line(exchange.json, line) : line;
 }
 
 std::optional<Content> parse_reply(const Controller& controller, const ControllerExchange& exchange,
                                    std::string_view sent, std::string_view body) {
   if (exchange.modbus) return parse_modbus_reply(*exchange.modbus, sent, body);
+  const bool is_http = controller.protocol == Controller::Protocol::http;
+  const auto line = is_http ? line_of_reply(exchange, body) : std::optional<std::string>(body);
+  if (!line) return std::nullopt;
   for (const auto& form : exchange.expect)
-    if (auto content = match(form, body, controller.axes)) return content;
+    if (auto content = match(form, *line, controller.axes)) return content;
   return std::nullopt;
 }
 
 std::optional<std::string> refusal(const Controller& controller, const ControllerExchange* exchange,
                                    std::string_view body) {
-  if (controller.protocol != Controller::Protocol::text) {
+  if (controller.is_modbus()) {
     const bool mine = exchange && exchange->modbus && !body.empty() &&
                       static_cast<unsigned char>(body[0]) == (exchange->modbus->function | 0x80);
     return mine ? modbus_refusal(body) : std::nullopt;
   }
+  std::string line(body);
+  if (controller.protocol == Controller::Protocol::http) {
+    if (auto text = refusal_of_http(controller, body)) return text;
+    line = exchange ? line_of_reply(*exchange, body).value_or("") : "";
+  }
   for (const auto& error : controller.errors)
-    if (const auto content = match(error.expect, body, controller.axes))
-      return explained(error.expect, *content, body, error.meaning);
+    if (const auto content = match(error.expect, line, controller.axes))
+      return explained(error.expect, *content, line, error.meaning);
   if (!exchange || parse_reply(controller, *exchange, "", body)) return std::nullopt;
   for (const auto& form : exchange->refused)
-    if (const auto content = match(form, body, controller.axes)) return explained(form, *content, body, {});
+    if (const auto content = match(form, line, controller.axes)) return explained(form, *content, line, {});
   return std::nullopt;
 }
 
 std::optional<std::string> refusal_body(const Controller& controller, const ControllerExchange* exchange,
                                         std::string_view sent, const std::string& text) {
-  if (controller.protocol != Controller::Protocol::text)
+  if (controller.protocol == Controller::Protocol::http) {
+    const bool has_place = !controller.http.message.empty();
+    const std::vector<std::string> places(has_place ? 1 : 0, controller.http.message);
+    return (exchange ? "500 " : "404 ") + json_of_line(places, one_line(text));
+  }
+  if (controller.is_modbus())
     return modbus_exception(sent, exchange                                                          ? 4
                                   : sent.empty() || (sent[0] != 3 && sent[0] != 6 && sent[0] != 16) ? 1
                                                                                                     : 2);
@@ -105,7 +133,7 @@ std::optional<std::string> refusal_body(const Controller& controller, const Cont
 }
 
 Sizes request_sizes(const Controller& controller) {
-  if (controller.protocol != Controller::Protocol::text) return modbus_request_sizes;
+  if (controller.is_modbus()) return modbus_request_sizes;
   std::vector<std::size_t> sizes;
   for (const auto& command : controller.commands)
     for (const auto& exchange : command.exchanges)

@@ -11,15 +11,33 @@ namespace tumble {
 ControllerDevice::ControllerDevice(const Controller& declaration)
     : controller_(&declaration), progress_(declaration.commands.size()) {}
 
-/// Exchanges that are sent bare have no end: they are recognised at the begin of a line.
+namespace {
+
+/// Where a bare question may stand: a single byte anywhere before the end of the line, as controllers take it out of
+/// what they receive; others at its begin.
+std::size_t place_of_bare(const Controller& controller, const ControllerExchange& exchange,
+                          const std::string& pending) {
+  const auto& pieces = exchange.send.pieces;
+  const bool is_byte = pieces.size() == 1 && pieces[0].kind == ControllerPiece::Kind::literal &&
+                       pieces[0].text.size() == 1 && !controller.send.tail.empty();
+  if (!is_byte) return 0;
+  const auto at = pending.find(pieces[0].text);
+  const auto is_before = [&](const std::string& tail) { return pending.find(tail) >= at; };
+  return at != std::string::npos && std::ranges::all_of(controller.send.tail, is_before) ? at : 0;
+}
+
+}  // namespace
+
+/// Exchanges that are sent bare have no end.
 bool ControllerDevice::take_bare(std::vector<ControllerRequest>& requests) {
   for (const auto& command : controller_->commands)
     for (const auto& exchange : command.exchanges) {
       const auto size = exchange.bare ? controller::size_of(exchange.send) : std::nullopt;
       if (!size || pending_.size() < *size) continue;
-      const std::string body = pending_.substr(0, *size);
+      const std::size_t at = place_of_bare(*controller_, exchange, pending_);
+      const std::string body = pending_.substr(at, *size);
       if (!controller::parse_request(*controller_, exchange, body)) continue;
-      pending_.erase(0, *size);
+      pending_.erase(at, *size);
       take_body(body, true, 0, requests);
       return true;
     }

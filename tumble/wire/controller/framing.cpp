@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/template.hpp"
 
 namespace tumble::controller {
@@ -192,6 +193,7 @@ std::string trimmed(std::string_view text) {
 std::string wrap(const Controller& controller, Direction direction, const std::string& plain, bool bare,
                  std::uint16_t transaction) {
   if (bare) return plain;
+  if (controller.protocol == Controller::Protocol::http) return http_message(controller, direction, plain);
   if (controller.protocol == Controller::Protocol::modbus_tcp) {
     const auto length = plain.size() + 1;
     const unsigned char head[] = {static_cast<unsigned char>(transaction >> 8),
@@ -216,6 +218,7 @@ std::string wrap(const Controller& controller, Direction direction, const std::s
 std::optional<Line> take_line(const Controller& controller, Direction direction, const Sizes& sizes,
                               std::string& pending) {
   if (controller.protocol == Controller::Protocol::modbus_tcp) return take_modbus_tcp(controller, pending);
+  if (controller.protocol == Controller::Protocol::http) return take_http(controller, direction, pending);
   const auto& framing = direction == Direction::request ? controller.send : controller.reply;
   if (controller.protocol == Controller::Protocol::modbus_rtu || framing.tail.empty())
     return take_sized(controller, direction, sizes, pending);

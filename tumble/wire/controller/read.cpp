@@ -6,6 +6,7 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/template.hpp"
 
 namespace tumble::controller {
@@ -112,10 +113,32 @@ void read_axes(Section& root, Controller& controller) {
   if (controller.axes.empty()) controller.axes = {"1"};
 }
 
+void read_http(Section& root, Draft& draft) {
+  Controller& controller = draft.controller;
+  controller.protocol = Controller::Protocol::http;
+  controller.longest = 16384;
+  const auto* table = root.table("http");
+  if (!table) return;
+  Section section(*table, "[http]", draft.problems);
+  ControllerHttp& settings = controller.http;
+  settings.host = section.text("host").value_or(settings.host);
+  settings.message = section.text("message").value_or("");
+  if (!settings.message.empty() && !is_json_pointer(settings.message))
+    section.problem_at("message", "a JSON pointer is expected, \"/error/message\"");
+  for (const auto& header : section.texts("headers"))
+    if (!header.empty()) settings.headers.push_back(header);
+  const auto has_end = [](const std::string& text) { return text.find_first_of("\r\n") != std::string::npos; };
+  if (std::ranges::any_of(settings.headers, has_end) || has_end(settings.host))
+    section.problem_at("headers", "host and headers have no end of line in them");
+  section.close();
+}
+
 void read_protocol(Section& root, Draft& draft) {
   const std::string protocol = root.text("protocol").value_or("text");
   Controller& controller = draft.controller;
-  if (protocol != "text" && protocol != "modbus") root.problem_at("protocol", "text or modbus is expected");
+  if (protocol != "text" && protocol != "modbus" && protocol != "http")
+    root.problem_at("protocol", "text, modbus or http is expected");
+  if (protocol == "http") return read_http(root, draft);
   const auto* table = root.table("modbus");
   if (protocol != "modbus") return table ? root.problem_at("modbus", "needs protocol = \"modbus\"") : void();
   controller.protocol = Controller::Protocol::modbus_tcp;

@@ -7,6 +7,7 @@
 #include "tumble/units/nearest.hpp"
 #include "tumble/wire/controller/body.hpp"
 #include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/declaration/draft.hpp"
 
 namespace tumble::controller {
@@ -118,12 +119,21 @@ void read_register(Section& section, ControllerExchange& exchange, Draft& draft)
   exchange.modbus = access;
 }
 
+/// What HTTP has beside the texts.
+void read_json(Section& section, ControllerExchange& exchange) {
+  exchange.json = section.texts("json");
+  if (!std::ranges::all_of(exchange.json, is_json_pointer))
+    section.problem_at("json", "JSON pointers are expected, \"/data/result\"");
+  if (exchange.expect.empty()) section.missing("expect", "\"{_}\": every request of HTTP has a reply");
+  if (exchange.bare) section.problem_at("bare", "has no meaning for HTTP");
+}
+
 ControllerExchange exchange_of(Section& section, Draft& draft) {
   ControllerExchange exchange;
   exchange.when = section.text("when").value_or("");
   exchange.timeout = seconds_at(section, "timeout", draft.timeout);
   exchange.pause = seconds_at(section, "pause", draft.pause);
-  if (draft.controller.protocol != Controller::Protocol::text) {
+  if (draft.controller.is_modbus()) {
     read_register(section, exchange, draft);
     return exchange;
   }
@@ -144,6 +154,10 @@ ControllerExchange exchange_of(Section& section, Draft& draft) {
   exchange.bare = flag_at(section, "bare", false);
   if (exchange.bare && (!size_of(exchange.send) || exchange.send.pieces.empty()))
     section.problem_at("bare", "bytes that are sent bare must have a fixed number");
+  if (draft.controller.protocol == Controller::Protocol::http) {
+    read_json(section, exchange);
+    return exchange;
+  }
   const bool by_size = draft.controller.send.tail.empty() && !exchange.bare;
   if (by_size && !size_of(exchange.send)) section.problem_at("send", "without a tail, every field needs a fixed size");
   if (draft.controller.reply.tail.empty())

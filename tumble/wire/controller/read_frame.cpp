@@ -127,7 +127,7 @@ void read_frame(Section& root, Draft& draft) {
   Controller& controller = draft.controller;
   const auto* table = root.table("framing");
   if (controller.protocol != Controller::Protocol::text) {
-    if (table) root.problem_at("framing", "Modbus has its own");
+    if (table) root.problem_at("framing", "Modbus and HTTP have their own");
     return;
   }
   if (!table) return root.missing("framing", "send = {tail = \"\\r\\n\"}, reply = {tail = \"\\r\\n\"}");
