@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "run_display.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/rehearse.hpp"
 #include "tumble/units/error.hpp"
@@ -25,12 +26,6 @@ std::string duration(double seconds) {
   return whole >= 60 ? fmt::format("{} min {} s", whole / 60, whole % 60) : fmt::format("{} s", whole);
 }
 
-/// One line for each thing that a person would want to know of.
-void tell(const Note& note, double time) {
-  const auto whole = static_cast<long>(time);
-  print(fmt::format("{:3}:{:02}:{:02}  {:10}  {}\n", whole / 3600, whole / 60 % 60, whole % 60, note.kind, note.text));
-}
-
 int run(const Arguments& arguments, const Terminal& terminal) {
   Rehearsal rehearsal;
   rehearsal.recording =
@@ -43,7 +38,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   rehearsal.seed = arguments.seed;
   if (!arguments.station.empty()) rehearsal.station = load_station(arguments.station);
   if (!arguments.faults.empty()) rehearsal.faults = read_faults(read_text_file(arguments.faults), arguments.faults);
-  if (!terminal.quiet) rehearsal.company.note = tell;
+  if (!terminal.quiet) rehearsal.company.note = [](const Note& note, double time) { print(note_line(note, time)); };
 
   const auto begin = std::chrono::steady_clock::now();
   Rehearsed rehearsed;

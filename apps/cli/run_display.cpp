@@ -70,9 +70,16 @@ void RunDisplay::show(const RunView& view) {
   block_.show(text + "\np pauses at the next segment, r resumes, Ctrl+C ends the run safely\n");
 }
 
+std::string note_line(const Note& note, double time) {
+  const bool everyday = note.kind == "phase" && !note.text.ends_with("faulted") && !note.text.ends_with("paused");
+  return everyday ? "" : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
+}
+
 void RunDisplay::tell(const Note& note, double time) {
+  const std::string line = note_line(note, time);
+  if (line.empty() || terminal_.quiet) return;
   block_.clear();
-  if (!terminal_.quiet) print(fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text));
+  print(line);
 }
 
 void RunDisplay::ask(const Prompt& prompt) {

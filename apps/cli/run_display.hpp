@@ -23,6 +23,9 @@ class RunDisplay {
   LiveBlock block_;
 };
 
+/// A line for what a person would want to know; empty for steps that happen every day.
+std::string note_line(const Note& note, double time);
+
 /// "1:15:03"
 std::string hours_text(double seconds);
 

@@ -1,5 +1,7 @@
 #include "tumble/station/carry_out.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -171,6 +173,11 @@ class Conductor {
     row.attempt = record.attempt;
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
     recorder_.journal(row);
+    if (record.on && company_.note)
+      company_.note({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
+                                            record.label,
+                                            record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
+                    wires_.now() - begin_);
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;

@@ -66,6 +66,7 @@ struct RunCompany {
   std::function<void(const Prompt&)> ask = {};
   /// Axes that a person has moved, as the answers to prompts say [SI].
   std::function<void(const std::map<std::string, double>&)> by_hand = {};
+  /// What happens, and "records" for each segment; `time` [s] since the begin.
   std::function<void(const Note& note, double time)> note = {};
   std::function<void(const RunView&)> show = {};
   double show_every = 0.5;  ///< [s] of the station's clock

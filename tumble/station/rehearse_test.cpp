@@ -75,6 +75,11 @@ TEST(Rehearse, ALinkThatIsCutEndsTheRunSafely) {
   EXPECT_FALSE(rehearsed.recordings.empty()) << "what was recorded is kept";
 }
 
+std::string free_address() {
+  Links links([] { return 0.0; });
+  return "tcp:127.0.0.1:" + std::to_string(links.listen(0));
+}
+
 TEST(Rehearse, APlanIsCarriedOutOverTcp) {
   const ScratchFolder scratch;
   Plan plan = plan_named("gyro_scale_factor");
@@ -83,8 +88,8 @@ TEST(Rehearse, APlanIsCarriedOutOverTcp) {
   Station station = station_for(plan);
   station.file = scratch.file("station.toml");
   std::ofstream(scratch.file(std::string(made_frames_name))) << frames_for(plan);
-  for (StationDevice& device : station.devices) device.link = "tcp:127.0.0.1:0";
-  for (StationInstrument& instrument : station.instruments) instrument.link = "tcp:127.0.0.1:0";
+  for (StationDevice& device : station.devices) device.link = free_address();
+  for (StationInstrument& instrument : station.instruments) instrument.link = free_address();
   const StationParts parts = parts_of(station);
   const auto steady = [] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -93,9 +98,6 @@ TEST(Rehearse, APlanIsCarriedOutOverTcp) {
   const double begin = steady();
   VirtualBench bench(plan, station, parts, 1);
   BenchServer server(bench, station, [&] { return speed * (steady() - begin); }, speed);
-  std::size_t wire = 0;
-  for (StationDevice& device : station.devices) device.link = server.addresses()[wire++];
-  for (StationInstrument& instrument : station.instruments) instrument.link = server.addresses()[wire++];
   std::atomic<bool> stop{false};
   std::thread serving([&] { server.serve(stop); });
 

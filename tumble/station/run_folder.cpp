@@ -39,7 +39,8 @@ void note_facts(Recorder& recorder, const Plan& plan, const Course& course, cons
   recorder.set("title", plan.title);
   recorder.set("plan_sha256", plan.sha256);
   recorder.set("station", course.station.name);
-  recorder.set("station_file", std::filesystem::absolute(course.station.file).string());
+  if (!course.station.text.empty())  // else it was made for the plan
+    recorder.set("station_file", std::filesystem::absolute(course.station.file).string());
   recorder.set("station_sha256", course.station.sha256);
   recorder.set("operator", who);
   for (const UnitUnderTest& unit : course.units) recorder.set("unit " + unit.slot, unit.serial);
