@@ -3,18 +3,20 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include "run_display.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/rehearse.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
+#include "wall_clock.hpp"
 
 namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string plan, output, station, faults;
+  std::string plan, output, station, faults, speed;
   std::uint64_t seed = 1;
   std::vector<std::string> sets;
 };
@@ -40,7 +42,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.faults.empty()) rehearsal.faults = read_faults(read_text_file(arguments.faults), arguments.faults);
   if (!terminal.quiet) rehearsal.company.note = [](const Note& note, double time) { print(note_line(note, time)); };
 
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = wall_time();
+  if (!arguments.speed.empty())
+    rehearsal.pace = [begin, speed = speed_of(arguments.speed)](double simulated) {
+      const double early = simulated / speed - (wall_time() - begin);
+      if (early > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(early));
+    };
   Rehearsed rehearsed;
   {
     ProgressLine line(terminal);
@@ -52,9 +59,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     rehearsal.company.show_every = 30.0;
     rehearsed = rehearse(rehearsal, {});
   }
-  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   print(fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
-                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated), wall));
+                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated), wall_time() - begin));
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
   return rehearsed.end.ending == RunEnding::complete ? 0 : 3;
 }
@@ -71,6 +77,7 @@ Verb rehearse_verb() {
            {"--station", &arguments->station, "station file; without it one is made from the rig of the plan"},
            {"--faults", &arguments->faults, "file of faults that happen during the run"},
            {"--seed", &arguments->seed, "seed of the random numbers"},
+           {"--speed", &arguments->speed, "seconds of the rig in each second (default: as fast as it goes)"},
            sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
           "Examples:\n"
           "  tumble rehearse north_finding.toml -o run.h5\n"

@@ -2,7 +2,7 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <csignal>
 #include <ctime>
 #include <filesystem>
@@ -13,6 +13,7 @@
 #include "tumble/station/run_plan.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
+#include "wall_clock.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 using What = decltype(RunEvent::what);
 
 struct Arguments {
-  std::string plan, station, output, who, accept_expired;
+  std::string plan, station, output, who, accept_expired, speed = "1";
   std::vector<std::string> units;
   bool dry_run = false;
 };
@@ -29,8 +30,6 @@ volatile std::sig_atomic_t wanted_end = 0;
 
 /// The run ends by the safe list, once; further signals change nothing, because nothing ends it sooner.
 extern "C" void end_run(int) { wanted_end = 1; }
-
-double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::string today() {
   const std::time_t now = std::time(nullptr);
@@ -105,6 +104,20 @@ class Operator {
   bool ended_ = false;
 };
 
+/// A real rig has the clock of the wall.
+double allowed_speed(const std::string& text, const Station& station) {
+  const double speed = speed_of(text);
+  const auto is_here = [](const std::string& link) {
+    return link.empty() || link.starts_with("tcp:127.0.0.1:") || link.starts_with("tcp:localhost:") ||
+           link.starts_with("serial:/dev/pts/");
+  };
+  const bool here = std::ranges::all_of(station.devices, is_here, &StationDevice::link) &&
+                    std::ranges::all_of(station.instruments, is_here, &StationInstrument::link);
+  if (speed == 1.0 || here) return speed;
+  throw Error(Error::Kind::bad_input,
+              "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
+}
+
 void print_timeline(const Plan& plan) {
   double time = 0.0;
   for (const Segment& segment : plan.schedule) {
@@ -118,7 +131,7 @@ int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
   RunDisplay display(terminal);
   Operator person(run.who);
-  run.clock = steady;
+  run.clock = wall_time;
   run.company.orders = [&] { return person.orders(); };
   run.company.ask = [&](const Prompt& prompt) {
     display.ask(prompt);
@@ -145,6 +158,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   run.units = units_of(arguments.units);
   run.who = arguments.who;
   run.date = today();
+  run.speed = allowed_speed(arguments.speed, run.station);
   run.accept_expired = arguments.accept_expired;
   run.folder = arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
   if (!arguments.dry_run) return carry_on(run, terminal);
@@ -161,7 +175,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }
 
 struct ResumeArguments {
-  std::string run, who, station, accept_expired;
+  std::string run, who, station, accept_expired, speed = "1";
 };
 
 int resume(const ResumeArguments& arguments, const Terminal& terminal) {
@@ -176,6 +190,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   run.station = load_station(arguments.station.empty() ? facts.at("station_file") : arguments.station);
   run.who = arguments.who;
   run.date = today();
+  run.speed = allowed_speed(arguments.speed, run.station);
   run.accept_expired = arguments.accept_expired;
   return carry_on(run, terminal);
 }
@@ -191,6 +206,8 @@ Verb run_verb() {
            {"--unit", &arguments->units, "which unit is in which slot: SLOT=SERIAL; repeatable", true},
            {"--operator", &arguments->who, "who carries it out", true},
            {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
+           {"--speed", &arguments->speed,
+            "how fast the clock of the rig goes: other than 1 only against tumble virtual-rig --speed"},
            {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
            {"--accept-expired", &arguments->accept_expired,
             "reason why equipment out of calibration may be used; it is recorded"}},
@@ -208,7 +225,8 @@ Verb resume_verb() {
            {"--operator", &arguments->who, "who carries it out", true},
            {"--station", &arguments->station, "station file (default: that of the run, where it was)"},
            {"--accept-expired", &arguments->accept_expired,
-            "reason why equipment out of calibration may be used; it is recorded"}},
+            "reason why equipment out of calibration may be used; it is recorded"},
+           {"--speed", &arguments->speed, "as of tumble run"}},
           "Example:\n"
           "  tumble resume run-0173 --operator \"Li Wei\"\n",
           [arguments](const Terminal& terminal) { return resume(*arguments, terminal); }};

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <memory>
 
 #include "tumble/report/text_table.hpp"
@@ -8,6 +7,7 @@
 #include "tumble/station/talk_to.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
+#include "wall_clock.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -15,8 +15,6 @@ namespace {
 struct Arguments {
   std::string what, station;
 };
-
-double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::string said(const ControllerReply& reply) {
   if (!reply.problem.empty()) return "no: " + reply.problem;
@@ -33,8 +31,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     throw Error(Error::Kind::bad_input, "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
   Station station = load_station(arguments.station);
   const StationParts parts = parts_of(station);
-  const double begin = steady();
-  LinkWires links(station, [begin] { return steady() - begin; });
+  const double begin = wall_time();
+  LinkWires links(station, [begin] { return wall_time() - begin; });
   using Align = TextColumn::Align;
   TextColumn devices{"device", "", {}, Align::left}, verbs{"asked", "", {}, Align::left}, answers{"answer", "", {}, Align::left},
       times{"ms", "", {}};

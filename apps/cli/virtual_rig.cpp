@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <limits>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "tumble/station/serve_bench.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
+#include "wall_clock.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -24,16 +24,8 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void end_service(int) { wanted_end = true; }
 
-double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 std::vector<VirtualFault> faults_of(const std::string& path) {
   return path.empty() ? std::vector<VirtualFault>{} : read_faults(read_text_file(path), path);
-}
-
-double speed_of(const std::string& text) {
-  const double speed = parse_si(text, Unit::parse("1"));
-  if (speed > 0.0 && speed <= 1000.0) return speed;
-  throw Error(Error::Kind::bad_input, "--speed " + text + ": a number above 0, up to 1000, is expected");
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -43,8 +35,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const double speed = speed_of(arguments.speed);
   VirtualBench bench(plan, station, parts, arguments.seed,
                      timed_faults(faults_of(arguments.faults), arguments.seed, std::numeric_limits<double>::infinity()));
-  const double begin = steady();
-  BenchServer server(bench, station, [begin, speed] { return speed * (steady() - begin); }, speed);
+  const double begin = wall_time();
+  BenchServer server(bench, station, [begin, speed] { return speed * (wall_time() - begin); }, speed);
   std::vector<std::string> names;
   for (const auto& device : station.devices) names.push_back(device.name);
   for (const auto& instrument : station.instruments) names.push_back(instrument.slot);

@@ -151,9 +151,9 @@ class Conductor {
       events_.pop_front();
       std::vector<RunAction> actions;
       state_ = step(std::move(state_), event, actions);
-      for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
       if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
       by_hand_ = state_.by_hand;
+      for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
     }
     busy_ = false;
   }

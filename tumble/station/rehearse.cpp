@@ -42,10 +42,11 @@ std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const St
   return units;
 }
 
-/// Time goes on only when the disk has kept up: a rehearsal is faster than any disk.
-Wires held_back(Wires wires, Recorder& recorder) {
+/// Time goes on only when the disk has kept up, because a rehearsal is faster than any disk, and as `pace` says.
+Wires held_back(Wires wires, Recorder& recorder, const std::function<void(double)>& pace) {
   constexpr std::uint64_t ahead = std::uint64_t{1} << 23;  // bytes
-  auto wait = [inner = wires.wait, &recorder, written = std::uint64_t{0}](double until) mutable {
+  auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace, written = std::uint64_t{0}](double until) mutable {
+    if (pace) pace(now());
     if (const std::uint64_t bytes = recorder.load().bytes; bytes > written + ahead) {
       recorder.flush();
       written = bytes;
@@ -84,7 +85,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   {
     Recorder recorder(rehearsal.folder, disk);
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
-    const Wires wires = held_back(bench.wires(), recorder);
+    const Wires wires = held_back(bench.wires(), recorder, rehearsal.pace);
     rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
     rehearsed.simulated = bench.now();
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct Rehearsal {
   std::string folder;                       ///< of the run, which must not be there yet
   std::string recording = {};               ///< file that it is sealed into; empty: as seal() chooses
   std::map<std::string, std::string> units = {};  ///< serial number by slot; absent: that of the plan
+  std::function<void(double simulated)> pace = {};  ///< waits until this time [s] may be; absent: as fast as it goes
   RunCompany company = {};                  ///< `ask` and `orders` are played by the rehearsal where they are empty
 };
 

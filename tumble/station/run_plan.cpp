@@ -25,6 +25,17 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
                                            end.text);
 }
 
+/// Other programs need their time however fast the clock of a virtual rig goes: what is waited for them is in time of
+/// the wall.
+void wait_in_wall_time(Station& station, double speed) {
+  for (StationDevice& device : station.devices) {
+    device.timeout *= speed;
+    device.lost_after *= speed;
+    for (auto& [verb, timeout] : device.timeouts) timeout *= speed;
+  }
+  for (SafeCommand& command : station.safe) command.within *= speed;
+}
+
 }  // namespace
 
 RunEnd run_plan(const PlannedRunAtStation& run) {
@@ -36,6 +47,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   request.accept_expired = run.accept_expired;
   if (auto problems = check_station(run.plan, station, request); !problems.empty())
     throw Error(Error::Kind::bad_input, std::move(problems));
+  if (run.speed > 1.0) wait_in_wall_time(station, run.speed);
   const auto course = course_of(run.plan, station, run.units);
   const auto rows = run.resume ? journal_of(run.folder) : std::vector<RunRow>{};
   // A run that goes on has times after those that it has recorded.
