@@ -1,5 +1,6 @@
 #include "tumble/formats/file/annotations.hpp"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace tumble::file {
@@ -21,10 +22,13 @@ Json parsed(std::string_view text) {
   return Json::parse(text, nullptr, false);
 }
 
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
 std::vector<Mark> marks_from(const Json& json) {
   std::vector<Mark> marks;
   for (const auto& entry : json)
-    marks.push_back({entry.at("label").get<std::string>(), entry.at("begin").get<double>(), entry.value("run", 1)});
+    marks.push_back({entry.at("label").get<std::string>(), entry.at("begin").get<double>(), entry.value("run", 1),
+                     entry.value("end", unlimited)});
   return marks;
 }
 
@@ -52,8 +56,12 @@ std::map<std::string, std::string> annotations_of(const Recording& recording) {
   if (!recording.instrument.empty()) texts["instrument"] = text_of(Json(recording.instrument));
   if (!recording.meta.empty()) texts["meta"] = text_of(Json(recording.meta));
   Json marks = Json::array();
-  for (const Mark& mark : recording.marks)
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const Mark& mark = recording.marks[m];
     marks.push_back({{"label", mark.label}, {"begin", mark.begin}, {"run", mark.run}});
+    const double next = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : unlimited;
+    if (mark.end < next) marks.back()["end"] = mark.end;  // other segments end where the next one begins
+  }
   if (!marks.empty()) texts["marks"] = text_of(marks);
   Json quantities = Json::object();
   for (const Channel& channel : recording.channels)
