@@ -77,7 +77,7 @@ void compare_duration(const std::vector<Mark>& marks, std::size_t i, double plan
     return;
   }
   const bool last = i + 1 == marks.size(), last_of_run = last || marks[i + 1].run != mark.run;
-  const double recorded = std::min(last ? extent.end : marks[i + 1].begin, extent.end) - mark.begin;
+  const double recorded = std::min({last ? extent.end : marks[i + 1].begin, mark.end, extent.end}) - mark.begin;
   const double allowed = allowance(planned, extent.sample);
   const bool too_long = recorded > planned + allowed && (!last_of_run || last);
   if (recorded < planned - allowed || too_long)

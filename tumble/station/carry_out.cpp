@@ -169,6 +169,7 @@ class Conductor {
     JournalRow row;
     row.time = wires_.now();
     row.segment = record.label;
+    row.index = record.segment;
     row.run = record.run;
     row.attempt = record.attempt;
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
@@ -188,6 +189,7 @@ class Conductor {
       JournalRow step;
       step.time = now;
       step.segment = row.label;
+      step.index = row.segment;
       step.run = row.run;
       step.attempt = row.attempt;
       step.step = begins ? JournalRow::Step::begins : JournalRow::Step::ends;

@@ -61,7 +61,8 @@ struct StoreEvent {
 struct JournalRow {
   enum class Step { begins, records, pauses, ends };
   double time = 0.0;  ///< [s]
-  std::string segment;
+  std::string segment;     ///< its label
+  std::size_t index = 0;   ///< in the schedule, where labels may repeat
   int attempt = 1;
   int run = 1;  ///< which power-up
   Step step = Step::begins;

@@ -146,6 +146,9 @@ TEST(RecorderCrash, AFullDiskIsReportedOnceAndKeepsWhatWasAcknowledged) {
     }
     expect_kept(folder.path, run, what);
     if (HasFatalFailure()) return;
+    if (!run.failure && run.opened) {
+      EXPECT_GE(run.acknowledged.sequence, run.items.rbegin()->first) << what << ": there was room for everything";
+    }
     if (!run.failure) continue;
     EXPECT_EQ(run.failure->kind, StoreFailure::Kind::full) << what;
     EXPECT_EQ(run.reports, 1) << what;

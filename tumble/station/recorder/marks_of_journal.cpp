@@ -5,7 +5,7 @@
 namespace tumble::recorder {
 
 void JournalReader::add(const JournalRow& row) {
-  Segment& segment = segments_[{row.run, row.segment}];
+  Segment& segment = segments_[{row.run, row.index, row.segment}];
   Attempt& attempt = segment.attempts[row.attempt];
   switch (row.step) {
     case JournalRow::Step::begins:
@@ -27,7 +27,7 @@ void JournalReader::add(const JournalRow& row) {
 std::vector<Mark> JournalReader::marks() const {
   std::vector<Mark> marks;
   for (const auto& [key, segment] : segments_)
-    for (const auto& [begin, end] : segment.counted) marks.push_back({key.second, begin, key.first, end});
+    for (const auto& [begin, end] : segment.counted) marks.push_back({std::get<2>(key), begin, std::get<0>(key), end});
   std::ranges::stable_sort(marks, {}, &Mark::begin);
   return marks;
 }

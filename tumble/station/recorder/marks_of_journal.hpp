@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <tuple>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ class JournalReader {
     std::map<int, Attempt> attempts;
     std::vector<std::pair<double, double>> counted;
   };
-  std::map<std::pair<int, std::string>, Segment> segments_;  ///< by power-up and label
+  std::map<std::tuple<int, std::size_t, std::string>, Segment> segments_;  ///< by power-up, index and label
 };
 
 }  // namespace tumble::recorder

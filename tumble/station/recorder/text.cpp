@@ -32,6 +32,7 @@ StoreEvent event_of(const Json& json, double time) {
 JournalRow row_of(const Json& json, double time) {
   JournalRow row{.time = time};
   row.segment = json.value("segment", "");
+  row.index = json.value("index", std::size_t{0});
   row.attempt = json.value("attempt", 1);
   row.run = json.value("run", 1);
   const std::string step = json.value("step", "begins");
@@ -67,7 +68,7 @@ void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event) {
 }
 
 void put_journal(Chunk& chunk, std::uint64_t sequence, const JournalRow& row) {
-  Json json{{"segment", row.segment}, {"attempt", row.attempt}, {"run", row.run}};
+  Json json{{"segment", row.segment}, {"index", row.index}, {"attempt", row.attempt}, {"run", row.run}};
   json["step"] = step_names[static_cast<std::size_t>(row.step)];
   if (row.step == JournalRow::Step::ends) json["finished"] = row.finished;
   if (!row.reason.empty()) json["reason"] = row.reason;
