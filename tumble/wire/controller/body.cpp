@@ -45,7 +45,7 @@ std::optional<std::string> line_of_reply(const ControllerExchange& exchange, std
 
 /// "HTTP 500: no test is loaded"
 std::optional<std::string> refusal_of_http(const Controller& controller, std::string_view body) {
-  if (body.size() < 4 || body[0] == '2') return std::nullopt;
+  if (body.size() < 4 || body[0] == '1' || body[0] == '2') return std::nullopt;
   const bool has_place = !controller.http.message.empty();
   const auto text = has_place ? line_of_json({controller.http.message}, body.substr(4)) : std::nullopt;
   return fmt::format("HTTP {}: {}", body.substr(0, 3), shown(text.value_or(std::string(body.substr(4)))));
