@@ -215,6 +215,8 @@ struct AxisProgress {
   Demand demand = Demand::none;
   double value = 0.0;                                 ///< [SI] of the rig
   double period = 0.0;                                ///< [s] of a sine
+  bool turned = true;                                 ///< at a rate, since the last position
+  double turns = 0.0;                                 ///< [rad] whole turns that the plan does not count
   std::optional<double> position, rate, temperature;  ///< last read
   double read_at = -1.0;                              ///< [s]
   SettleWindow window = {};

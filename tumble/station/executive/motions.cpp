@@ -12,10 +12,14 @@ using Kind = Motion::Kind;
 double to_controller(const StationAxis& axis, double value) { return axis.sign * (value - axis.offset); }
 double to_controller_rate(const StationAxis& axis, double value) { return axis.sign * value; }
 
-/// The angle to demand for a position of the plan.
-double nearest_position(const StationAxis& axis, const AxisProgress& progress, double wanted) {
+/// The angle to demand for a position of the plan. A plan counts turns, except those that motions at a rate have made:
+/// after these the axis takes the nearest of the angles that differ by whole turns, or goes on from there (`nearest`
+/// false), as profile_of() of the rigs does.
+double position_of(const StationAxis& axis, AxisProgress& progress, double wanted, bool nearest) {
   if (axis.turns != StationAxis::Turns::counted || !progress.position) return wanted;
-  return *progress.position + std::remainder(wanted - *progress.position, two_pi);
+  if (progress.turned) progress.turns = two_pi * std::round((*progress.position - (nearest ? wanted : 0.0)) / two_pi);
+  progress.turned = false;
+  return wanted + progress.turns;
 }
 
 void demand(AxisProgress& progress, Demand what, double value) {
@@ -78,6 +82,7 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   auto& progress = turn.state.axes[index];
   if (motion.kind == Kind::rate) {
     demand(progress, Demand::rate, motion.value);
+    progress.turned = true;
     send_motion(turn, index, "rate", {{"rate", to_controller_rate(axis, motion.value)}});
   } else if (motion.kind == Kind::sine || motion.kind == Kind::random) {
     send_vibration(turn, index, motion);
@@ -89,7 +94,7 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   } else {
     demand(progress, Demand::position, motion.value);
     send_motion(turn, index, "position",
-                position_values(axis, nearest_position(axis, progress, motion.value), axis.speed));
+                position_values(axis, position_of(axis, progress, motion.value, true), axis.speed));
   }
 }
 
@@ -163,7 +168,8 @@ void begin_ramps(Turn& turn) {
         progress.demand == Demand::temperature ? progress.value : progress.temperature.value_or(motion.to);
     demand(progress, Demand::moving, motion.to);
     if (motion.kind == Kind::slew) {
-      send_motion(turn, i, "position", position_values(axis, motion.to, motion.value));
+      send_motion(turn, i, "position",
+                  position_values(axis, position_of(axis, progress, motion.to, false), motion.value));
       continue;
     }
     progress.ramp_from = from;
