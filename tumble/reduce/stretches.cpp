@@ -213,9 +213,13 @@ bool passed_over(const Segment& segment, const StretchOptions& options) {
   return options.passed_over && options.passed_over(segment);
 }
 
+bool from_beginning(const Segment& segment, const StretchOptions& options) {
+  return options.unsettled && options.unsettled(segment);
+}
+
 /// From when the segment's samples are used [s since power-on].
 double used_from(const PowerUp& power_up, std::size_t segment, const StretchOptions& options) {
-  if (options.unsettled && options.unsettled(power_up.rig.segments[segment])) return power_up.begins[segment];
+  if (from_beginning(power_up.rig.segments[segment], options)) return power_up.begins[segment];
   return settled_at(power_up, segment) + options.settling;
 }
 
@@ -265,6 +269,8 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
   out.power_on = marked.begin - power_up.begins[place.segment];
   out.begin = out.power_on + used_from(power_up, place.segment, options);
   out.end = std::min(marked.end, out.power_on + power_up.begins[place.segment + 1]);
+  // A move may begin within a sample, which is then its first.
+  if (from_beginning(power_up.rig.segments[place.segment], options)) out.begin -= (1.0 - 1e-6) / rate;
   auto samples = even_samples(channel, rate, out.begin, out.end, options.scale);
   out.first = samples.first - out.power_on;
   out.step = samples.step;

@@ -62,13 +62,13 @@ struct JournalRow {
   enum class Step { begins, records, pauses, ends };
   double time = 0.0;  ///< [s]
   std::string segment;     ///< its label
-  std::size_t index = 0;   ///< in the schedule, where labels may repeat
   int attempt = 1;
   int run = 1;  ///< which power-up
   Step step = Step::begins;
   bool finished = false;  ///< of `ends`
   std::string reason;     ///< why it ends, or begins again
   std::string json = {};  ///< any more, one JSON value; empty: no more
+  std::size_t index = 0;  ///< of the segment in the schedule, where labels may repeat
 };
 
 /// Up to where everything is on the disk: it survives the end of the process and a power cut.
