@@ -35,6 +35,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const double speed = speed_of(arguments.speed);
   VirtualBench bench(plan, station, parts, arguments.seed,
                      timed_faults(faults_of(arguments.faults), arguments.seed, std::numeric_limits<double>::infinity()));
+  bench.put(mounted_for(plan, station));
   const double begin = wall_time();
   BenchServer server(bench, station, [begin, speed] { return speed * (wall_time() - begin); }, speed);
   std::vector<std::string> names;

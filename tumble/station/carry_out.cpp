@@ -22,6 +22,7 @@ using station::DeviceLine;
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
 constexpr double longest_wait = 1.0;  ///< [s] without a look at orders
+constexpr int most_rounds = 10;       ///< of events, without a look at the time
 
 struct Device {
   DeviceLine line;
@@ -48,9 +49,11 @@ class Conductor {
   RunEnd run() {
     take(RunOrder{RunOrder::Kind::start, {}});
     while (!end_) {
-      for (const LinkEvent& event : wires_.wait(std::min(next(), wires_.now() + longest_wait))) {
-        happened(event);
-        if (end_) break;
+      auto events = wires_.wait(std::min(next(), wires_.now() + longest_wait));
+      // What came while the disk was slow, or this process had to wait, is no silence of the devices.
+      for (int round = 0; !events.empty() && !end_; ++round) {
+        take_all(events);
+        events = round < most_rounds ? wires_.wait(wires_.now()) : std::vector<LinkEvent>{};
       }
       if (!end_) look_around();
     }
@@ -82,6 +85,14 @@ class Conductor {
     double due = std::min(state_.wake.value_or(never), next_values_);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
     return due;
+  }
+
+  void take_all(const std::vector<LinkEvent>& events) {
+    for (std::size_t i = 0; i < events.size() && !end_; ++i) {
+      more_ = i + 1 < events.size();
+      happened(events[i]);
+    }
+    more_ = false;
   }
 
   void happened(const LinkEvent& event) {
@@ -120,7 +131,7 @@ class Conductor {
     if (company_.orders)
       for (auto& order : company_.orders()) take(std::move(order), now);
     if (now >= next_values_) tell_values(now);
-    if (state_.wake && now >= *state_.wake) take(Tick{}, now);
+    if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     if (company_.show && now >= next_show_) {
       company_.show(view(now));
       next_show_ = now + company_.show_every;
@@ -143,7 +154,8 @@ class Conductor {
 
   /// One event, and what follows of it. What the devices refuse at once is the next event.
   void take(decltype(RunEvent::what) what, double time) {
-    events_.push_back({time, std::move(what)});
+    events_.push_back({time, std::move(what), more_});
+    unjudged_ = more_;
     if (busy_) return;
     busy_ = true;
     while (!events_.empty()) {
@@ -227,6 +239,7 @@ class Conductor {
   std::optional<RunEnd> end_;
   double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
   bool busy_ = false, store_failed_ = false;
+  bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
 };
 
 RunView Conductor::view(double now) const {

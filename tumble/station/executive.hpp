@@ -137,6 +137,7 @@ struct RunEvent {
   std::variant<Tick, DeviceReply, LinkLost, LinkUp, ChannelValues, UnitFailed, EstimateNow, PromptAnswer, RunOrder,
                StoreFailed>
       what = Tick{};
+  bool more = false;  ///< others have arrived already: whether a device is silent is judged after them
 };
 
 // What is to be done, in the order of the list.

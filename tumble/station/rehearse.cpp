@@ -88,6 +88,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     const Wires wires = held_back(bench.wires(), recorder, rehearsal.pace);
     rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
     rehearsed.simulated = bench.now();
+    rehearsed.axes = bench.readings();
   }
   try {
     rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);

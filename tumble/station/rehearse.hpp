@@ -32,6 +32,7 @@ struct Rehearsed {
   RunEnd end;
   double simulated = 0.0;  ///< [s]
   std::vector<SealedRecording> recordings;
+  std::map<std::string, AxisReading> axes;  ///< how the rig was left
 };
 
 /// Carries a plan out on a virtual rig over its protocols, in simulated time as fast as it goes: prompts are answered at

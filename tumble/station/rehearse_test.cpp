@@ -4,17 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <thread>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/made_station.hpp"
-#include "tumble/station/run_plan.hpp"
-#include "tumble/station/serve_bench.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -73,51 +66,6 @@ TEST(Rehearse, ALinkThatIsCutEndsTheRunSafely) {
   EXPECT_NE(rehearsed.end.ending, RunEnding::complete);
   EXPECT_LT(rehearsed.simulated, 230.0);
   EXPECT_FALSE(rehearsed.recordings.empty()) << "what was recorded is kept";
-}
-
-std::string free_address() {
-  Links links([] { return 0.0; });
-  return "tcp:127.0.0.1:" + std::to_string(links.listen(0));
-}
-
-TEST(Rehearse, APlanIsCarriedOutOverTcp) {
-  const ScratchFolder scratch;
-  Plan plan = plan_named("gyro_scale_factor");
-  plan.schedule.resize(2);
-  for (Segment& segment : plan.schedule) segment.duration = 5.0;
-  Station station = station_for(plan);
-  station.file = scratch.file("station.toml");
-  std::ofstream(scratch.file(std::string(made_frames_name))) << frames_for(plan);
-  for (StationDevice& device : station.devices) device.link = free_address();
-  for (StationInstrument& instrument : station.instruments) instrument.link = free_address();
-  const StationParts parts = parts_of(station);
-  const auto steady = [] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  };
-  constexpr double speed = 20.0;
-  const double begin = steady();
-  VirtualBench bench(plan, station, parts, 1);
-  BenchServer server(bench, station, [&] { return speed * (steady() - begin); }, speed);
-  std::atomic<bool> stop{false};
-  std::thread serving([&] { server.serve(stop); });
-
-  PlannedRunAtStation run;
-  run.plan = plan;
-  run.station = station;
-  run.folder = scratch.file("run");
-  run.units = {{"unit", "7"}};
-  run.who = "a test";
-  run.date = "2026-11-24";
-  run.speed = speed;
-  run.clock = steady;
-  const RunEnd end = run_plan(run);
-  stop = true;
-  serving.join();
-  EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
-  Disk disk;
-  const auto sealed = seal(run.folder, disk);
-  ASSERT_EQ(sealed.size(), 1u);
-  EXPECT_EQ(read_recording(sealed[0].path, {}, {}).marks.size(), 2u);
 }
 
 }  // namespace

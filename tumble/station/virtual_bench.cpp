@@ -215,6 +215,20 @@ void VirtualBench::put(const std::map<std::string, double>& axes) {
     throw Error(Error::Kind::bad_input, "it cannot be put there by hand: " + why);
 }
 
+std::map<std::string, AxisReading> VirtualBench::readings() {
+  std::map<std::string, AxisReading> readings;
+  for (const std::string& axis : inner_->rig.axes()) readings[axis] = inner_->rig.reading(inner_->now, axis);
+  return readings;
+}
+
+std::map<std::string, double> mounted_for(const Plan& plan, const Station& station) {
+  std::map<std::string, double> mounted;
+  for (const Segment& segment : plan.schedule)
+    for (const auto& [axis, motion] : segment.axes)
+      if (std::ranges::find(station.by_hand, axis) != station.by_hand.end()) mounted.emplace(axis, motion.value);
+  return mounted;
+}
+
 Wires VirtualBench::wires() {
   return {.now = [this] { return now(); },
           .send = [this](std::size_t wire, std::string_view bytes) { send(wire, bytes); },

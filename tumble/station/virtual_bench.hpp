@@ -11,6 +11,7 @@
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/station/virtual_faults.hpp"
+#include "tumble/station/virtual_rig.hpp"
 #include "tumble/station/wires.hpp"
 
 namespace tumble {
@@ -38,6 +39,8 @@ class VirtualBench {
   std::vector<LinkEvent> wait(double until);
   /// A person puts axes somewhere [SI].
   void put(const std::map<std::string, double>& axes);
+  /// What the rig's own sensors say of all axes, now.
+  std::map<std::string, AxisReading> readings();
 
   /// The bench as the wires of a station, in simulated time. It must live as long.
   Wires wires();
@@ -46,5 +49,8 @@ class VirtualBench {
   struct Inner;
   std::unique_ptr<Inner> inner_;
 };
+
+/// Where a person who has read the plan puts the axes that are moved by hand before it begins [SI].
+std::map<std::string, double> mounted_for(const Plan& plan, const Station& station);
 
 }  // namespace tumble

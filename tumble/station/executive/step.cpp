@@ -44,8 +44,8 @@ void advance_phase(Turn& turn) {
 }
 
 /// Goes on until nothing follows any more without a new event.
-void advance(Turn& turn) {
-  check_timeouts(turn);
+void advance(Turn& turn, bool more) {
+  if (!more) check_timeouts(turn);
   check_interlocks(turn);
   check_prompt(turn);
   for (int i = 0; i < most_changes; ++i) {
@@ -77,7 +77,7 @@ ExecutiveState step(ExecutiveState state, const RunEvent& event, std::vector<Run
   }
   std::visit([&](const auto& what) { executive::take(turn, what); }, event.what);
   if (state.phase != RunPhase::idle) {
-    executive::advance(turn);
+    executive::advance(turn, event.more);
     if (!is_end(state.phase)) executive::send_waiting(turn);
   }
   executive::wake(turn);
