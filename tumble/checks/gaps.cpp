@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/timelines.hpp"
 #include "tumble/core/clock.hpp"
 
@@ -23,9 +24,14 @@ Finding finding(const std::vector<Clock::Gap>& gaps, const std::string& where) {
 
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
-  for (const auto& timeline : stamped_timelines(recording))
-    if (const Clock clock = clock_of(*timeline.channel); clock.backward == 0 && !clock.gaps.empty())
-      findings.push_back(finding(clock.gaps, timeline.where));
+  for (const auto& timeline : stamped_timelines(recording)) {
+    Clock clock = clock_of(*timeline.channel);
+    const double sample = clock.rate > 0.0 ? 1.0 / clock.rate : 0.0;
+    std::erase_if(clock.gaps, [&](const Clock::Gap& gap) {
+      return is_between_segments(recording, gap.begin + sample, gap.begin + gap.length - sample);
+    });
+    if (clock.backward == 0 && !clock.gaps.empty()) findings.push_back(finding(clock.gaps, timeline.where));
+  }
   return findings;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/parallel.hpp"
@@ -95,13 +96,19 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
   return found;
 }
 
-std::vector<Outlier> outliers_of(const Channel& channel, const std::vector<Mark>& marks) {
+std::vector<Outlier> outliers_of(const Channel& channel, const Recording& recording) {
   if (channel.values.size() < 16) return {};
   std::vector<std::size_t> moves;
   const double slack = 1e-6 / mean_rate(channel);  // durations that add up are rounded
-  for (const Mark& mark : marks) moves.push_back(index_at(channel, mark.begin - slack));
+  for (const Mark& mark : recording.marks) moves.push_back(index_at(channel, mark.begin - slack));
   std::ranges::sort(moves);
-  return find_outliers(channel, texture_of(channel.values).quantum, moves);
+  auto outliers = find_outliers(channel, texture_of(channel.values).quantum, moves);
+  const double sample = 1.0 / mean_rate(channel);  // one that begins before a segment ends may reach into what follows
+  std::erase_if(outliers, [&](const Outlier& one) {
+    return is_between_segments(recording, one.time, one.time) ||
+           is_between_segments(recording, one.time + sample, one.time + sample);
+  });
+  return outliers;
 }
 
 /// What no instrument puts out: a bit, a digit or a record that was damaged on its way.
@@ -157,7 +164,7 @@ void take_common(const Recording& recording, std::vector<std::vector<Outlier>>& 
 Findings run(const Recording& recording, const Plan*) {
   std::vector<std::vector<Outlier>> outliers(recording.channels.size());
   parallel_for(outliers.size(),
-               [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording.marks); });
+               [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording); });
   Together together;
   take_common(recording, outliers, together);
   Findings findings;

@@ -6,7 +6,28 @@
 
 namespace tumble::recorder {
 
-void SampleClock::add(std::uint64_t sequence, double arrival, std::optional<double> device) {
+std::uint64_t SampleClock::shifted(std::uint64_t sequence) const {
+  std::uint64_t shift = 0;
+  for (const Restart& restart : restarts_)
+    if (sequence >= restart.from) shift = restart.shift;
+  return sequence + shift;
+}
+
+/// Frames that were lost took their time.
+bool SampleClock::restarts(std::uint64_t sequence, double arrival) const {
+  if (count_ < 100 || sequence <= last_ || !(slope() > 0.0)) return false;
+  const double waited = (arrival - arrival_) / slope(), jump = static_cast<double>(sequence - last_);
+  return jump > 4.0 * waited + 1000.0;
+}
+
+void SampleClock::add(std::uint64_t number, double arrival, std::optional<double> device) {
+  std::uint64_t sequence = shifted(number);
+  if (restarts(sequence, arrival)) {
+    const double waited = std::max(1.0, std::round((arrival - arrival_) / slope()));
+    restarts_.push_back({number, last_ + static_cast<std::uint64_t>(waited) - number});
+    sequence = shifted(number);
+  }
+  arrival_ = arrival;
   if (count_++ == 0) {
     first_ = sequence;
     origin_ = arrival;
@@ -62,12 +83,15 @@ void SampleClock::settle(double declared) {
   even_ = interval_ > 0.0 && !backward_ && count_ > 1 && (last_ - first_) / step_ < most;
 }
 
-void SampleClock::place(std::uint64_t sequence, double arrival) {
-  const double begin = arrival - static_cast<double>(sequence - first_) * interval_;
+void SampleClock::place(std::uint64_t number, double arrival) {
+  const double begin = arrival - static_cast<double>(shifted(number) - first_) * interval_;
   begin_ = placed_ ? std::min(begin_, begin) : begin;
   placed_ = true;
 }
 
+std::size_t SampleClock::index(std::uint64_t number) const {
+  return static_cast<std::size_t>((shifted(number) - first_) / step_);
+}
 std::size_t SampleClock::length() const { return static_cast<std::size_t>((last_ - first_) / step_) + 1; }
 double SampleClock::rate() const { return 1.0 / (interval_ * static_cast<double>(step_)); }
 

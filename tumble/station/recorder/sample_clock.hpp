@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "tumble/core/channel.hpp"
 
@@ -13,6 +14,8 @@ namespace tumble::recorder {
 /// The device counts evenly, and every sample arrives late: the interval between counts is the slope of a straight line
 /// through arrival against sequence number, and the first sample was complete where no arrival is earlier than the line;
 /// its time is the begin of what it is the mean or the increment of, one interval before.
+/// Where a counter begins again, the even clock goes on, by whole intervals.
+///
 /// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
 /// four of its standard deviations.
 class SampleClock {
@@ -28,7 +31,7 @@ class SampleClock {
   /// Whether the samples lie on an even clock, of which lost ones are missing.
   bool even() const { return even_; }
   std::size_t length() const;  ///< [samples] of the even clock, lost ones too
-  std::size_t index(std::uint64_t sequence) const { return static_cast<std::size_t>((sequence - first_) / step_); }
+  std::size_t index(std::uint64_t sequence) const;
   Timeline timeline() const { return {begin_ - 1.0 / rate(), rate(), nullptr}; }
   double rate() const;                           ///< [Hz] of the samples
   double arrival_rate() const;                   ///< [Hz] of the sequence by the line; 0: too few samples
@@ -40,6 +43,16 @@ class SampleClock {
   double slope_sd() const;      ///< [s]
   double device_slope() const;  ///< [s] a count; 0 without a clock of the device
 
+  /// The counter of the device began again, as after a power-up: from this number on, numbers are shifted to where the
+  /// arrival says that they belong.
+  struct Restart {
+    std::uint64_t from = 0, shift = 0;
+  };
+  std::uint64_t shifted(std::uint64_t sequence) const;
+  bool restarts(std::uint64_t sequence, double arrival) const;
+
+  std::vector<Restart> restarts_;
+  double arrival_ = 0.0;  ///< [s] of the last sample
   std::uint64_t first_ = 0, last_ = 0, step_ = 0, count_ = 0;
   double mean_x_ = 0.0, mean_t_ = 0.0, xx_ = 0.0, xt_ = 0.0, tt_ = 0.0;
   double origin_ = 0.0;  ///< [s] the first arrival
