@@ -88,7 +88,8 @@ class Session {
         instrument_(instrument_to_record(request)),
         folder_(store_folder_of(request.output)),
         begin_(world.clock()),
-        links_([this] { return now(); }) {}
+        links_([this] { return now(); }),
+        disk_(world.fault) {}
 
   RecordOutcome run() {
     check_start(request_, instrument_.codec.link);
@@ -239,6 +240,7 @@ class Session {
 
   RecordOutcome sealed() {
     close();
+    recorder_.reset();  // of a disk that failed, the store is open still
     if (world_.sealing) world_.sealing();
     outcome_.store = folder_;
     if (stream_->counts().channel_frames == 0) refuse_empty();

@@ -149,6 +149,33 @@ TEST(Record, SealsWhatCameBeforeTheLinkWasLost) {
                                   [](const Finding& finding) { return finding.code == "recording_link_lost"; }));
 }
 
+TEST(Record, SealsWhatWasAcknowledgedBeforeTheDiskFailedOrWasFull) {
+  for (const auto& [kind, words] : {std::pair{DiskFault::Kind::fails, "failed"}, {DiskFault::Kind::full, "is full"}}) {
+    const ScratchFolder folder;
+    StreamingDevice device(false);
+    RecordRequest request = request_for(device, folder);
+    request.duration = 20.0;  // the disk ends it long before
+    RecordWorld outside = outside_world();
+    outside.fault = {kind, 120, 0};
+    double on_disk = 0.0;
+    outside.show = [&](const RecordView& view) { on_disk = view.on_disk; };
+    const RecordOutcome outcome = record(request, outside);
+    EXPECT_FALSE(outcome.whole);
+    EXPECT_NE(outcome.ending.find(words), std::string::npos) << outcome.ending;
+    EXPECT_EQ(outcome.store, folder.file("fog.run"));
+    ASSERT_GT(on_disk, 0.1);
+    double last = 0.0;
+    std::size_t samples = 0;
+    visit_store(outcome.store, [&](const StoreItem& item) {
+      last = std::max(last, item.time);
+      if (item.kind == StoreItem::Kind::sample) ++samples;
+    });
+    EXPECT_GE(last, on_disk);
+    const Recording recording = read_recording(outcome.sealed.path, {}, {});
+    EXPECT_EQ(find_channel(recording, "gyro.x")->values.size(), samples) << "sealed, every one of them";
+  }
+}
+
 TEST(Record, EndsWhenSomebodyWantsItTo) {
   const ScratchFolder folder;
   StreamingDevice device(false);
