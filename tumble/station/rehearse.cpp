@@ -20,12 +20,17 @@ namespace fs = std::filesystem;
 
 constexpr int most_repeats = 3;  ///< of one question, after which nobody would try again
 
-/// The station of the run: that of the user, or one made for the plan, with its frames beside it.
+/// What a question is about, without its numbers: the reason and the count of attempts differ each time.
+std::string subject_of(const Prompt& prompt) {
+  std::string subject = prompt.text.substr(0, prompt.text.find(':'));
+  std::erase_if(subject, [](char c) { return c >= '0' && c <= '9'; });
+  return subject;
+}
+
+/// The station of the run: that of the user, whose run has no folder yet, so that a refused one leaves nothing; or one
+/// made for the plan, with its frames beside it.
 Station station_of(const Rehearsal& rehearsal) {
-  if (rehearsal.station) {
-    make_run_folder(rehearsal.folder, rehearsal.plan, *rehearsal.station);
-    return *rehearsal.station;
-  }
+  if (rehearsal.station) return *rehearsal.station;
   Station station = station_for(rehearsal.plan);
   make_run_folder(rehearsal.folder, rehearsal.plan, station);
   station.file = (fs::path(rehearsal.folder) / "station.toml").string();
@@ -68,12 +73,13 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   const auto course = course_of(rehearsal.plan, station, units);
   VirtualBench bench(rehearsal.plan, station, parts, rehearsal.seed,
                      timed_faults(rehearsal.faults, rehearsal.seed, std::numeric_limits<double>::infinity()));
+  if (rehearsal.station) make_run_folder(rehearsal.folder, rehearsal.plan, station);
 
   RunCompany company = rehearsal.company;
   std::vector<decltype(RunEvent::what)> answers;
   if (!company.ask) {
     company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-      const bool again = ++asked[prompt.text] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
+      const bool again = ++asked[subject_of(prompt)] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
       answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
     };
     company.orders = [&] { return std::exchange(answers, {}); };

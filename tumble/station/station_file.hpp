@@ -135,6 +135,10 @@ Station load_station(const std::string& path);
 /// Reads a station from its text. Files that the station names are relative to the folder of `file`.
 Station read_station(const std::string& text, const std::string& file);
 
+/// The declaration that a device names: a shipped one, or a file relative to `folder`.
+/// Throws Error::bad_input where it is not known or not sound; Error::bad_file where it cannot be read.
+Controller controller_of_device(const StationDevice& device, const std::string& folder);
+
 /// What is asked of a station.
 struct StationRequest {
   std::map<std::string, std::string> units = {};  ///< serial number by slot

@@ -172,6 +172,7 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
                                    LinkFaults(faults, name_of_link(station.instruments[i]), seed)});
   inner_->up.assign(station.devices.size() + station.instruments.size(), true);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  if (!station.power.device) inner_->rig.power(0.0, true);  // nobody else would switch the unit on
 }
 
 VirtualBench::~VirtualBench() = default;

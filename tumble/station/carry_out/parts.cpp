@@ -3,7 +3,6 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/wire/controllers.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble {
@@ -13,12 +12,6 @@ namespace {
 std::string beside(const Station& station, const std::string& path) {
   const std::filesystem::path given(path);
   return given.is_absolute() ? path : (std::filesystem::path(station.file).parent_path() / given).string();
-}
-
-Controller controller_of_device(const Station& station, const StationDevice& device) {
-  if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
-  const std::string path = beside(station, device.controller);
-  return read_controller(read_text_file(path), path, device.settings);
 }
 
 StationParts::Stream stream_of(const Station& station, const StationInstrument& instrument) {
@@ -53,7 +46,7 @@ StationParts parts_of(Station& station) {
   std::vector<std::string> problems;
   for (StationDevice& device : station.devices)
     collect(problems, device.name, [&] {
-      parts.controllers.push_back(controller_of_device(station, device));
+      parts.controllers.push_back(controller_of_device(device, std::filesystem::path(station.file).parent_path().string()));
       device.verbs.clear();
       device.once.clear();
       for (const ControllerCommand& command : parts.controllers.back().commands) {

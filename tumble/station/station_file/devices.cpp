@@ -178,6 +178,29 @@ void default_conduct(Section& section, StationDevice& device) {
       if (!device.can(verb)) section.problem_at(key, fmt::format("{} has no verb '{}'", device.controller, verb));
 }
 
+/// A request is answered after the pauses that its declaration wants.
+void add_pauses(StationDevice& device, const ControllerCommand& command) {
+  double pauses = 0.0;
+  for (const ControllerExchange& exchange : command.exchanges) pauses += exchange.pause;
+  if (pauses > 0.0) device.timeouts.try_emplace(command.verb, device.timeout + pauses);
+}
+
+/// What the controller can do, where the file does not say it: as its declaration has it.
+void read_verbs(Section& section, StationDevice& device, const Draft& draft) {
+  device.verbs = section.texts("verbs");
+  device.once = section.texts("once");
+  if (!device.verbs.empty() || device.controller.empty()) return;
+  try {
+    for (const ControllerCommand& command : controller_of_device(device, draft.folder).commands) {
+      device.verbs.push_back(command.verb);
+      if (command.once) device.once.push_back(command.verb);
+      add_pauses(device, command);
+    }
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at("controller", problem);
+  }
+}
+
 void read_device(const toml::table& table, Draft& draft) {
   Section section(table, "[[device]]", draft.problems);
   const std::size_t index = draft.station.devices.size();
@@ -193,8 +216,7 @@ void read_device(const toml::table& table, Draft& draft) {
   read_times(section, device, draft, turns);
   read_lost_link(section, device);
   device.identity = section.text("identity").value_or("");
-  device.verbs = section.texts("verbs");
-  device.once = section.texts("once");
+  read_verbs(section, device, draft);
   default_conduct(section, device);
   section.close();
   draft.station.devices.push_back(std::move(device));

@@ -64,7 +64,6 @@ void read_instrument(Section& section, Draft& draft) {
   if (const auto choice = parse_instrument(instrument.frames); choice.name.ends_with(".toml")) {
     const auto path = (std::filesystem::path(draft.folder) / choice.name).lexically_normal();
     if (!std::filesystem::exists(path)) section.problem_at("frames", "there is no file " + path.string());
-    instrument.frames = path.string() + instrument.frames.substr(choice.name.size());
   } else if (!instrument.frames.empty()) {
     try {
       find_instrument(choice.name);

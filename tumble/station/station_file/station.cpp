@@ -1,13 +1,20 @@
 #include <algorithm>
+#include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/checksum.hpp"
 #include "tumble/station/station_file.hpp"
+#include "tumble/wire/controllers.hpp"
 
 namespace tumble {
 
 bool StationDevice::can(const std::string& verb) const {
   return std::find(verbs.begin(), verbs.end(), verb) != verbs.end();
+}
+
+Controller controller_of_device(const StationDevice& device, const std::string& folder) {
+  if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
+  const std::string path = (std::filesystem::path(folder) / device.controller).string();  // an absolute one stays
+  return read_controller(read_text_file(path), path, device.settings);
 }
 
 Station load_station(const std::string& path) {
