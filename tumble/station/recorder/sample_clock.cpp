@@ -23,9 +23,11 @@ bool SampleClock::restarts(std::uint64_t sequence, double arrival) const {
 void SampleClock::add(std::uint64_t number, double arrival, std::optional<double> device) {
   std::uint64_t sequence = shifted(number);
   if (restarts(sequence, arrival)) {
-    const double waited = std::max(1.0, std::round((arrival - arrival_) / slope()));
-    restarts_.push_back({number, last_ + static_cast<std::uint64_t>(waited) - number});
+    const auto place = static_cast<std::uint64_t>(std::max(0.0, std::round((arrival - origin_) / slope())));
+    restarts_.push_back({number, std::max(first_ + place, last_ + 1) - number});
     sequence = shifted(number);
+    in_epoch_ = 0;
+    mean_x_ = mean_t_ = 0.0;
   }
   arrival_ = arrival;
   if (count_++ == 0) {
@@ -41,7 +43,7 @@ void SampleClock::add(std::uint64_t number, double arrival, std::optional<double
     if (!device_first_) device_first_ = device, device_from_ = sequence;
     device_last_ = device, device_to_ = sequence;
   }
-  const double x = static_cast<double>(sequence - first_), t = arrival - origin_, n = static_cast<double>(count_);
+  const double x = static_cast<double>(sequence - first_), t = arrival - origin_, n = static_cast<double>(++in_epoch_);
   const double dx = x - mean_x_, dt = t - mean_t_;
   mean_x_ += dx / n;
   mean_t_ += dt / n;

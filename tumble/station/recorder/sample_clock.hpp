@@ -54,6 +54,7 @@ class SampleClock {
   std::vector<Restart> restarts_;
   double arrival_ = 0.0;  ///< [s] of the last sample
   std::uint64_t first_ = 0, last_ = 0, step_ = 0, count_ = 0;
+  std::uint64_t in_epoch_ = 0;  ///< samples since the last restart: the line has one slope, and an offset for each
   double mean_x_ = 0.0, mean_t_ = 0.0, xx_ = 0.0, xt_ = 0.0, tt_ = 0.0;
   double origin_ = 0.0;  ///< [s] the first arrival
   std::optional<double> device_first_, device_last_;
