@@ -37,8 +37,8 @@ StationDevice device_for(const Axis& axis, StationAxis::Kind kind) {
   device.controller = chamber ? "espec_p300" : "scpi_like";
   if (kind == StationAxis::Kind::acceleration) device.settings = {{"amplitude_unit", "m/s^2"}};
   device.poll = chamber ? 5.0 : 0.1;
-  device.timeout = chamber ? 2.0 : 0.3;
-  device.lost_after = 3.0 * device.poll;
+  device.timeout = chamber ? 2.0 : 0.25;
+  device.lost_after = chamber ? 15.0 : 0.6;
   if (!chamber) device.prepare = {"enable"};
   return device;
 }

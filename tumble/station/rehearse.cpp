@@ -68,7 +68,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   Station station = station_of(rehearsal);
   const StationParts parts = parts_of(station);
   const auto units = units_of(rehearsal, station);
-  if (auto problems = check_station(rehearsal.plan, station, {.units = units}); !problems.empty())
+  if (auto problems = check_station(rehearsal.plan, station, {.units = units, .rehearsed = true}); !problems.empty())
     throw Error(Error::Kind::bad_input, std::move(problems));
   const auto course = course_of(rehearsal.plan, station, units);
   VirtualBench bench(rehearsal.plan, station, parts, rehearsal.seed,

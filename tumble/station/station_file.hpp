@@ -142,7 +142,8 @@ Controller controller_of_device(const StationDevice& device, const std::string& 
 /// What is asked of a station.
 struct StationRequest {
   std::map<std::string, std::string> units = {};  ///< serial number by slot
-  std::string date = {};                          ///< of today, "2026-11-24"; empty: a rehearsal, which calibrates nothing
+  std::string date = {};                          ///< of today, "2026-11-24"
+  bool rehearsed = false;                         ///< equipment may be out of calibration: nothing is measured
   std::string accept_expired = {};                ///< reason for which equipment out of calibration is accepted
 };
 
