@@ -192,6 +192,34 @@ def test_what_a_file_does_not_say_is_given(tmp_path):
     assert list(tumble.read(plain, rate=RATE, units={"gyro.x": "deg/s"}, channels=["gyro.x"])) == ["gyro.x"]
 
 
+def test_a_table_that_is_unclear_is_read_as_told(tmp_path):
+    table = tmp_path / "table.csv"
+    rows = "".join(f"03/04/2026 12:00:{second:02d},{second},{second * second}\n" for second in range(20))
+    table.write_bytes("Ger\xe4t 7\nclock,counter,rate[deg/s]\n".encode("latin-1") + rows.encode())
+    given = {"time": "clock", "encoding": "windows-1252", "skip": 1, "units": {"counter": "1"}}
+    first = tumble.read(table, date="dmy", **given)
+    np.testing.assert_array_equal(first["rate"].times, np.arange(20.0))
+    np.testing.assert_allclose(first["rate"].in_("deg/s"), np.arange(20.0) ** 2, rtol=1e-15)
+    starts = [tumble.read(table, date=order, **given).meta["clock_start"] for order in ("dmy", "mdy")]
+    assert [start[5:7] for start in starts] == ["04", "03"]
+    with pytest.raises(tumble.UsageError, match="date"):
+        tumble.read(table, date="ddm", **given)
+    with pytest.raises(tumble.UsageError, match="skip"):
+        tumble.read(table, skip=-1)
+
+
+def test_raw_bytes_are_read_by_the_frames_of_their_instrument(tmp_path):
+    # One frame of format A as the manual prints it: without the number of a second frame a rate has to be given.
+    frame = bytes.fromhex("FE81FF5537A96A6E38586C1FB75BF862BF803E78BB650D283B0A37AC773D00284BFA34D8")
+    stream = tmp_path / "stream.bin"
+    stream.write_bytes(frame)
+    recording = tumble.read(stream, frames="kvh_1775:gyro_rate", rate=1000)
+    np.testing.assert_allclose(recording["gyro.x"].values, [2.019593e-5], rtol=1e-6)
+    np.testing.assert_allclose(recording["acc.x"].in_("g"), [-1.0019064], rtol=1e-6)
+    with pytest.raises(tumble.UsageError, match="kvh_1775"):
+        tumble.read(stream, frames="kvh_1757", rate=1000)
+
+
 def test_the_checks_are_run_on_request():
     x = samples()
     x[500] = 1e6

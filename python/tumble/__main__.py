@@ -11,7 +11,7 @@ import sys
 from typing import Any
 
 import tumble
-from tumble._read import read
+from tumble._read import PLAIN, read
 from tumble.importers import importers
 
 
@@ -55,16 +55,14 @@ def _arguments(sets: list[str]) -> dict[str, Any]:
             raise tumble.UsageError(f"--set {text}: write --set key=value")
         if key.startswith("unit."):
             units[key[5:]] = value
-        elif key in ("rate", "missing", "decimal", "segment_column"):
+        elif key in PLAIN:
             made[key] = value
         elif key == "columns":
             made[key] = value.split(",")
         elif key == "topic":
             made.setdefault("topics", []).append(value)
         else:
-            raise tumble.UsageError(
-                f"--set {key}: accepted are rate, topic, missing, decimal, columns, segment_column, unit.COLUMN"
-            )
+            raise tumble.UsageError(f"--set {key}: accepted are {', '.join(PLAIN)}, topic, columns and unit.COLUMN")
     return made
 
 

@@ -42,6 +42,11 @@ def read(
     segment_column: str | None = None,
     missing: str | None = None,
     decimal: str | None = None,
+    time: str | None = None,
+    date: str | None = None,
+    encoding: str | None = None,
+    skip: int | None = None,
+    frames: str | os.PathLike[str] | None = None,
     progress: object = None,
 ) -> Recording:
     """Reads a recording.
@@ -56,6 +61,12 @@ def read(
               segment_column  of a text file: the column with the labels of segments
               missing         a word that means a missing sample, beside the blank cell: "NaN"
               decimal         decimal mark of a text file: "point" or "comma"
+              time            of a text file: the column of the clock; "-": it has none
+              date            of a text file: order in its dates: "dmy", "mdy" or "ymd"
+              encoding        of a text file: "gb18030", "windows-1252"; None: by its bytes
+              skip            of a text file: lines before its header
+              frames          of raw bytes: the instrument that sent them, "stim300", or a file that declares its
+                              frames; variants follow: "kvh_1775:gyro_rate"
               progress        None, True (a bar), or a function of (done, what)
     Raises    FileError that says file and line; UsageError; ArgumentTypeError
     Example   tumble.read("data.csv", rate=100, units={"gyro.x": "deg/s"})
@@ -70,6 +81,11 @@ def read(
         "segment_column": segment_column,
         "missing": missing,
         "decimal": decimal,
+        "time": time,
+        "date": date,
+        "encoding": encoding,
+        "skip": skip,
+        "frames": frames,
     }
     if hasattr(path, "read"):
         return _read_open_file(path, given, progress)
@@ -81,6 +97,10 @@ def read(
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
     return Recording(core, (text, {key: value for key, value in given.items() if value is not None}))
+
+
+PLAIN = ("rate", "segment_column", "missing", "decimal", "time", "date", "encoding", "skip", "frames")
+"""The arguments of read() that --set takes as they are."""
 
 
 def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
@@ -114,7 +134,7 @@ def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
         sets.append(("columns", ",".join(given["columns"])))
     for topic in given["topics"] or ():
         sets.append(("topic", topic))
-    for key in ("rate", "segment_column", "missing", "decimal"):
+    for key in PLAIN:
         if given[key] is not None:
             sets.append((key, text_of(given[key], key)))
     sets += [(f"unit.{column}", unit) for column, unit in (given["units"] or {}).items()]

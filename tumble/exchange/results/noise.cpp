@@ -55,8 +55,8 @@ std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
   return axes;
 }
 
-/// [Hz]: the curve of a channel begins at one sampling interval, unless the user listed the averaging times: then NaN, as
-/// where there is no curve.
+/// [Hz]: the curve of a channel begins at one sampling interval, unless the user listed the averaging times: then NaN,
+/// as where there is no curve.
 double rate_of(Reader& reader, const std::string& label) {
   const auto taus = reader.setting("taus");
   const auto named = {"log", "octave", "decade", "all"};
