@@ -191,7 +191,9 @@ TEST(ULog, AShortTimestampIsRefusedByName) {
   std::string bytes = head + message('F', "sensor_gyro:uint32_t timestamp;float x;");
   bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('D', std::string(10, '\1'));
   write_bytes(folder.file("a.ulg"), bytes);
-  EXPECT_NE(refusal_of(folder.file("a.ulg")).find("no timestamp of 64 bits, or there are two descriptions of sensor_gyro"), std::string::npos);
+  EXPECT_NE(
+      refusal_of(folder.file("a.ulg")).find("no timestamp of 64 bits, or there are two descriptions of sensor_gyro"),
+      std::string::npos);
 }
 
 TEST(ULog, AnInfiniteSampleIsMissing) {
