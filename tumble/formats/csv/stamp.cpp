@@ -275,7 +275,7 @@ AllowedOrders allowed_orders(std::string_view cell) {
   if (parts->year_first() || parts->named) return {true, true, true, true};
   AllowedOrders allowed{day_of(*parts, DateOrder::dmy).has_value(), day_of(*parts, DateOrder::mdy).has_value(), false,
                         false};
-  allowed.ymd = parts->digits[2] == 2 && parts->separator == '-' && day_of(*parts, DateOrder::ymd).has_value();
+  allowed.ymd = parts->digits[2] == 2 && parts->separator != '.' && day_of(*parts, DateOrder::ymd).has_value();
   if (parts->separator == '.' && allowed.dmy) allowed.mdy = allowed.ymd = false;  // always written so
   return allowed;
 }

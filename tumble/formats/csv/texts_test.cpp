@@ -32,6 +32,24 @@ struct CsvTexts : testing::Test {
   }
 };
 
+TEST_F(CsvTexts, ATimeThatIsNotUnderstoodIsNamedAsSuch) {
+  const std::string table = "time,gyro[deg/s]\n20-Okt-2026 09:00:00,1\n20-Okt-2026 09:00:01,2\n";
+  const auto text = refusal(table);
+  EXPECT_NE(text.find("column 'time': '20-Okt-2026 09:00:00' is no time that is understood"), std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("without a unit"), std::string::npos) << text;
+  options.time = "-";
+  options.rate = 1.0;
+  EXPECT_EQ(read(table).channels.at(0).values.size(), 2u);
+}
+
+TEST_F(CsvTexts, TheClocksOfArduinoHaveTheirUnitInTheirNames) {
+  const Recording log = read("millis,gyro[deg/s]\n100,1\n110,2\n120,3\n");
+  ASSERT_EQ(log.channels.size(), 1u);
+  EXPECT_DOUBLE_EQ(log.channels[0].timeline.rate, 100.0);
+  EXPECT_DOUBLE_EQ(read("micros,gyro[deg/s]\n100,1\n200,2\n300,3\n").channels.at(0).timeline.rate, 1e4);
+}
+
 /// The message of the finding of that code; empty: there is none.
 std::string said(const Recording& recording, const std::string& code) {
   for (const Finding& finding : recording.findings)

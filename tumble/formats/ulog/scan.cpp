@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 namespace tumble::ulog {
 namespace {
@@ -33,10 +34,12 @@ class Taker {
       case 'D':
         return take_data(message);
       case 'F':
-        define({message.body, message.size}, scan_.definitions);
-        return;
+        return take_format({message.body, message.size});
       case 'A':
         return subscribe(message);
+      case 'R':
+        scan_.subscriptions.at(value_at<std::uint16_t>(message.body)) = {};
+        return;
       case 'I':
         return note({message.body, message.size}, scan_.information);
       case 'P':
@@ -48,7 +51,26 @@ class Taker {
     }
   }
 
+  /// Topics of formats with two descriptions hold samples of one or the other: none is read.
+  void leave_contradictory() {
+    for (Scan::Topic& topic : scan_.topics) {
+      if (!holds(scan_.definitions, topic.format, contradictory_)) continue;
+      scan_.damage.undescribed += topic.messages;
+      topic.messages = 0;
+      if (std::ranges::find(scan_.unreadable, topic.format) == scan_.unreadable.end())
+        scan_.unreadable.push_back(topic.format);
+    }
+  }
+
  private:
+  void take_format(std::string_view text) {
+    Definitions one;
+    if (!define(text, one)) return;
+    const auto& [name, fields] = *one.begin();
+    const auto [known, is_new] = scan_.definitions.try_emplace(name, fields);
+    if (!is_new && known->second != fields) contradictory_.insert(name);
+  }
+
   void take_data(const Message& message) {
     const auto id = value_at<std::uint16_t>(message.body);
     ++scan_.topics[static_cast<std::size_t>(scan_.subscriptions.of(id).topic)].messages;
@@ -106,6 +128,7 @@ class Taker {
 
   Scan& scan_;
   std::map<std::string, std::size_t> index_;
+  std::set<std::string> contradictory_;
   std::uint64_t time_ = 0;
 };
 
@@ -115,7 +138,18 @@ Scan scan(const std::string& path) {
   Scan result;
   Taker taker(result);
   result.damage = walk(path, result.subscriptions, {}, [&](const Message& message) { taker.take(message); });
+  taker.leave_contradictory();
   return result;
+}
+
+void replay(const std::string& path, const Progress& progress, const Take& take) {
+  Scan again;
+  Taker taker(again);
+  walk(path, again.subscriptions, progress, [&](const Message& message) {
+    if (message.type != 'D') return taker.take(message);
+    const auto id = value_at<std::uint16_t>(message.body);
+    take(static_cast<std::size_t>(again.subscriptions.of(id).topic), message.body + 2);
+  });
 }
 
 }  // namespace tumble::ulog

@@ -141,6 +141,61 @@ TEST(ULog, FormatsThatContainThemselvesAreNotRead) {
   EXPECT_NE(refusal_of(folder.file("a.ulg")).find("holds no samples"), std::string::npos);
 }
 
+/// A message of `id` with a time [us] and one number.
+std::string sample(char id, std::uint64_t time, float value) {
+  std::string body(14, '\0');
+  body[0] = id;
+  std::memcpy(body.data() + 2, &time, 8);
+  std::memcpy(body.data() + 10, &value, 4);
+  return message('D', body);
+}
+
+TEST(ULog, AnIdThatIsGivenToAnotherTopicMeansThatFromThereOn) {
+  const ScratchFolder folder;
+  std::string bytes = head;
+  for (const char* name : {"sensor_gyro", "sensor_accel"})
+    bytes += message('F', std::string(name) + ":uint64_t timestamp;float x;");
+  bytes += sample('\0', 999, 7);  // before its description: not read
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro");
+  for (int k = 0; k < 5; ++k) bytes += sample('\0', 1000 + 1000 * k, static_cast<float>(k));
+  bytes += message('R', std::string("\0\0", 2)) + sample('\0', 5500, 8);
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_accel");
+  for (int k = 5; k < 8; ++k) bytes += sample('\0', 1000 + 1000 * k, static_cast<float>(100 + k));
+  write_bytes(folder.file("a.ulg"), bytes);
+  const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+  EXPECT_EQ(names_of(read), (std::vector<std::string>{"gyro.x[rad/s]", "accelerometer.x[m/s^2]"}));
+  EXPECT_EQ(read.channels.at(0).values, (std::vector<double>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(read.channels.at(1).values, (std::vector<double>{105, 106, 107}));
+  EXPECT_NE(said(read.findings, "messages_not_described").find("2 of them"), std::string::npos);
+  expect_streams_the_same(folder.file("a.ulg"), {}, 2);
+}
+
+TEST(ULog, AFormatWithTwoDescriptionsIsNotRead) {
+  const ScratchFolder folder;
+  std::string bytes = head;
+  for (const char* name : {"sensor_gyro", "sensor_accel"})
+    bytes += message('F', std::string(name) + ":uint64_t timestamp;float x;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + sample('\0', 1000, 1);
+  bytes += message('A', std::string("\0\1\0", 3) + "sensor_accel") + sample('\1', 1000, 2);
+  bytes += message('F', "sensor_accel:uint64_t timestamp;float x;") + sample('\1', 2000, 3);  // as before
+  bytes += message('F', "sensor_gyro:uint64_t timestamp;int32_t x;") + sample('\0', 2000, 3);
+  write_bytes(folder.file("a.ulg"), bytes);
+  const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+  EXPECT_EQ(names_of(read), (std::vector<std::string>{"accelerometer.x[m/s^2]"}));
+  EXPECT_EQ(read.channels.at(0).values, (std::vector<double>{2, 3}));
+  EXPECT_NE(said(read.findings, "messages_not_described").find("sensor_gyro"), std::string::npos);
+}
+
+TEST(ULog, AShortTimestampIsRefusedByName) {
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint32_t timestamp;float x;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('D', std::string(10, '\1'));
+  write_bytes(folder.file("a.ulg"), bytes);
+  EXPECT_NE(
+      refusal_of(folder.file("a.ulg")).find("no timestamp of 64 bits, or there are two descriptions of sensor_gyro"),
+      std::string::npos);
+}
+
 TEST(ULog, AnInfiniteSampleIsMissing) {
   const ScratchFolder folder;
   std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");
