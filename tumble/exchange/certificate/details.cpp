@@ -102,6 +102,8 @@ std::vector<std::string> wrong_details(const CertificateDetails& details) {
   expect_order(details.ended, details.issued, "ended, issued", details, problems);
   if (!details.replaces.empty() && details.replaces == details.number)
     problems.push_back(place_in(details, "[certificate] replaces: an amended certificate has a number of its own"));
+  if (details.replaces.empty() && !details.replaces_reason.empty())
+    problems.push_back(place_in(details, "[certificate] replaces_reason is given, but not what is replaced: replaces"));
   check_equipment(details, problems);
   return problems;
 }
