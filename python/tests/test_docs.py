@@ -28,6 +28,8 @@ def test_examples_run(page, tree, tmp_path, monkeypatch):
     names: dict[str, object] = {}
     blocks = BLOCK.findall((tree / page).read_text())
     assert blocks
+    if any("tumble.plot" in block for block in blocks):
+        pytest.importorskip("matplotlib")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", tumble.TumbleWarning)
         for block in blocks:

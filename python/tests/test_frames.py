@@ -113,7 +113,9 @@ def test_an_index_may_be_dates_with_a_zone_durations_or_a_column_of_either():
     df = pandas.DataFrame({"a": np.arange(1000.0)})
     for index in (dates, dates - dates[0], pandas.Index(list(dates), dtype=object)):
         assert tumble.from_pandas(df.set_axis(index), units=U)["a"].times[-1] == pytest.approx(9.99)
-        assert tumble.from_pandas(df.assign(t=index), units=U, time="t")["a"].times[-1] == pytest.approx(9.99)
+        assert tumble.from_pandas(df.assign(t=index.to_series(df.index)), units=U, time="t")["a"].times[
+            -1
+        ] == pytest.approx(9.99)
 
 
 def test_dates_that_are_absent_are_refused():

@@ -121,6 +121,25 @@ def bag2(name, packed_messages=False):
         shutil.copy(f"{folder}/bag/bag.db3", FOLDER / name)
 
 
+def split(name, storage):
+    """A bag of two files; in the second one other numbers belong to the topics."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    everything = list(messages(store, False))
+    target = FOLDER / name
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir()
+    for number, part in [(9, everything[:60]), (10, everything[60:])]:
+        with tempfile.TemporaryDirectory() as folder:
+            with Writer2(f"{folder}/bag", version=8, storage_plugin=storage) as writer:
+                kinds = sorted({(topic, kind) for topic, kind, _, _ in part}, reverse=number == 10)
+                connections = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in kinds}
+                for topic, kind, time, message in part:
+                    writer.write(connections[topic], time, store.serialize_cdr(message, kind))
+            (written,) = (path for path in Path(f"{folder}/bag").iterdir() if path.suffix != ".yaml")
+            shutil.copy(written, target / f"{name}_{number}{written.suffix}")
+            shutil.copy(f"{folder}/bag/metadata.yaml", target / "metadata.yaml")
+
+
 def mcap(name, compression, ros1=False, **settings):
     """ROS 2 messages as CDR, or ROS 1 messages; by the mcap library alone, which leaves the bytes as they are."""
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
@@ -172,6 +191,8 @@ def main():
     mcap("no_index.mcap", CompressionType.LZ4, index_types=IndexType.NONE, repeat_channels=False, repeat_schemas=False,
          use_statistics=False, use_summary_offsets=False)
     mcap_ros2("ros2_writer.mcap")
+    split("split_db3", StoragePlugin.SQLITE3)
+    split("split_mcap", StoragePlugin.MCAP)
     for name, source in [("imu.bag", "lz4.bag"), ("imu.mcap", "zstd.mcap")]:
         shutil.copy(FOLDER / source, FOLDER.parents[2] / "examples/data" / name)
     rows = ["gyro.x,gyro.y,gyro.z,accelerometer.x,accelerometer.y,accelerometer.z"]

@@ -52,7 +52,8 @@ double product_at(const std::vector<double>& point, const Matrix& root, const st
       if (!Tolerance{limits[i].lower - 1e-9, limits[i].upper + 1e-9}.holds(mean)) return 0.0;
       continue;
     }
-    const double low = normal_below((limits[i].lower - mean) / width), high = normal_below((limits[i].upper - mean) / width);
+    const double low = normal_below((limits[i].lower - mean) / width),
+                 high = normal_below((limits[i].upper - mean) / width);
     product *= high - low;
     if (!(product > 0.0)) return 0.0;
     normal[i] = phi_inverse(low + point[i] * (high - low));

@@ -214,7 +214,8 @@ TEST(NoiseOfExport, TheRateIsThatOfTheRecordsWhereTheySayOne) {
   const auto asks = [](const std::string& text) { return text.find("needs the rate") != std::string::npos; };
   EXPECT_FALSE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 0.005, "octave"))));
   EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 0.01, "log")))) << "two rates";
-  EXPECT_TRUE(asks(exported(noise_result(true, 1.0, "1 s, 2 s"), noise_result(false, 1.0, "1 s, 2 s")))) << "listed times";
+  EXPECT_TRUE(asks(exported(noise_result(true, 1.0, "1 s, 2 s"), noise_result(false, 1.0, "1 s, 2 s"))))
+      << "listed times";
   EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 1.0, "1 s, 2 s"))));
 }
 

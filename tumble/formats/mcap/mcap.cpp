@@ -1,5 +1,7 @@
 // MCAP, version 0: mcap.dev/spec.
 
+#include "tumble/formats/mcap/mcap.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -178,6 +180,8 @@ class Walk {
   Window window_;
 };
 
+}  // namespace
+
 ros::Log open(const std::string& path) {
   ros::Log log;
   log.path = path;
@@ -189,6 +193,8 @@ ros::Log open(const std::string& path) {
   Walk(log).whole();
   return log;
 }
+
+namespace {
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
   return ros::read(open(path), options, progress);

@@ -1,7 +1,9 @@
 #include "tumble/formats/ros/log.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
+#include "tumble/formats/checksum.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
@@ -65,6 +67,25 @@ void Count::add(const Count& other) {
 double Count::rate() const {
   if (messages < 2 || last <= first) return 0.0;
   return static_cast<double>(messages - 1) / (1e-9 * (static_cast<double>(last) - static_cast<double>(first)));
+}
+
+std::uint64_t size_of(const Log& log) {
+  if (log.parts.empty()) return log.file->size();
+  std::uint64_t bytes = 0;
+  for (const Log& part : log.parts) bytes += part.file->size();
+  return bytes;
+}
+
+std::function<std::string()> checksum_of(const Log& log) {
+  if (log.parts.empty()) return sha256_in_background(log.path);
+  std::vector<std::pair<std::string, std::function<std::string()>>> sums;
+  for (const Log& part : log.parts)
+    sums.emplace_back(std::filesystem::path(part.path).filename().string(), sha256_in_background(part.path));
+  return [sums] {
+    std::string list;
+    for (const auto& [name, sum] : sums) list += sum() + "  " + name + "\n";
+    return sha256_of(list);
+  };
 }
 
 void look_into_uncounted(Log& log) {

@@ -46,10 +46,11 @@ struct Visitor {
   std::function<void(std::uint32_t id, const std::string& name)> type;
 };
 
-/// A file of messages: what it says of itself, and where its messages stand.
+/// A file of messages: what it says of itself, and where its messages stand. Or several files: see joined().
 struct Log {
   std::string path;
-  std::shared_ptr<const file::InputFile> file;
+  std::shared_ptr<const file::InputFile> file;  ///< null where it has parts
+  std::vector<Log> parts;
   std::map<std::uint32_t, Connection> connections;
   std::map<std::uint32_t, std::string> types;
   std::map<std::uint32_t, Count> counts;  ///< of the pieces that are counted
@@ -59,6 +60,12 @@ struct Log {
   /// Visits the messages of a piece in their order. Throws Error::bad_file, the bare reason, where it is damaged.
   std::function<void(const Log&, const Piece&, Window&, const Visitor&)> visit;
 };
+
+/// [bytes] of the file, or of all files.
+std::uint64_t size_of(const Log& log);
+/// The SHA-256 of the file; of several files that of a text with the SHA-256 and the name of each. It is calculated
+/// beside other work: the function returned waits for it.
+std::function<std::string()> checksum_of(const Log& log);
 
 /// Looks into the pieces that no index describes, so that all connections are known, and all counts of a file that has
 /// some.

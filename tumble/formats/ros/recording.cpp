@@ -81,7 +81,7 @@ std::vector<Overview> overviews_of(const std::vector<Stream>& streams) {
 std::size_t most_messages(const Log& log, const Stream& stream) {
   const std::uint64_t message = 8 * stream.type->numbers + 12;
   const std::uint64_t known = log.messages_at_most > 0 ? log.messages_at_most : stream.topic.count.messages;
-  std::uint64_t bytes = log.file->size();
+  std::uint64_t bytes = size_of(log);
   for (const Piece& piece : log.pieces)
     if (piece.packing != Packing::none) bytes += std::min(piece.unpacked, piece.size * 256);
   return std::min(known, bytes / message);
@@ -186,7 +186,7 @@ void each_channel(const std::vector<Stream>& streams, const std::vector<Overview
 }  // namespace
 
 Recording read(Log log, const ReadOptions& options, const Progress& progress) {
-  auto checksum = sha256_in_background(log.path);
+  auto checksum = checksum_of(log);
   look_into_uncounted(log);
   const auto streams = choose_streams(log, options);
   auto overviews = overviews_of(streams);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -70,6 +71,45 @@ std::string bytes_of(const std::string& path) {
 }
 
 void put(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+class RosFolders : public testing::TestWithParam<const char*> {};
+
+TEST_P(RosFolders, FilesAreReadOneAfterTheOther) {
+  const auto columns = expected();
+  const std::string path = folder + GetParam();
+  const Recording whole = read(path);
+  std::vector<std::vector<double>> streamed(6);
+  stream_recording(format_of(path), path, {}, 16,
+                   [&](const Recording& block) {
+                     for (std::size_t i = 0; i < 6; ++i)
+                       streamed[i].insert(streamed[i].end(), block.channels[i].values.begin(),
+                                          block.channels[i].values.end());
+                   },
+                   {});
+  ASSERT_GE(whole.channels.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(whole.channels[i].name, all_channels[i]);
+    EXPECT_EQ(whole.channels[i].values, columns[i]);
+    EXPECT_EQ(streamed[i], columns[i]);
+  }
+  EXPECT_DOUBLE_EQ(whole.channels[0].timeline.rate, 200.0);
+  EXPECT_EQ(find(whole, "log_out_of_order"), nullptr);
+  EXPECT_EQ(read(path, {"/imu/mag"}).channels[0].values.size(), 30u);
+}
+
+TEST_P(RosFolders, TheChecksumKnowsEveryFile) {
+  const ScratchFolder scratch;
+  const std::string copy = scratch.file("bag"), kind = std::string(GetParam()).ends_with("mcap") ? ".mcap" : ".db3";
+  std::filesystem::copy(folder + GetParam(), copy);
+  const std::string whole = read(copy).origin.checksum();
+  EXPECT_EQ(whole, read(folder + GetParam()).origin.checksum());
+  std::filesystem::remove(copy + "/" + GetParam() + "_10" + kind);
+  EXPECT_NE(whole, read(copy).origin.checksum());
+  put(copy + "/packed" + kind + ".zstd", "");
+  EXPECT_NE(message_of([&] { read(copy); }).find("unpack it with `zstd -d --rm`"), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RosFolders, testing::Values("split_db3", "split_mcap"));
 
 class RosLogs : public testing::TestWithParam<const char*> {
  protected:

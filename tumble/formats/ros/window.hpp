@@ -20,6 +20,7 @@ struct Piece {
   bool counted = false;   ///< an index says which messages are in it
   bool cut = false;       ///< the file ends within it
   std::uint32_t crc = 0;  ///< CRC-32 of the unpacked bytes, as the file says; 0: it does not
+  std::size_t part = 0;   ///< of a log of several files, the one that it lies in
 };
 
 /// The bytes of a piece, unpacked, seen through a window of bounded size: sizes that a file states wrongly cost no

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <string_view>
 
 #include "tumble/formats/format.hpp"
+#include "tumble/formats/mcap/mcap.hpp"
+#include "tumble/formats/ros/joined.hpp"
 #include "tumble/formats/ros/recording.hpp"
 #include "tumble/formats/rosbag2/database.hpp"
+#include "tumble/formats/rosbag2/folder.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rosbag2 {
@@ -15,10 +19,15 @@ namespace {
 constexpr std::string_view magic("SQLite format 3\0", 16);
 constexpr std::int64_t rows_at_once = 16384;
 
-bool recognises(const std::string& path) {
+bool is_database(const std::string& path) {
   char bytes[magic.size()];
   const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
   return std::string_view(bytes, count) == magic;
+}
+
+bool recognises(const std::string& path) {
+  std::error_code problem;
+  return std::filesystem::is_directory(path, problem) ? is_folder_of_bag(path) : is_database(path);
 }
 
 /// The rows of a piece, in the order in which they were written.
@@ -91,12 +100,12 @@ void require_all_pages(const file::InputFile& file) {
                             file.size(), size)};
 }
 
-ros::Log open(const std::string& path) {
+ros::Log open_database(const std::string& path) {
   ros::Log log;
   log.path = path;
   log.file = std::make_shared<const file::InputFile>(path);
   log.visit = visit;
-  if (!recognises(path))
+  if (!is_database(path))
     throw Error{Error::Kind::bad_file, "'" + path + "' is not an SQLite database, as a ROS 2 bag (.db3) is"};
   try {
     require_all_pages(*log.file);
@@ -108,6 +117,16 @@ ros::Log open(const std::string& path) {
     throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read as a ROS 2 bag: " + error.what()};
   }
   return log;
+}
+
+/// A file, or all files of a folder.
+ros::Log open(const std::string& path) {
+  std::error_code problem;
+  if (!std::filesystem::is_directory(path, problem)) return open_database(path);
+  std::vector<ros::Log> parts;
+  for (const std::string& file : files_of_bag(path))
+    parts.push_back(file.ends_with(".mcap") ? mcap::open(file) : open_database(file));
+  return parts.size() == 1 ? std::move(parts.front()) : ros::joined(path, std::move(parts));
 }
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
@@ -123,12 +142,14 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
 
 }  // namespace
 
-extern const Format rosbag2{.name = "rosbag2",
-                            .summary = "ROS 2 bag in SQLite: IMU, magnetic field, temperature and pressure messages",
-                            .extensions = {".db3"},
-                            .recognises = recognises,
-                            .read = read,
-                            .memory = memory,
-                            .stream = stream};
+extern const Format rosbag2{
+    .name = "rosbag2",
+    .summary = "ROS 2 bag, in SQLite or its folder: IMU, magnetic field, temperature and pressure messages",
+    .extensions = {".db3"},
+    .recognises = recognises,
+    .read = read,
+    .memory = memory,
+    .stream = stream,
+    .folders = true};
 
 }  // namespace tumble::rosbag2

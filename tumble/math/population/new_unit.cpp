@@ -63,8 +63,7 @@ struct Part {
 
 double below(const std::vector<Part>& parts, double x) {
   double sum = 0.0;
-  for (const auto& part : parts)
-    sum += part.weight * normal_below((x - part.mean) / std::sqrt(part.variance));
+  for (const auto& part : parts) sum += part.weight * normal_below((x - part.mean) / std::sqrt(part.variance));
   return sum;
 }
 

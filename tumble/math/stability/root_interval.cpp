@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/normal.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
