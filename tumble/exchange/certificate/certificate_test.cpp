@@ -134,6 +134,9 @@ TEST(Certificate, RefusesLimitsAndIntervalsThatContradictThemselves) {
   }
   auto details = example_details();
   details.replaces_reason = "a reason without a certificate";
+  details.received = day(0, 1, 1), details.customer.link = "https://example.org/<b>";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "received: 0000-01-01 is no day of a test"));
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "[customer] link"));
   EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "not what is replaced"));
 }
 

@@ -66,7 +66,8 @@ struct Facing {
 
 Facing facing(const Estimate& estimate, std::size_t index, bool up) {
   const Parameter& parameter = estimate.parameters[index];
-  if (!has_interval_of_its_own(parameter)) return {standard_uncertainty(estimate, index), parameter.degrees_of_freedom};
+  if (!has_interval_of_its_own(parameter))
+    return {standard_uncertainty(estimate, index), std::max(0.0, parameter.degrees_of_freedom)};
   const double half = up ? parameter.upper - parameter.value : parameter.value - parameter.lower;
   return {half / student_quantile(0.975, INFINITY), INFINITY};
 }

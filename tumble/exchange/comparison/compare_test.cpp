@@ -131,6 +131,14 @@ TEST(Compare, OfFewDegreesOfFreedomTakesStudentsT) {
   EXPECT_LT(shared.expanded / shared.sd, 2.09);
 }
 
+TEST(Compare, WithoutDegreesOfFreedomTakesOne) {
+  for (const double none : {0.0, -3.0}) {
+    auto one = result("1", 0.0, 0.0);
+    one.estimate.parameters[0].degrees_of_freedom = none;
+    EXPECT_EQ(compare({one, result("2", 1.0, 0.0)}).pairs[0].differences[0].degrees_of_freedom, 1.0);
+  }
+}
+
 TEST(Compare, TakesTheHalvesOfIntervalsThatFaceEachOther) {
   auto one = result("1", 1.0, 0.0), other = result("2", 2.0, 0.0, 1.0, "C-78");
   one.estimate.parameters[0].lower = -9.0, one.estimate.parameters[0].upper = 1.3;
