@@ -122,6 +122,37 @@ TEST(Certificate, RefusesLimitsOfAnotherDimensionAndThoseThatNobodyCanRead) {
   EXPECT_TRUE(speaks_of(problems, "bias: the limit 1 m is in m [m], the parameter in deg/h"));
 }
 
+TEST(Certificate, RefusesLimitsAndIntervalsThatContradictThemselves) {
+  auto estimate = measured_estimate();
+  estimate.verdicts = {{"bias", Verdict::Outcome::pass, "2 deg/h to 1 deg/h"}};
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "lower end above its upper end"));
+  for (const auto& [below, above] : {std::pair{1.0, 2.0}, {2.0, -2.0}, {0.0, 0.0}}) {
+    estimate = measured_estimate();
+    Parameter& bias = estimate.parameters[*certify(estimate, example_details(), {}).statements[0].index];
+    bias.lower = bias.value + below * 1e-8, bias.upper = bias.value + above * 1e-8;
+    EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "does not hold its value"));
+  }
+  auto details = example_details();
+  details.replaces_reason = "a reason without a certificate";
+  details.received = day(0, 1, 1), details.customer.link = "https://example.org/<b>";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "received: 0000-01-01 is no day of a test"));
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "[customer] link"));
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "not what is replaced"));
+}
+
+TEST(Certificate, OfAParameterWithABlankInItsNameIsADcc) {
+  auto estimate = measured_estimate();
+  estimate.verdicts.clear();
+  estimate.parameters[0].name = "Gyro X (1).bias";  // of a channel as people name it
+  const auto certificate = certify(estimate, example_details(), {});
+  EXPECT_NE(certificate_dcc(certificate, "").find("<si:labelXMLList>Gyro_X_(1).bias "), std::string::npos);
+}
+
+TEST(Certificate, ConditionsHaveTheDigitsOfTheirUncertainty) {
+  const auto page = certificate_html(certify(measured_estimate(), example_details(), {}));
+  EXPECT_NE(page.find("<td>23.0</td><td>0.5 (k = 2)</td>"), std::string::npos);
+}
+
 TEST(Certificate, HoldsTheSmallRiskOfAWideGuardBandAsText) {
   auto details = example_details();
   details.rule = parse_decision_rule("guarded:3");

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tumble/report/rounding.hpp"
+#include "tumble/report/utf8.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -168,13 +169,13 @@ std::vector<Option> options_of(const Export& entry) {
   return options;
 }
 
-/// A line of comment is one line, whatever a title holds.
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  while (text.ends_with('\\')) text.back() = ' ';  // it would join the next line of C to the comment
-  for (auto at = text.find("*/"); at != std::string::npos; at = text.find("*/")) text.replace(at, 2, "* ");
-  for (auto at = text.find("--"); at != std::string::npos; at = text.find("--")) text.replace(at, 2, "- ");
+/// A line of comment is one line, whatever a title holds, in every language of the files: YAML ends a line at U+2028 as
+/// well, C++ joins the next one after a backslash and blanks, and ??/ is a backslash to C.
+std::string one_line(std::string_view line) {
+  std::string text = printable(line);
+  for (const auto& [what, instead] : {std::pair{"*/", "* "}, {"/*", "/ "}, {"--", "- "}, {"??", "? "}})
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what)) text.replace(at, 2, instead);
+  while (text.ends_with('\\') || text.ends_with(' ')) text.pop_back();
   return text;
 }
 

@@ -133,6 +133,11 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
     calibration.sources.push_back({input.file, input.sha256, input.estimate.method, input.estimate.title});
     calibration.parameters.push_back(results::block_of(input.estimate));
   }
+  if (calibration.coldest > calibration.hottest)
+    problems.push_back(fmt::format(
+        "no temperature is covered by all results: the highest of their lowest is {:.1f} "
+        "degC, the lowest of their highest {:.1f} degC; export them one by one",
+        Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
   results::fill_other_axes(calibration.accelerometers, false);
   results::fill_other_axes(calibration.gyros, true);
   results::check_response(calibration.accelerometers, "accelerometers", problems);
