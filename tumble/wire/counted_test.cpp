@@ -70,6 +70,21 @@ TEST(CountedFrames, AreFoundAgainAfterGarbage) {
   }
 }
 
+TEST(CountedFrames, ThatWaitedForOthersAtTheEndAreNotDamaged) {
+  const CountedFrames all = counted_frames(still(0, 50) + std::string("\x90\0\0", 3), 7);
+  EXPECT_EQ(all.sequence.size(), 50u);
+  EXPECT_EQ(all.counts.damaged.count, 0u);
+  EXPECT_EQ(all.counts.skipped_bytes + all.counts.cut, 3u);
+}
+
+// The first frame that is used behind the garbage is the one before it once more, by its two bits.
+TEST(CountedFrames, BehindGarbageAreNotTakenForRepeatedOnes) {
+  const std::string garbage(6 * 11, '\0');
+  const CountedFrames all = counted_frames(still(0, 30) + garbage + still(41, 30), 64);
+  EXPECT_EQ(all.counts.repeated.count, 0u);
+  EXPECT_EQ(all.sequence.back(), 70u);
+}
+
 TEST(CountedFrames, ShowOneThatIsLostOrSpoiled) {
   const CountedFrames lost = counted_frames(still(0, 30) + still(31, 30), 7);
   EXPECT_EQ(lost.sequence.size(), 60u);

@@ -1,7 +1,5 @@
 #include "tumble/formats/frames/findings.hpp"
 
-#include <algorithm>
-
 namespace tumble::frames {
 
 namespace {
@@ -24,17 +22,13 @@ void add_identity(const Chosen& chosen, const FrameCounts& counts, const std::st
     findings.push_back({Severity::warning, "frames_uncertain", {{"declaration", codec.name}}, path});
 }
 
-void add_losses(const FrameCodec& codec, const FrameCounts& counts, const std::string& path, Findings& findings) {
+void add_losses(const FrameCounts& counts, const std::string& path, Findings& findings) {
   const auto often = [](const FrameIncident& incident) {
     return Occurrences{static_cast<std::size_t>(incident.count)};
   };
-  const bool lines = std::ranges::any_of(codec.frames, [](const FrameLayout& frame) { return frame.text.has_value(); });
   if (counts.damaged.count > 0)
-    findings.push_back({Severity::warning,
-                        lines ? "frames_lines_damaged" : "frames_damaged",
-                        {{"byte", counts.damaged.first}},
-                        path,
-                        often(counts.damaged)});
+    findings.push_back(
+        {Severity::warning, "frames_damaged", {{"byte", counts.damaged.first}}, path, often(counts.damaged)});
   if (counts.unreadable.count > 0)
     findings.push_back(
         {Severity::warning, "frames_not_numbers", {{"byte", counts.unreadable.first}}, path, often(counts.unreadable)});
@@ -80,7 +74,7 @@ void add_statuses(const FrameCodec& codec, const FrameCounts& counts, const std:
 Findings findings_of(const Chosen& chosen, const FrameCounts& counts, const std::string& path) {
   Findings findings;
   add_identity(chosen, counts, path, findings);
-  add_losses(chosen.codec, counts, path, findings);
+  add_losses(counts, path, findings);
   add_statuses(chosen.codec, counts, path, findings);
   return findings;
 }

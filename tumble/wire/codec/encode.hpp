@@ -10,16 +10,16 @@
 
 namespace tumble::codec {
 
-/// The bits of `raw` as the number holds it; nothing where it does not fit.
+/// The bits of `raw` [1] as the number holds it; nothing where it does not fit.
 std::optional<std::uint64_t> bits_for(const FrameNumber& number, double raw);
 
-/// Of the numbers beside value/factor, the one that gives exactly this value.
+/// The number [1] beside value/factor that gives exactly this value [SI].
 double raw_of(const FrameField& field, double value);
 
 /// The field that carries each channel of the content: the first one that can.
 std::vector<const FrameField*> chosen_fields(const FrameLayout& layout, const FrameContent& content);
 
-/// A number as the format says.
+/// A number [1] as the format says.
 std::string written(const FrameFormat& format, double value);
 
 /// A line of text with this content, as encode_frame. Throws Error::bad_input.

@@ -54,7 +54,8 @@ void FrameStream::feed(std::string_view bytes, const FrameSink& sink) {
 void FrameStream::finish(const FrameSink& sink) {
   const std::size_t rest = pending_.size();
   const std::uint64_t begin = base_, good = counts_.good;
-  const bool cut = rest > 0 && begin == expected_;
+  // A frame that is found by its counter may have waited for those behind it.
+  const bool cut = rest > 0 && begin == expected_ && candidate_at(0, true).state != State::good;
   if (cut) accounted_ = begin + rest;
   work(true, sink);
   if (cut && counts_.good == good)
@@ -240,18 +241,18 @@ std::optional<std::uint64_t> FrameStream::lost_before(std::string_view bytes, st
   counter_ = now;
   const bool same = before && *before == now && last_bytes_ == bytes;
   last_bytes_ = bytes;
-  if (same) return std::nullopt;
   if (!before) return 0;
   const std::uint64_t advance = (now + modulus - *before) % modulus;
   std::uint64_t step = layout.counter->step;
-  if (step == 0) {
+  if (step == 0 && !same) {
     if (advance == step_seen_ && (step_ == 0 || advance < step_)) step_ = advance;
     step_seen_ = advance;
-    step = step_;
   }
+  if (step == 0) step = step_;
+  const std::uint64_t round = step == 0 ? modulus : std::max<std::uint64_t>(modulus / step, 1);  // then it is the same
+  if (same && lost_by_bytes + 1 < round) return std::nullopt;
   if (step == 0) return lost_by_bytes;
-  const std::uint64_t round = std::max<std::uint64_t>(modulus / step, 1);  // frames after which the counter is the same
-  if (advance == 0 && lost_by_bytes + 1 < round) return lost_by_bytes;     // a counter that stands
+  if (advance == 0 && lost_by_bytes + 1 < round) return lost_by_bytes;  // a counter that stands
   std::uint64_t lost = (advance == 0 ? round : std::max<std::uint64_t>(advance / step, 1)) - 1;
   if (lost_by_bytes > lost + round / 2) lost += (lost_by_bytes - lost + round / 2) / round * round;
   return lost;
