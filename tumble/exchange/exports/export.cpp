@@ -76,7 +76,7 @@ std::string values_of(const ImuCalibration& c, const CalibrationTerm& term) {
   return fmt::format(": {} {} {} {} at zero input", t.bias.x, t.bias.y, t.bias.z, t.output.text());
 }
 
-/// Removes what is dropped, and says so; collects what may not be.
+/// Removes what the file does not carry, and says what is dropped; what nobody allowed to drop is a problem.
 std::vector<std::string> dropped_terms(const Export& entry, const std::vector<std::string>& drop, ImuCalibration& c,
                                        std::vector<std::string>& problems) {
   std::vector<std::string> lines;
@@ -95,6 +95,7 @@ std::vector<std::string> dropped_terms(const Export& entry, const std::vector<st
     } else if (!holds(carried, term.name)) {
       problems.push_back(fmt::format("{} cannot carry {} ({}); {}; --drop {} accepts that", entry.name, term.name,
                                      term.description, loss(whole, term), term.name));
+      term.remove(c);
     }
   }
   return lines;
@@ -190,7 +191,7 @@ std::vector<Option> common_export_options() {
       quantity("force_range", "g")
           .above(0)
           .says("specific forces for which errors are stated; default: those of the results"),
-      text("date").says("date of the test, for the header of the file")};
+      text("date").says("date of the test, for the header of the file; default: as the recordings say it")};
   for (const auto& option : noise_options)
     options.push_back(quantity(option.name, option.unit).above(0).says(option.description));
   return options;
@@ -221,11 +222,17 @@ std::string export_calibration(const Export& entry, ImuCalibration calibration, 
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   const ImuCalibration whole = calibration;
   const auto dropped = dropped_terms(entry, request.drop, calibration, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   auto header = header_of(entry, whole, settings, request);
   header.insert(header.end(), dropped.begin(), dropped.end());
   for (auto& line : header) line = one_line(line);
-  return entry.write(calibration, settings, header);
+  try {
+    std::string file = entry.write(calibration, settings, header);
+    if (problems.empty()) return file;
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_input) throw;
+    problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+  }
+  throw Error(Error::Kind::bad_input, problems);
 }
 
 }  // namespace tumble

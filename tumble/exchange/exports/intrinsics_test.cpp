@@ -109,6 +109,14 @@ TEST(Export, MissingNoiseIsNamedWithItsLimit) {
   EXPECT_EQ(refusal("kalibr", calibration, request({{"rate", "200"}, {"gyro_walk", "7 deg/h/sqrt(h)"}})), "");
 }
 
+TEST(Export, AllThatIsMissingIsSaidAtOnce) {
+  ImuCalibration calibration = random_calibration(5, {.curve = true});
+  for (auto& axis : calibration.gyros.noise) axis.walk = AxisNoise::none;
+  const std::string said = refusal("kalibr", calibration, {});
+  for (const char* part : {"cannot carry gyro_nonlinearity", "--set gyro_walk", "needs the rate"})
+    EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
+}
+
 TEST(Export, TermThatCannotBeCarriedIsRefusedUnlessDropped) {
   const ImuCalibration calibration = random_calibration(5, {.curve = true});
   ExportRequest asked = request({{"rate", "200"}});
