@@ -178,6 +178,11 @@ TEST_F(CsvTexts, LinesToSkipMayBeSaid) {
   EXPECT_NE(refusal("1,2\nx,y\ntime[s],a[1]\n0,1\n1,2\n"), "");
 }
 
+TEST_F(CsvTexts, ProposesTheUnitsThatNamesEndIn) {
+  expect_parts(refusal("time_s,ax_g,gyro_x_lsb,gx_dps,temp_C,acc_z\n0,1,2,3,4,9.8\n0.1,1,2,3,4,9.8\n"),
+               {"unit.ax_g=g ", "unit.gyro_x_lsb=LSB ", "unit.gx_dps=deg/s ", "unit.temp_C=degC ", "unit.acc_z=m/s^2"});
+}
+
 // A Campbell data logger writes four lines before its samples.
 TEST_F(CsvTexts, FourHeaderLines) {
   const std::string content =
@@ -268,7 +273,9 @@ TEST_F(CsvTexts, DatesOfManyKindsGiveOneClock) {
         "2026年11月20日 09:00:00.00,1\n2026年11月20日 09:00:00.25,2\n"}) {
     const auto recording = read(std::string("stamp,a[1]\n") + rows);
     EXPECT_EQ(recording.channels[0].timeline.rate, 4.0) << rows;
-    EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00") << rows;
+    const std::string_view row(rows);
+    const bool zoned = row.find("Z,") != row.npos || row.find("+08:00") != row.npos;
+    EXPECT_EQ(recording.meta.at("clock_start"), zoned ? "2026-11-20T09:00:00Z" : "2026-11-20T09:00:00") << rows;
   }
 }
 
