@@ -309,7 +309,8 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   streamed.bytes = memory_of(entry.file, options);
   if (streamed.bytes <= memory) return std::nullopt;
   const auto header = std::make_shared<Recording>();
-  streamed.header = header;
+  const auto extent = std::make_shared<Extent>();
+  streamed.header = header, streamed.extent = extent;
   streamed.checksum = sha256_in_background(entry.file);
   streamed.file = entry.file;
   streamed.evidence.plan = plan;
@@ -317,8 +318,9 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   streamed.evidence.play = [=](const BlockSink& sink) {
     bool first = true;
     const auto checked = [&](const Recording& block) {
-      if (first) *header = header_of(block, plan, entry, options);
+      if (first) *header = header_of(block, plan, entry, options), *extent = {};
       first = false;
+      extent->add(block);
       sink(block);
     };
     stream_recording(format_of(entry.file, options), entry.file, options, block_samples, checked, progress);

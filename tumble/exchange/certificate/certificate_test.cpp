@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/exchange/certificate/testing/example_certificate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -89,6 +90,46 @@ TEST(Certificate, ComparesDueDatesWithTheEndOfTheTest) {
   details.equipment[0].accepted_out_of_date = "checked against <C-78>";
   const auto page = certificate_html(certify(measured_estimate(), details, {}));
   EXPECT_NE(page.find("It was accepted: checked against &#60;C-78&#62;"), std::string::npos);
+}
+
+/// Two recordings of the days from 1 to 3 November 2026.
+Estimate dated_estimate() {
+  auto estimate = measured_estimate();
+  estimate.tables.push_back(table_of({{"2.csv", {"2026-11-02T09:00:00", "2026-11-03T00:00:00"}},
+                                      {"1.csv", {"2026-11-01T23:59:59Z", "2026-11-02T00:10:00Z"}}}));
+  return estimate;
+}
+
+TEST(Certificate, TakesTheDaysOfTheTestFromTheRecordings) {
+  auto details = example_details();
+  details.begun.reset(), details.ended.reset();
+  const auto certificate = certify(dated_estimate(), details, {});
+  EXPECT_EQ(certificate.details.begun, day(2026, 11, 1));
+  EXPECT_EQ(certificate.details.ended, day(2026, 11, 3));
+  EXPECT_TRUE(certificate.notes.empty());
+  details.equipment[0].due = day(2026, 11, 2);
+  EXPECT_TRUE(speaks_of(problems_of(dated_estimate(), details), "the test ended on 2026-11-03"));
+}
+
+TEST(Certificate, DoesNotInventDaysOfRecordingsThatDoNotSayThem) {
+  auto details = example_details();
+  details.begun.reset(), details.ended.reset();
+  auto estimate = dated_estimate();
+  EXPECT_TRUE(problems_of(estimate, details).empty());
+  estimate.tables.back().rows[0] = {"2.csv", "", ""};
+  EXPECT_TRUE(speaks_of(problems_of(estimate, details), "[certificate] begun is missing"));
+  EXPECT_TRUE(speaks_of(problems_of(estimate, details), "[certificate] ended is missing"));
+}
+
+TEST(Certificate, DoubtsDaysThatTheRecordingsContradict) {
+  auto details = example_details();
+  details.begun = day(2026, 11, 2), details.ended = day(2026, 11, 2);  // a time zone away
+  EXPECT_TRUE(certify(dated_estimate(), details, {}).notes.empty());
+  details.begun = day(2026, 11, 4), details.ended = day(2026, 11, 4);
+  const auto certificate = certify(dated_estimate(), details, {});
+  EXPECT_EQ(certificate.details.begun, day(2026, 11, 4));  // the laboratory decides
+  ASSERT_EQ(certificate.notes.size(), 2u);
+  EXPECT_EQ(certificate.notes[0].find("2.csv was measured from 2026-11-02 to 2026-11-03"), 0u);
 }
 
 TEST(Certificate, RefusesDatesOutOfOrderAndUnknownCountries) {

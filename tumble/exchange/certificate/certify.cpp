@@ -151,14 +151,16 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
 
 }  // namespace
 
-Certificate certify(const Estimate& estimate, const CertificateDetails& details,
+Certificate certify(const Estimate& estimate, const CertificateDetails& stated,
                     const std::vector<std::string>& undermined) {
   refuse_unmeasured(estimate);
+  const CertificateDetails details = certificate::with_days_of_test(stated, estimate);
   refuse_details(estimate, details);
   Certificate certificate{.estimate = estimate, .details = details};
   CertifiedItem& item = certificate.details.item;
   if (item.model.empty()) item.model = estimate.instrument_model;
   if (item.serial.empty()) item.serial = estimate.instrument_serial;
+  certificate.notes = certificate::doubts_about_days(stated, estimate);
   std::vector<std::string> problems;
   if (details.rule)
     for (const auto& verdict : estimate.verdicts) try {

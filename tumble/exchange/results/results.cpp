@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/results/reader.hpp"
+#include "tumble/exchange/test_days.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::results {
@@ -116,6 +118,18 @@ void fill_other_axes(TriadCalibration& triad, bool gyro) {
     if (!triad.axes[i]) triad.response(i, i) = size;
 }
 
+/// "2026-11-01 to 2026-11-03"; empty unless each result says its days.
+std::string date_of(const std::vector<CalibrationInput>& inputs) {
+  std::optional<TestDays> all;
+  for (const auto& input : inputs) {
+    const auto days = test_days(input.estimate);
+    if (!days) return "";
+    all = all ? TestDays{std::min(all->begun, days->begun), std::max(all->ended, days->ended)} : *days;
+  }
+  if (!all) return "";
+  return iso_date(all->begun) + (all->begun == all->ended ? "" : " to " + iso_date(all->ended));
+}
+
 }  // namespace
 }  // namespace tumble::results
 
@@ -124,6 +138,7 @@ namespace tumble {
 ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
   if (inputs.empty()) throw Error(Error::Kind::bad_input, "there is no result to make a calibration from");
   ImuCalibration calibration;
+  calibration.date = results::date_of(inputs);
   std::vector<std::string> problems;
   std::set<std::string> claimed;
   for (const auto& input : inputs) {

@@ -373,9 +373,14 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
     if (samples[i].kind != StampKind::none && i != chosen.first && i != chosen.second &&
         std::ranges::find(chosen.others, i) == chosen.others.end())
       chosen.others.push_back(i);
-  if (chosen.first_format.kind == StampKind::date || chosen.first_format.kind == StampKind::date_time)
-    chosen.first_format.order =
-        order_of(samples[chosen.first], names[chosen.first].name, options.date, problems, proposals);
+  chosen.zoned = chosen.first_format.kind == StampKind::number;
+  if (chosen.first_format.kind == StampKind::date || chosen.first_format.kind == StampKind::date_time) {
+    const ColumnSample& sample = samples[chosen.first];
+    chosen.first_format.order = order_of(sample, names[chosen.first].name, options.date, problems, proposals);
+    Stamp first;
+    chosen.zoned =
+        !sample.cells.empty() && parse_stamp(sample.cells.front(), chosen.first_format, first) && first.zoned;
+  }
   return chosen;
 }
 

@@ -33,6 +33,7 @@ struct Clock {
   std::string how;                  ///< for people; empty: a column time[unit], which needs no words
   std::vector<std::size_t> others;  ///< clocks too, which are not used
   std::string unit;                 ///< that the name of `first` says; empty: see its column
+  bool zoned = false;               ///< the stamps say their time zone, or are Unix time: they are UTC
   bool stamped() const { return first_format.kind != StampKind::none; }
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/names.hpp"
@@ -22,6 +23,7 @@ namespace tumble::lvm {
 namespace {
 
 constexpr std::string_view end_of_header = "***End_of_Header***";
+constexpr csv::StampFormat date_and_time{csv::StampKind::date_time, csv::DateOrder::mdy, 1};
 
 bool recognises(const std::string& path) {
   char bytes[64];
@@ -208,9 +210,8 @@ void Reader::take_names(std::string_view line, std::size_t number) {
 /// [s] by which date and time of the segment are later than those of the first.
 double Reader::seconds_later() const {
   const std::string start = said_of("Date", 0) + " " + said_of("Time", 0);
-  const csv::StampFormat format{csv::StampKind::date_time, csv::DateOrder::mdy, 1};
   csv::Stamp first, own;
-  if (!csv::parse_stamp(first_start_, format, first) || !csv::parse_stamp(start, format, own)) return 0.0;
+  if (!csv::parse_stamp(first_start_, date_and_time, first) || !csv::parse_stamp(start, date_and_time, own)) return 0.0;
   return static_cast<double>(own.time - first.time) * 1e-9;
 }
 
@@ -302,6 +303,8 @@ Recording Reader::finish() {
     throw Error{Error::Kind::bad_file, "'" + path_ + "' has no samples"};
   for (const char* key : {"Operator", "Description", "Project", "Date", "Time"})
     if (!file_header_[key].empty()) recording.meta[key] = file_header_[key];
+  if (csv::Stamp start; csv::allowed_orders(first_start_).plain && csv::parse_stamp(first_start_, date_and_time, start))
+    recording.meta[clock_start] = iso_time(start.time);
   if (cut_line_ == last_line_ && cut_line_ > 0)
     recording.findings.push_back({Finding::Severity::warning, "last_row_incomplete", {{"line", cut_line_}}, path_});
   if (shifted_)

@@ -27,6 +27,7 @@ TEST(Lvm, DecimalComma) {
   const auto recording = read_recording(reference_text("comma.lvm"), {}, {});
   expect_ramps(recording, 25);
   EXPECT_EQ(recording.channels[0].timeline.rate, 100.0);
+  EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00");
 }
 
 // Each segment counts from its own begin, 1 s after the one before; it holds 0.25 s.

@@ -6,10 +6,10 @@
 #include <map>
 #include <memory>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/read.hpp"
-#include "tumble/formats/csv/stamp.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/temporary_file.hpp"
 #include "tumble/formats/file/text_lines.hpp"
@@ -204,9 +204,7 @@ SensorData data_of(const std::string& path, const Source& source, const std::str
         problem.replace(at, file.path().size(), path + ": " + name + ".csv");
     throw Error(error.kind, problems);
   }
-  csv::Stamp stamp;
-  const csv::StampFormat format{csv::StampKind::date_time, csv::DateOrder::ymd, 1};
-  if (csv::parse_stamp(recording.meta["clock_start"], format, stamp)) data.begin = stamp.time;
+  data.begin = parse_iso_time(recording.meta[clock_start]).value_or(data.begin);
   for (const char* axis : {"x", "y", "z"})
     for (Channel& channel : recording.channels)
       if (channel.name == axis) {
@@ -285,7 +283,7 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
   }
   if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' has none of the channels " + joined(options.only)};
-  recording.meta["clock_start"] = csv::iso_time(begin) + "Z";
+  recording.meta[clock_start] = iso_time(begin) + "Z";
   say_choice(recording, source, names, path);
   recording.origin.file = path;
   if (source.folder)

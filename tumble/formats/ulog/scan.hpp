@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct Scan {
   std::vector<Topic> topics;  ///< as subscribed
   std::map<std::string, std::string> information, parameters;
   std::vector<std::string> unreadable;  ///< formats that are missing, have no time or are described in two ways
+  std::optional<std::int64_t> begun;    ///< [us] since 1970-01-01 UTC of the first sample, as the GPS receiver says
   Dropouts dropouts;
   Damage damage;
 };

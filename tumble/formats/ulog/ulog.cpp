@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/choose.hpp"
@@ -61,6 +62,7 @@ topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
 void take_meta(const Scan& scan, Recording& frame) {
   for (const char* key : {"sys_name", "ver_hw", "ver_sw", "ver_sw_branch", "sys_uuid"})
     if (const auto found = scan.information.find(key); found != scan.information.end()) frame.meta.insert(*found);
+  if (scan.begun) frame.meta[clock_start] = iso_time(1000 * *scan.begun) + "Z";
   for (const char* key : {"sys_name", "ver_hw"})
     if (const auto found = frame.meta.find(key); found != frame.meta.end())
       frame.instrument += (frame.instrument.empty() ? "" : " ") + found->second;

@@ -186,6 +186,31 @@ TEST(ULog, AFormatWithTwoDescriptionsIsNotRead) {
   EXPECT_NE(said(read.findings, "messages_not_described").find("sensor_gyro"), std::string::npos);
 }
 
+/// A position of id 1 at a time [us], with the date of the receiver [us].
+std::string position(std::uint64_t time, std::uint64_t date) {
+  std::string body("\1\0", 2);
+  body.append(reinterpret_cast<const char*>(&time), 8);
+  return message('D', body + std::string(4, '\1') + std::string(reinterpret_cast<const char*>(&date), 8));
+}
+
+TEST(ULog, TheDateOfTheReceiverIsThatOfTheLog) {
+  constexpr std::uint64_t date = 1'700'000'000'000'000;
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");
+  bytes += message('F', "sensor_gps:uint64_t timestamp;int32_t lat;uint64_t time_utc_usec;");
+  bytes +=
+      message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('A', std::string("\0\1\0", 3) + "sensor_gps");
+  bytes += sample('\0', 5'000'000, 1) + position(6'000'000, 0) + sample('\0', 7'000'000, 2);  // 0: no fix yet
+  write_bytes(folder.file("none.ulg"), bytes);
+  EXPECT_FALSE(read_recording(folder.file("none.ulg"), {}, {}).meta.contains("clock_start"));
+  write_bytes(folder.file("dated.ulg"), bytes + position(8'000'000, date) + position(9'000'000, 1));
+  EXPECT_EQ(read_recording(folder.file("dated.ulg"), {}, {}).meta.at("clock_start"), "2023-11-14T22:13:17Z");
+  for (const std::uint64_t wrong : {~std::uint64_t{0}, std::uint64_t{1} << 63, std::uint64_t{300'000'000'000'000}}) {
+    write_bytes(folder.file("wrong.ulg"), bytes + position(8'000'000, wrong));
+    EXPECT_FALSE(read_recording(folder.file("wrong.ulg"), {}, {}).meta.contains("clock_start")) << wrong;
+  }
+}
+
 TEST(ULog, AShortTimestampIsRefusedByName) {
   const ScratchFolder folder;
   std::string bytes = head + message('F', "sensor_gyro:uint32_t timestamp;float x;");
