@@ -31,6 +31,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.result == "-") certificate.result_file = "standard input";
   const std::string page = certificate_html(certificate);
   write_output(terminal, arguments.output, dcc ? certificate_dcc(certificate, page) : page);
+  for (const auto& one : certificate.notes) note(terminal, one);
   if (certificate.estimate.provenance.seed)
     note(terminal, "the data are simulated: the certificate says that it is a specimen");
   return 0;

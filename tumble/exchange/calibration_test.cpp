@@ -218,6 +218,22 @@ TEST(CalibrationOf, TwoResultsOfOneThingAreRefused) {
             std::string::npos);
 }
 
+TEST(CalibrationOf, ResultsWithoutACommonTemperatureAreRefused) {
+  Estimate cold = conducted("fog_thermal_bias").estimate, warm = conducted("accelerometer_four_position").estimate;
+  EXPECT_EQ(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}), "");
+  for (auto& table : warm.tables)
+    if (table.name == "calibrated_range") table.rows = {{si(90.0, "degC"), si(95.0, "degC")}};
+  EXPECT_NE(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}).find("no temperature is covered by all results"),
+            std::string::npos);
+}
+
+TEST(CalibrationOf, NegativeNoiseIsRefused) {
+  Estimate noise = conducted("allan_noise").estimate;
+  for (auto& parameter : noise.parameters)
+    if (parameter.name.ends_with("random_walk")) parameter.value = -parameter.value;
+  EXPECT_NE(refusal({{noise, "n.json", "01"}}).find("is negative"), std::string::npos);
+}
+
 TEST(CalibrationOf, OtherMethodsAreRefusedWithThoseThatServe) {
   Estimate other;
   other.method = "north_finding";

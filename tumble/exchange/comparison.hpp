@@ -24,7 +24,7 @@ struct Difference {
   double shared_covariance;   ///< [SI^2] of the two values
   double degrees_of_freedom;  ///< of sd
   double expanded;            ///< 95 %
-  double e_n;                 ///< difference/expanded; NaN where they share all errors
+  double e_n;                 ///< difference/expanded; without uncertainty NaN, or infinite where the values differ
 };
 
 /// Two results, all parameters that both have.

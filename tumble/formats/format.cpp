@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/conflicts.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/unread.hpp"
 #include "tumble/units/constants.hpp"
@@ -136,7 +138,12 @@ void convert(const std::string& from, const std::string& to, const ReadOptions& 
              const FormatList& formats) {
   const Format& source = format_of(from, options, formats);
   const RecordingWriter writer = recording_writer(to, formats);
-  stream_recording(source, from, options, block_samples, writer.append, progress);
+  bool first = true;
+  const auto checked = [&](const Recording& block) {
+    if (std::exchange(first, false)) refuse_conflicts(block, options);
+    writer.append(block);
+  };
+  stream_recording(source, from, options, block_samples, checked, progress);
   writer.commit();
 }
 

@@ -30,9 +30,10 @@ Character first_character(std::string_view text) {
 }
 
 bool is_control(char32_t code) {
-  // C0 and C1 controls, line and paragraph separators, and the marks that turn the direction of writing.
+  // C0 and C1 controls, line and paragraph separators, the marks that turn the direction of writing, and the codes that
+  // are no characters, which XML and YAML refuse.
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || (code >= 0x2028 && code <= 0x202E) ||
-         (code >= 0x2066 && code <= 0x2069);
+         (code >= 0x2066 && code <= 0x2069) || (code & 0xFFFE) == 0xFFFE;
 }
 
 struct Range {

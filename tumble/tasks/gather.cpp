@@ -7,6 +7,7 @@
 
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/copies.hpp"
 #include "tumble/tasks/streamed.hpp"
@@ -124,19 +125,6 @@ std::string wrong_unit(const Role& role, const Channel& channel, const Recording
       role.description, role.unit, name(expected.dimension()));
 }
 
-/// The plan or the command line says one unit, the file itself another.
-std::vector<std::string> unit_conflicts(const Recording& recording, const ReadOptions& options) {
-  std::vector<std::string> problems;
-  for (const auto& [column, unit] : options.units) {
-    const auto* channel = find_channel(recording, column);
-    if (channel && (channel->unit.factor() != unit.factor() || channel->unit.offset() != unit.offset() ||
-                    channel->unit.dimension() != unit.dimension()))
-      problems.push_back(fmt::format("{}: column '{}' is in {} in the file, but {} was given; one is wrong",
-                                     recording.origin.file, column, channel->unit.text(), unit.text()));
-  }
-  return problems;
-}
-
 /// Reads what the roles need. A file that has none of it is read whole: then what it lacks is said with what it has.
 Recording read(const std::string& file, const ReadOptions& options, const Progress& progress) try {
   return read_recording(file, options, progress);
@@ -190,19 +178,6 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-/// A rate is for files without time. Stamps that say another one are right, or the user means another file.
-void check_rate(double said, const Recording& recording, std::vector<std::string>& problems) {
-  constexpr double alike = 0.01;
-  for (const auto& channel : recording.channels) {
-    const double rate = sampling_rate(channel);
-    if (!(rate > 0.0) || std::abs(rate / said - 1.0) <= alike) continue;
-    problems.push_back(
-        fmt::format("--set rate: {} has stamps of its own at {:.6g} Hz, and {:g} Hz was given; one is wrong",
-                    recording.origin.file, rate, said));
-    return;
-  }
-}
-
 /// What the command line says of reading must be of use for some file.
 void check_reading(const ReadOptions& said, const Evidence& evidence, const std::vector<ReadOptions>& read_by) {
   std::vector<std::string> problems;
@@ -218,7 +193,8 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }
   for (const auto& recording : evidence.recordings)
-    if (said.rate) check_rate(*said.rate, recording, problems);
+    if (said.rate)
+      if (auto problem = rate_conflict(recording, *said.rate); !problem.empty()) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -333,7 +309,8 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   streamed.bytes = memory_of(entry.file, options);
   if (streamed.bytes <= memory) return std::nullopt;
   const auto header = std::make_shared<Recording>();
-  streamed.header = header;
+  const auto extent = std::make_shared<Extent>();
+  streamed.header = header, streamed.extent = extent;
   streamed.checksum = sha256_in_background(entry.file);
   streamed.file = entry.file;
   streamed.evidence.plan = plan;
@@ -341,8 +318,9 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   streamed.evidence.play = [=](const BlockSink& sink) {
     bool first = true;
     const auto checked = [&](const Recording& block) {
-      if (first) *header = header_of(block, plan, entry, options);
+      if (first) *header = header_of(block, plan, entry, options), *extent = {};
       first = false;
+      extent->add(block);
       sink(block);
     };
     stream_recording(format_of(entry.file, options), entry.file, options, block_samples, checked, progress);

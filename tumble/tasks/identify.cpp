@@ -111,9 +111,21 @@ Estimate reduce(const std::function<Estimate()>& work, const std::string& file) 
   throw Error(error.kind, problems);
 }
 
-void complete(const Evidence& evidence, Estimate& estimate) {
+/// When each recording was made, where any of their files says it.
+void add_times(const Evidence& evidence, const std::vector<Extent>& extents, Estimate& estimate) {
+  std::vector<RecordingTimes> times;
+  for (std::size_t i = 0; i < evidence.recordings.size(); ++i) {
+    const Recording& recording = evidence.recordings[i];
+    times.push_back({relative_to(evidence.plan, recording.origin.file), test_times(recording.meta, extents[i])});
+  }
+  if (std::ranges::any_of(times, [](const RecordingTimes& one) { return !one.times.begun.empty(); }))
+    estimate.tables.push_back(table_of(times));
+}
+
+void complete(const Evidence& evidence, const std::vector<Extent>& extents, Estimate& estimate) {
   describe(evidence.plan, estimate);
   add_origin(evidence, estimate.provenance);
+  add_times(evidence, extents, estimate);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
 }
 
@@ -131,7 +143,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   add_doubts(plan, estimate);
   evidence.recordings[0] = *streamed.header;
   evidence.recordings[0].origin.checksum = streamed.checksum;
-  complete(evidence, estimate);
+  complete(evidence, {*streamed.extent}, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
   estimate.findings.push_back(
@@ -151,7 +163,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
   add_doubts(evidence.plan, estimate);
   add_data_findings(evidence, estimate.findings);
-  complete(evidence, estimate);
+  std::vector<Extent> extents(evidence.recordings.size());
+  for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
+  complete(evidence, extents, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
   return estimate;
 }

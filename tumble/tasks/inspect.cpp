@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -76,13 +77,18 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
   const auto size = std::filesystem::file_size(path, unknown);
   if (unknown || size <= whole_below) {
     const auto recording = read_recording(path, options, progress);
+    refuse_conflicts(recording, options);
     add(recording, inspection);
     const auto found = run_checks(recording, nullptr);
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
   } else {
     stream_recording(
         format_of(path, options), path, options, samples_at_a_time,
-        [&](const Recording& block) { add(block, inspection); }, progress);
+        [&](const Recording& block) {
+          if (inspection.channels.empty()) refuse_conflicts(block, options);
+          add(block, inspection);
+        },
+        progress);
     inspection.findings.push_back({Finding::Severity::info, "too_large_for_checks", {}, path});
   }
   for (auto& channel : inspection.channels) finish(channel);

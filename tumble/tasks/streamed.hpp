@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/tasks/tasks.hpp"
 
@@ -18,6 +19,7 @@ struct Streamed {
   std::string file;
   std::uintmax_t bytes = 0;                 ///< of its samples
   std::shared_ptr<const Recording> header;  ///< everything but the samples, once the first block was handed out
+  std::shared_ptr<const Extent> extent;     ///< of all blocks
   std::function<std::string()> checksum;    ///< see Origin
 };
 

@@ -13,6 +13,9 @@ void add_losses(const FrameCounts& counts, const std::string& path, Findings& fi
   if (counts.damaged.count > 0)
     findings.push_back(
         {Severity::warning, "frames_damaged", {{"byte", counts.damaged.first}}, path, often(counts.damaged)});
+  if (counts.unreadable.count > 0)
+    findings.push_back(
+        {Severity::warning, "frames_not_numbers", {{"byte", counts.unreadable.first}}, path, often(counts.unreadable)});
   if (counts.gaps.count > 0)
     findings.push_back({Severity::warning,
                         "frames_lost",

@@ -14,16 +14,19 @@
 
 namespace tumble {
 
-/// A number that lies in the bytes of a frame.
+/// A number that lies in the bytes of a frame, or in a cell of a line of text.
 struct FrameNumber {
   enum class Kind { natural, integer, real };
+  /// `binary` in bytes; in a line decimal digits, hexadecimal digits of its bits, or a word of up to 8 letters.
+  enum class Form : unsigned char { binary, decimal, hex, word };
   Kind kind = Kind::natural;
   int bytes = 1;     ///< 1 to 8
   int bits = 8;      ///< of the value, from `shift` upwards; a real number has all
   int shift = 0;     ///< [bit] of the least of them
   bool big = false;  ///< the first byte has the highest digits
-  int at = 0;        ///< [byte] from the begin of its item or of the frame; negative: from the end of the frame
-  int item = -1;     ///< that it lies in, as an index into FrameLayout::items; -1: the frame itself
+  Form form = Form::binary;
+  int at = 0;     ///< [byte] from the begin of its item or of the frame; negative: from the end of the frame
+  int item = -1;  ///< that it lies in, as an index into FrameLayout::items; -1: the frame itself
 };
 
 /// Whether a number of the frame, modulo `modulus` where that is not 0, equals a value.
@@ -69,6 +72,9 @@ struct FrameChecksum {
   std::vector<std::pair<int, int>> over;  ///< from, to [byte]
   int at = 0;                             ///< [byte]
   std::vector<std::uint32_t> table = {};  ///< of a CRC, by byte
+  std::string after = {};   ///< of a line: the text before the range, empty where it is the begin of the line
+  std::string before = {};  ///< of a line: the text behind the range, which the hexadecimal digits follow
+  std::string none = {};    ///< of a line: letters in place of digits that mean no checksum
 };
 
 /// One piece of a frame that is put together as the instrument is configured.
@@ -92,10 +98,37 @@ struct FrameMask {
   std::vector<int> sizes;  ///< [byte] by bit
 };
 
+/// How a number is written into a cell of a line. Reading does not depend on it.
+struct FrameFormat {
+  bool plus = false;  ///< positive numbers have a sign
+  bool zeros = true;  ///< in front, to the width; else spaces
+  int width = 0;      ///< [character] at least
+  int decimals = -1;  ///< behind the point; -1: as many as the value has
+  bool given = false;
+};
+
+/// Where the characters of a number are in a line. Its item has the same index.
+struct FrameCell {
+  int column = -1;        ///< from 0, behind the head; -1: of fixed width
+  int at = 0, width = 0;  ///< [byte] of the line, where of fixed width
+  FrameFormat format = {};
+};
+
+/// A frame that is a line of text.
+struct FrameText {
+  char delimiter = ',';  ///< of columns; a space: spaces and tabs in any number
+  int least = 0;         ///< columns
+  int most = 0;          ///< columns; 0: the line has none, all cells are of fixed width
+  int length = 0;        ///< [byte] without the end of the line, where cells are of fixed width; at least
+  std::vector<FrameCell> cells = {};
+  std::vector<int> items = {};  ///< by column: the index of its cell, -1 where it is skipped
+};
+
 struct FrameCounter {
   FrameNumber number;
   std::uint64_t modulus = 256;
   std::uint64_t step = 1;  ///< from frame to frame; 0: as the stream shows
+  int lock = 0;            ///< so many frames in a row must count, to find frames without `sync`; 0: not so
 };
 
 /// A part of the time of the device; the time [s] is the sum of its parts.
@@ -109,8 +142,8 @@ struct FrameTime {
 /// One kind of frame.
 struct FrameLayout {
   std::string name;
-  std::string sync, sync_mask;  ///< the first bytes, and which of their bits are fixed
-  std::string end;              ///< the last bytes
+  std::string sync, sync_mask;  ///< the first bytes, and which of their bits are fixed; of a line its head
+  std::string end;              ///< the last bytes; of a line a CR before its last byte may be absent or present
   int length = 0;               ///< [byte] all of it; the least, where a number or masks say more
   int longest = 512;            ///< [byte] where a number or masks say its length
   std::optional<FrameNumber> length_number = {};
@@ -120,7 +153,8 @@ struct FrameLayout {
   int masks_from = 0;  ///< [byte] where the items of the masks begin
   int masks_tail = 0;  ///< [byte] that follow them
   std::vector<FrameItem> items = {};
-  std::vector<FrameChecksum> checks = {};
+  std::optional<FrameText> text = {};
+  std::vector<FrameChecksum> checks = {};  ///< all hold; of a line the one with as many digits as the line has
   std::optional<FrameCounter> counter = {};
   std::vector<FrameTime> time = {};
   std::vector<FrameStatus> statuses = {};
@@ -136,6 +170,7 @@ struct FrameContent {
   std::optional<double> time = {};  ///< [s] of the device
   double wrap = 0.0;                ///< [s] after which that time begins again, 0: never
   std::uint64_t not_good = 0;       ///< statuses of the layout that are not good, a bit each
+  int unreadable = 0;               ///< cells of a line that should be numbers and are not; their values are missing
 };
 
 /// Bytes and what they mean, to test a declaration with.
@@ -208,13 +243,14 @@ struct FrameCounts {
   std::uint64_t channel_frames = 0;  ///< good frames that carry a channel
   std::vector<std::uint64_t> by_layout;
   std::vector<std::vector<FrameIncident>> not_good;  ///< by layout and status
-  FrameIncident damaged;                             ///< frames whose checksum does not hold
-  FrameIncident skipped;                             ///< places with bytes that belong to no frame
-  std::uint64_t skipped_bytes = 0;                   ///< bytes in these
-  FrameIncident gaps;                                ///< places where frames are missing
-  std::uint64_t lost = 0;                            ///< frames that are missing in these
-  FrameIncident repeated;                            ///< frames that came twice; the second was removed
-  std::uint64_t cut = 0;                             ///< bytes of a frame that the end of the stream cuts
+  FrameIncident damaged;            ///< frames whose checksum does not hold, or whose columns are others
+  FrameIncident skipped;            ///< places with bytes that belong to no frame
+  std::uint64_t skipped_bytes = 0;  ///< bytes in these
+  FrameIncident gaps;               ///< places where frames are missing
+  std::uint64_t lost = 0;           ///< frames that are missing in these
+  FrameIncident repeated;           ///< frames that came twice; the second was removed
+  std::uint64_t cut = 0;            ///< bytes of a frame that the end of the stream cuts
+  FrameIncident unreadable;         ///< cells of lines that are not numbers
 };
 
 /// A frame of a stream.
@@ -237,18 +273,23 @@ class FrameStream {
   void finish(const FrameSink& sink);
   const FrameCounts& counts() const { return counts_; }
 
+  enum class State { none, waits, damaged, good };  ///< of bytes that may be a frame
+
  private:
   struct Clock {
     double wraps = 0.0, last = 0.0;  ///< [s]
     bool running = false;
   };
   struct Candidate {
-    enum class State { none, waits, damaged, good } state = State::none;
+    State state = State::none;
     std::size_t frame = 0, length = 0;
   };
 
   void work(bool last, const FrameSink& sink);
   Candidate candidate_at(std::size_t at, bool last) const;
+  Candidate counted_at(std::size_t frame, std::size_t at, bool last) const;
+  bool is_unproven(std::size_t at, const Candidate& found);
+  bool may_begin_line(const FrameLayout& layout, std::size_t at) const;
   void skip(std::size_t at);
   void accept(std::size_t at, const Candidate& found, const FrameSink& sink);
   /// Frames lost before this one by its counter; nothing for a repeated one.
@@ -259,9 +300,11 @@ class FrameStream {
   std::vector<unsigned char> first_;  ///< by byte: bit 0 a frame may begin with it, bit 1 it may stand between
   std::vector<bool> carries_;         ///< by layout: a channel
   std::string pending_;
+  char before_ = '\0';               ///< the byte before `pending_`
   std::uint64_t base_ = 0;           ///< [byte] of the stream where `pending_` begins
   std::uint64_t expected_ = 0;       ///< where the next frame should begin
   std::uint64_t accounted_ = 0;      ///< bytes before it belong to frames or are counted
+  std::uint64_t proven_ = 0;         ///< where frames that are found by their counter are used from
   std::uint64_t bad_bytes_ = 0;      ///< in no good frame since the last one that carries channels
   bool in_run_ = false;              ///< of skipped bytes
   bool counted_ = false;             ///< some layout has a counter

@@ -9,6 +9,7 @@
 
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/wire/codec/encode.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble {
@@ -68,6 +69,8 @@ FrameContent random_content(const FrameCodec& codec, std::size_t frame, std::mt1
     double raw = std::floor((std::uniform_real_distribution<>(-1.0, 1.0)(random)) * top);
     if (field.number.kind == FrameNumber::Kind::natural) raw = std::abs(raw);
     if (field.number.kind == FrameNumber::Kind::real) raw = static_cast<float>(raw / top);
+    if (field.number.form == FrameNumber::Form::decimal && field.number.kind == FrameNumber::Kind::real)
+      raw = std::stod(codec::written(layout.text->cells[static_cast<std::size_t>(field.number.item)].format, raw));
     content.values[field.channel] = raw * field.factor + field.zero;
     content.present[field.channel] = 1;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/exchange/certificate/testing/example_certificate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -91,6 +92,46 @@ TEST(Certificate, ComparesDueDatesWithTheEndOfTheTest) {
   EXPECT_NE(page.find("It was accepted: checked against &#60;C-78&#62;"), std::string::npos);
 }
 
+/// Two recordings of the days from 1 to 3 November 2026.
+Estimate dated_estimate() {
+  auto estimate = measured_estimate();
+  estimate.tables.push_back(table_of({{"2.csv", {"2026-11-02T09:00:00", "2026-11-03T00:00:00"}},
+                                      {"1.csv", {"2026-11-01T23:59:59Z", "2026-11-02T00:10:00Z"}}}));
+  return estimate;
+}
+
+TEST(Certificate, TakesTheDaysOfTheTestFromTheRecordings) {
+  auto details = example_details();
+  details.begun.reset(), details.ended.reset();
+  const auto certificate = certify(dated_estimate(), details, {});
+  EXPECT_EQ(certificate.details.begun, day(2026, 11, 1));
+  EXPECT_EQ(certificate.details.ended, day(2026, 11, 3));
+  EXPECT_TRUE(certificate.notes.empty());
+  details.equipment[0].due = day(2026, 11, 2);
+  EXPECT_TRUE(speaks_of(problems_of(dated_estimate(), details), "the test ended on 2026-11-03"));
+}
+
+TEST(Certificate, DoesNotInventDaysOfRecordingsThatDoNotSayThem) {
+  auto details = example_details();
+  details.begun.reset(), details.ended.reset();
+  auto estimate = dated_estimate();
+  EXPECT_TRUE(problems_of(estimate, details).empty());
+  estimate.tables.back().rows[0] = {"2.csv", "", ""};
+  EXPECT_TRUE(speaks_of(problems_of(estimate, details), "[certificate] begun is missing"));
+  EXPECT_TRUE(speaks_of(problems_of(estimate, details), "[certificate] ended is missing"));
+}
+
+TEST(Certificate, DoubtsDaysThatTheRecordingsContradict) {
+  auto details = example_details();
+  details.begun = day(2026, 11, 2), details.ended = day(2026, 11, 2);  // a time zone away
+  EXPECT_TRUE(certify(dated_estimate(), details, {}).notes.empty());
+  details.begun = day(2026, 11, 4), details.ended = day(2026, 11, 4);
+  const auto certificate = certify(dated_estimate(), details, {});
+  EXPECT_EQ(certificate.details.begun, day(2026, 11, 4));  // the laboratory decides
+  ASSERT_EQ(certificate.notes.size(), 2u);
+  EXPECT_EQ(certificate.notes[0].find("2.csv was measured from 2026-11-02 to 2026-11-03"), 0u);
+}
+
 TEST(Certificate, RefusesDatesOutOfOrderAndUnknownCountries) {
   auto details = example_details();
   details.ended = day(2026, 11, 1);
@@ -120,6 +161,37 @@ TEST(Certificate, RefusesLimitsOfAnotherDimensionAndThoseThatNobodyCanRead) {
   const auto problems = problems_of(estimate, example_details());
   EXPECT_EQ(problems.size(), 3u);
   EXPECT_TRUE(speaks_of(problems, "bias: the limit 1 m is in m [m], the parameter in deg/h"));
+}
+
+TEST(Certificate, RefusesLimitsAndIntervalsThatContradictThemselves) {
+  auto estimate = measured_estimate();
+  estimate.verdicts = {{"bias", Verdict::Outcome::pass, "2 deg/h to 1 deg/h"}};
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "lower end above its upper end"));
+  for (const auto& [below, above] : {std::pair{1.0, 2.0}, {2.0, -2.0}, {0.0, 0.0}}) {
+    estimate = measured_estimate();
+    Parameter& bias = estimate.parameters[*certify(estimate, example_details(), {}).statements[0].index];
+    bias.lower = bias.value + below * 1e-8, bias.upper = bias.value + above * 1e-8;
+    EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "does not hold its value"));
+  }
+  auto details = example_details();
+  details.replaces_reason = "a reason without a certificate";
+  details.received = day(0, 1, 1), details.customer.link = "https://example.org/<b>";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "received: 0000-01-01 is no day of a test"));
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "[customer] link"));
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "not what is replaced"));
+}
+
+TEST(Certificate, OfAParameterWithABlankInItsNameIsADcc) {
+  auto estimate = measured_estimate();
+  estimate.verdicts.clear();
+  estimate.parameters[0].name = "Gyro X (1).bias";  // of a channel as people name it
+  const auto certificate = certify(estimate, example_details(), {});
+  EXPECT_NE(certificate_dcc(certificate, "").find("<si:labelXMLList>Gyro_X_(1).bias "), std::string::npos);
+}
+
+TEST(Certificate, ConditionsHaveTheDigitsOfTheirUncertainty) {
+  const auto page = certificate_html(certify(measured_estimate(), example_details(), {}));
+  EXPECT_NE(page.find("<td>23.0</td><td>0.5 (k = 2)</td>"), std::string::npos);
 }
 
 TEST(Certificate, HoldsTheSmallRiskOfAWideGuardBandAsText) {

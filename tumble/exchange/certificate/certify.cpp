@@ -46,7 +46,10 @@ Tolerance tolerance_of(const std::string& limit, const Unit* unit) {
   if (limit.starts_with(">=")) return {bound_of(limit.substr(2), unit), INFINITY};
   const auto to = limit.find(" to ");
   if (to == std::string::npos) throw Error(Error::Kind::bad_input, "the limit '" + limit + "' cannot be read");
-  return {bound_of(limit.substr(0, to), unit), bound_of(limit.substr(to + 4), unit)};
+  const Tolerance limits{bound_of(limit.substr(0, to), unit), bound_of(limit.substr(to + 4), unit)};
+  if (limits.empty())
+    throw Error(Error::Kind::bad_input, "the limit '" + limit + "' has its lower end above its upper end");
+  return limits;
 }
 
 /// A parameter that the data do not show is judged from its upper limit, as in the result.
@@ -100,17 +103,31 @@ std::optional<double> joint_of(const Certificate& certificate) {
   return joint_conformance(measured, tolerances, correlation);
 }
 
+/// An interval of its own is about the value, and wider than nothing.
+bool has_wrong_interval(const Parameter& parameter) {
+  if (!std::isfinite(parameter.lower) || !std::isfinite(parameter.upper)) return false;
+  const bool about = parameter.lower <= parameter.value && parameter.value <= parameter.upper;
+  return !about || !(parameter.lower < parameter.upper);
+}
+
 /// A certificate states what was measured, and how well.
 void refuse_unmeasured(const Estimate& estimate) {
   std::vector<std::string> problems;
   if (estimate.provenance.inputs.empty())
     problems.emplace_back("the result is a prediction or names no recording: a certificate needs measured data");
   if (certificate::determined(estimate).empty()) problems.emplace_back("the result has no parameter with a value");
-  for (const std::size_t i : certificate::determined(estimate))
+  constexpr double least_degrees = 0.01;  // of Student's t with fewer no factor is left
+  for (const std::size_t i : certificate::determined(estimate)) {
+    const Parameter& parameter = estimate.parameters[i];
     if (const double sd = standard_uncertainty(estimate, i);
-        !(sd > 0.0 && std::isfinite(sd) && estimate.parameters[i].degrees_of_freedom > 0.0))
+        !(sd > 0.0 && std::isfinite(sd) && parameter.degrees_of_freedom >= least_degrees))
+      problems.push_back(fmt::format("{} has no uncertainty: a certificate cannot state it", parameter.name));
+    else if (has_wrong_interval(parameter))
       problems.push_back(
-          fmt::format("{} has no uncertainty: a certificate cannot state it", estimate.parameters[i].name));
+          fmt::format("{} has a 95 % interval that does not hold its value, or of no width: a "
+                      "certificate cannot state it",
+                      parameter.name));
+  }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -134,14 +151,16 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
 
 }  // namespace
 
-Certificate certify(const Estimate& estimate, const CertificateDetails& details,
+Certificate certify(const Estimate& estimate, const CertificateDetails& stated,
                     const std::vector<std::string>& undermined) {
   refuse_unmeasured(estimate);
+  const CertificateDetails details = certificate::with_days_of_test(stated, estimate);
   refuse_details(estimate, details);
   Certificate certificate{.estimate = estimate, .details = details};
   CertifiedItem& item = certificate.details.item;
   if (item.model.empty()) item.model = estimate.instrument_model;
   if (item.serial.empty()) item.serial = estimate.instrument_serial;
+  certificate.notes = certificate::doubts_about_days(stated, estimate);
   std::vector<std::string> problems;
   if (details.rule)
     for (const auto& verdict : estimate.verdicts) try {

@@ -27,6 +27,21 @@ void expect_order(const std::optional<Date>& first, const std::optional<Date>& s
         place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first), iso_date(*second))));
 }
 
+/// What a DCC has no place for: dates before the year 1, addresses of pages with characters that none has.
+void check_forms(const CertificateDetails& details, std::vector<std::string>& problems) {
+  for (const auto& [key, date] : {std::pair{"received", &details.received}, std::pair{"begun", &details.begun},
+                                  std::pair{"ended", &details.ended}, std::pair{"issued", &details.issued}})
+    if (*date && (*date)->year() < std::chrono::year(1))
+      problems.push_back(
+          place_in(details, fmt::format("[certificate] {}: {} is no day of a test", key, iso_date(**date))));
+  for (const auto& [section, link] :
+       {std::pair{"[laboratory]", &details.laboratory.contact.link}, std::pair{"[customer]", &details.customer.link}})
+    if (link->find_first_of(" <>\"{}|\\^`") != std::string::npos)
+      problems.push_back(
+          place_in(details, fmt::format("{} link: '{}': the address of a page is expected, such as https://example.org",
+                                        section, *link)));
+}
+
 void check_equipment(const CertificateDetails& details, std::vector<std::string>& problems) {
   for (const auto& one : details.equipment) {
     const auto complain = [&](const std::string& what) {
@@ -71,8 +86,9 @@ std::vector<std::string> missing_details(const CertificateDetails& details, cons
             "its serial number; the plan may say it as [instrument] serial"},
            {"[[condition]]", !details.conditions.empty(), "the conditions of the test, such as the temperature"},
            {"[certificate] number", !details.number.empty(), "number of this certificate"},
-           {"[certificate] begun", details.begun.has_value(), "first day of the test, such as 2026-11-02"},
-           {"[certificate] ended", details.ended.has_value(), "last day of the test"},
+           {"[certificate] begun", details.begun.has_value(),
+            "first day of the test, such as 2026-11-02; the recordings do not state it"},
+           {"[certificate] ended", details.ended.has_value(), "last day of the test; the recordings do not state it"},
            {"[certificate] issued", details.issued.has_value(), "day of issue"},
            {"[certificate] place", !details.place.empty(),
             "laboratory, customer, laboratoryBranch, customerBranch or other"},
@@ -102,6 +118,9 @@ std::vector<std::string> wrong_details(const CertificateDetails& details) {
   expect_order(details.ended, details.issued, "ended, issued", details, problems);
   if (!details.replaces.empty() && details.replaces == details.number)
     problems.push_back(place_in(details, "[certificate] replaces: an amended certificate has a number of its own"));
+  if (details.replaces.empty() && !details.replaces_reason.empty())
+    problems.push_back(place_in(details, "[certificate] replaces_reason is given, but not what is replaced: replaces"));
+  check_forms(details, problems);
   check_equipment(details, problems);
   return problems;
 }

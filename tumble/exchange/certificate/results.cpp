@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/exchange/certificate/page.hpp"
 #include "tumble/exchange/certificate/work.hpp"
 #include "tumble/exchange/certificate/xml.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -125,6 +126,13 @@ void write_covariance(Xml list, const Estimate& estimate, const std::vector<std:
   leaf(region, "si:distributionXMLList", "normal");
 }
 
+/// A word for a list, in which a blank would begin the next one: channels of recordings have names like "Gyro X".
+std::string label_of(const std::string& parameter) {
+  std::string label = printable_text(parameter);
+  std::ranges::replace(label, ' ', '_');
+  return label.empty() ? "_" : label;
+}
+
 void write_all_parameters(Xml data, const Certificate& certificate, const std::vector<std::size_t>& indices) {
   const auto& estimate = certificate.estimate;
   const auto quantity = element(data, "dcc:quantity");
@@ -135,7 +143,7 @@ void write_all_parameters(Xml data, const Certificate& certificate, const std::v
   std::vector<std::string> units;
   for (const std::size_t i : indices) {
     const auto blank = labels.empty() ? "" : " ";
-    labels += blank + estimate.parameters[i].name;
+    labels += blank + label_of(estimate.parameters[i].name);
     values += blank + decimal(estimate.parameters[i].value);
     sds += blank + decimal(standard_uncertainty(estimate, i));
     units.push_back(dsi_unit(estimate.parameters[i].unit.dimension()));

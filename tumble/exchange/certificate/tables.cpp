@@ -126,6 +126,11 @@ bool any_in_g(const Estimate& estimate) {
   });
 }
 
+/// A value with at least the decimals of its uncertainty: 23.0 with 0.5.
+std::string to_the_digit_of(double value, double uncertainty) {
+  return lined_up({value, uncertainty}, "0", ".").front();
+}
+
 }  // namespace
 
 std::string conditions_table(const Certificate& certificate, const Words& words) {
@@ -136,7 +141,7 @@ std::string conditions_table(const Certificate& certificate, const Words& words)
     const double u = condition.uncertainty ? condition.unit.difference_from_si(*condition.uncertainty) : NAN;
     text +=
         fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"unit\">{}</td></tr>\n",
-                    escaped(condition.name), typeset_number(general(value)),
+                    escaped(condition.name), typeset_number(to_the_digit_of(value, u)),
                     condition.uncertainty ? typeset_number(general(u)) + " (k = 2)" : "–", words.unit(condition.unit));
   }
   return text + "</tbody></table></section>\n";
@@ -195,6 +200,7 @@ std::string conformity(const Certificate& certificate, const Words& words) {
                                            (details.rule_agreed_with.empty()
                                                 ? ""
                                                 : " " + words.with("rule_agreed", escaped(details.rule_agreed_with))));
+  text += paragraph(words("before_rounding"), "note");
   if (undecided) text += paragraph(words("rule_undecided"));
   if (certificate.joint) text += paragraph(words.with("joint", escaped(percent(*certificate.joint))));
   for (const auto& statement : certificate.statements)

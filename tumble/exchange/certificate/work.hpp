@@ -13,6 +13,12 @@ Measured measured_of(const Estimate& estimate, std::size_t index);
 /// Parameters that have a value, in their order.
 std::vector<std::size_t> determined(const Estimate& estimate);
 
+/// The details with the days of the test as the recordings say them, where the laboratory does not.
+CertificateDetails with_days_of_test(CertificateDetails details, const Estimate& estimate);
+
+/// Recordings whose own days are not among those that the laboratory states, a sentence each.
+std::vector<std::string> doubts_about_days(const CertificateDetails& stated, const Estimate& estimate);
+
 /// The decision rule in words of a language.
 std::string rule_in_words(const DecisionRule& rule, Language language);
 /// "Pass" and the like.

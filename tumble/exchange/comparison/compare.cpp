@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -65,7 +66,8 @@ struct Facing {
 
 Facing facing(const Estimate& estimate, std::size_t index, bool up) {
   const Parameter& parameter = estimate.parameters[index];
-  if (!has_interval_of_its_own(parameter)) return {standard_uncertainty(estimate, index), parameter.degrees_of_freedom};
+  if (!has_interval_of_its_own(parameter))
+    return {standard_uncertainty(estimate, index), std::max(0.0, parameter.degrees_of_freedom)};
   const double half = up ? parameter.upper - parameter.value : parameter.value - parameter.lower;
   return {half / student_quantile(0.975, INFINITY), INFINITY};
 }
@@ -74,6 +76,12 @@ Facing facing(const Estimate& estimate, std::size_t index, bool up) {
 struct Common {
   std::size_t first, second;
 };
+
+/// E_n of a difference that has no uncertainty: infinite where the values differ by more than rounding.
+double without_uncertainty(double step, double own_variance, double largest) {
+  const double rounding = std::max(1e-6 * std::sqrt(own_variance), 1e-12 * largest);
+  return std::abs(step) > rounding ? std::copysign(INFINITY, step) : NAN;
+}
 
 Difference difference_of(const Estimate& a, const Estimate& b, const Common& at, const SharedLines& shared) {
   const Parameter& earlier = a.parameters[at.first];
@@ -88,11 +96,11 @@ Difference difference_of(const Estimate& a, const Estimate& b, const Common& at,
   const double spread = std::pow(sd_a, 4) / nu_a + std::pow(sd_b, 4) / nu_b;
   const double nu = spread > 0.0 ? std::max(1.0, variance * variance / spread) : INFINITY;
   const double expanded = student_quantile(0.975, nu) * std::sqrt(variance);
-  return {earlier.name,  earlier.unit,
-          earlier.value, later.value,
-          step,          std::sqrt(variance),
-          covariance,    nu,
-          expanded,      variance > 0.0 ? step / expanded : NAN};
+  const double e_n = variance > 0.0
+                         ? step / expanded
+                         : without_uncertainty(step, own, std::max(std::abs(earlier.value), std::abs(later.value)));
+  return {earlier.name, earlier.unit, earlier.value, later.value, step, std::sqrt(variance),
+          covariance,   nu,           expanded,      e_n};
 }
 
 std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
@@ -122,12 +130,17 @@ std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
 /// Chi-square of all differences in the directions that the uncertainties show; scaled, since units differ.
 void judge_together(ResultPair& pair, const Estimate& a, const Estimate& b, const std::vector<Common>& common,
                     const SharedLines& shared) {
+  if (std::ranges::any_of(pair.differences, [](const Difference& one) { return std::isinf(one.e_n); })) {
+    pair.chi_square = INFINITY, pair.rank = common.size(), pair.probability = 0.0;
+    return;
+  }
   const auto n = static_cast<Eigen::Index>(common.size());
   Eigen::MatrixXd covariance(n, n);
   Eigen::VectorXd step(n), scale(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& one = common[static_cast<std::size_t>(i)];
     scale(i) = std::sqrt(a.covariance(one.first, one.first) + b.covariance(one.second, one.second));
+    if (scale(i) == 0.0) scale(i) = 1.0;  // known exactly: it has no part in the sum
     step(i) = pair.differences[static_cast<std::size_t>(i)].difference / scale(i);
     for (Eigen::Index j = 0; j <= i; ++j) {
       const auto& other = common[static_cast<std::size_t>(j)];
@@ -178,10 +191,20 @@ void look_at_pair(const NamedResult& a, const NamedResult& b, const SharedLines&
   if (missing > 0) add(Severity::info, "parameters_of_one_result", {{"parameters", missing}});
 }
 
-/// Each seed draws the errors of rig, site and references anew: two simulations have none in common.
-bool simulated_apart(const Estimate& a, const Estimate& b) {
-  const auto one = a.provenance.seed, other = b.provenance.seed;
-  return one && other && *one != *other;
+/// Each seed draws the errors of rig, site and references anew: two simulations have none in common, nor has one with a
+/// measurement.
+bool simulated_apart(const Estimate& a, const Estimate& b) { return a.provenance.seed != b.provenance.seed; }
+
+/// A change that no uncertainty stands against.
+void look_at_certain_changes(const ResultPair& pair, const NamedResult& a, const NamedResult& b, Findings& findings) {
+  std::vector<std::string> names;
+  for (const auto& one : pair.differences)
+    if (std::isinf(one.e_n)) names.push_back(one.parameter);
+  if (names.empty()) return;
+  findings.push_back(
+      {Severity::warning,
+       "change_without_uncertainty",
+       {{"parameters", fmt::format("{}", fmt::join(names, ", "))}, {"earlier", a.name}, {"later", b.name}}});
 }
 
 ResultPair pair_of(const std::vector<NamedResult>& results, std::size_t earlier, std::size_t later,
@@ -191,11 +214,15 @@ ResultPair pair_of(const std::vector<NamedResult>& results, std::size_t earlier,
   const bool apart = simulated_apart(a.estimate, b.estimate);
   const SharedLines shared = apart ? SharedLines{} : shared_lines(a.estimate, b.estimate);
   if (apart && later == earlier + 1)
-    findings.push_back({Severity::info, "simulated_apart", {{"earlier", a.name}}, b.name});
+    findings.push_back({Severity::info,
+                        a.estimate.provenance.seed && b.estimate.provenance.seed ? "simulated_apart" : "simulated_once",
+                        {{"earlier", a.name}},
+                        b.name});
   ResultPair pair{.earlier = earlier, .later = later, .differences = {}};
   for (const auto& at : common) pair.differences.push_back(difference_of(a.estimate, b.estimate, at, shared));
   judge_together(pair, a.estimate, b.estimate, common, shared);
   if (later == earlier + 1) look_at_pair(a, b, shared, common.size(), findings);
+  look_at_certain_changes(pair, a, b, findings);
   return pair;
 }
 

@@ -82,6 +82,28 @@ TEST(Compare, OfOneResultWithItselfHasNoUncertaintyLeft) {
   EXPECT_TRUE(has(comparison, "results_of_one_recording"));
 }
 
+TEST(Compare, AChangeWithoutUncertaintyIsSignificant) {
+  auto one = result("1", 10.0, 0.0), two = result("2", 10.5, 0.0);
+  one.estimate.budget[0].key = two.estimate.budget[0].key = "the very same";
+  const auto shared = compare({one, two});
+  EXPECT_EQ(shared.pairs[0].differences[0].e_n, INFINITY);
+  EXPECT_TRUE(std::isnan(shared.pairs[0].differences[1].e_n));
+  EXPECT_EQ(shared.pairs[0].probability, 0.0);
+  EXPECT_TRUE(has(shared, "change_without_uncertainty"));
+  EXPECT_NE(to_text(shared).find("inf *"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(to_json(shared))["pairs"][0]["differences"][0]["e_n"].is_null());
+  for (auto* none : {&one.estimate, &two.estimate}) none->budget.clear(), none->covariance = Matrix(2, 2);
+  EXPECT_EQ(compare({two, one}).pairs[0].differences[0].e_n, -INFINITY);
+}
+
+TEST(Compare, ASimulationSharesNothingWithAMeasurement) {
+  auto one = result("1", 10.0, 0.0);
+  one.estimate.provenance.seed = 1;
+  const auto comparison = compare({one, result("2", 14.0, 1.0)});
+  EXPECT_EQ(comparison.pairs[0].differences[0].shared_covariance, 0.0);
+  EXPECT_TRUE(has(comparison, "simulated_once"));
+}
+
 TEST(Compare, HasFivePerCentOfFalseAlarms) {
   // 4000 pairs whose errors are drawn as the budget says: 200 +- 4 sqrt(190) lie beyond 1, for each parameter.
   const RandomStream random(7);
@@ -107,6 +129,14 @@ TEST(Compare, OfFewDegreesOfFreedomTakesStudentsT) {
   EXPECT_NEAR(shared.degrees_of_freedom, 18.0 * 18.0 / (81.0 / 5.0), 1e-9);
   EXPECT_GT(shared.expanded / shared.sd, 2.08);  // t of 20 degrees of freedom: 2.086
   EXPECT_LT(shared.expanded / shared.sd, 2.09);
+}
+
+TEST(Compare, WithoutDegreesOfFreedomTakesOne) {
+  for (const double none : {0.0, -3.0}) {
+    auto one = result("1", 0.0, 0.0);
+    one.estimate.parameters[0].degrees_of_freedom = none;
+    EXPECT_EQ(compare({one, result("2", 1.0, 0.0)}).pairs[0].differences[0].degrees_of_freedom, 1.0);
+  }
 }
 
 TEST(Compare, TakesTheHalvesOfIntervalsThatFaceEachOther) {

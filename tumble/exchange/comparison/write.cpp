@@ -15,7 +15,7 @@ namespace {
 using ComparisonJson = nlohmann::ordered_json;
 
 std::string e_n_text(double e_n) {
-  if (!std::isfinite(e_n)) return "–";
+  if (std::isnan(e_n)) return "–";
   return fmt::format("{:.2f}{}", e_n, std::abs(e_n) > 1.0 ? " *" : "  ");
 }
 

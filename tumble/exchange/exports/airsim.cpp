@@ -18,7 +18,7 @@ std::vector<Option> options() {
 
 /// The walk density is stability/sqrt(tau); there is no return to the mean.
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "airsim");
+  const Noises n = noises_of(c, settings, "airsim", {.walks = true});
   const double gyro_time = settings.number("gyro_time"), force_time = settings.number("accelerometer_time");
   const Json imu{{"SensorType", 2},
                  {"Enabled", true},

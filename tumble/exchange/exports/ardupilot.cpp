@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/exchange/exports/export.hpp"
@@ -32,9 +33,15 @@ std::array<double, 3> coefficients(const AxisCorrection& axis, double celsius) {
   return {1e6 * powers[1], 1e6 * powers[2], 1e6 * powers[3]};
 }
 
+/// [K] The temperature of the offsets: the vehicle limits it to TMIN..TMAX, as it does the measured one.
+double offset_temperature(const ImuCalibration& c) { return std::clamp(c.reference_temperature, c.coldest, c.hottest); }
+
+/// CALTEMP belongs to the offsets: where the vehicle keeps its own, it keeps their temperature as well.
 std::string temperatures(const ImuCalibration& c, const std::array<AxisCorrection, 3>& axes, bool gyro, int index) {
   const double celsius = c.reference_temperature - zero_celsius;
-  std::string text = line(fmt::format("INS_{}{}_CALTEMP", gyro ? "GYR" : "ACC", index), celsius);
+  std::string text;
+  if (std::ranges::any_of(axes, &AxisCorrection::states_offset))
+    text = line(fmt::format("INS_{}{}_CALTEMP", gyro ? "GYR" : "ACC", index), offset_temperature(c) - zero_celsius);
   for (std::size_t power = 0; power < 3; ++power)
     for (std::size_t i = 0; i < 3; ++i)
       text += line(fmt::format("INS_TCAL{}_{}{}_{}", index, gyro ? "GYR" : "ACC", power + 1, "XYZ"[i]),
@@ -62,7 +69,10 @@ void check(const std::array<AxisCorrection, 3>& axes, std::vector<std::string>& 
 /// INS_ACCOFFS_X and INS_GYROFFS_X of the first IMU, INS_ACC2OFFS_X and INS_GYR2OFFS_X of the second.
 std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, std::vector<std::string>& problems) {
   const int index = settings.integer("index");
-  const auto axes = corrections(c, gyro, problems);
+  auto axes = corrections(c, gyro, problems);
+  for (auto& axis : axes)
+    if (axis.states_offset() && problems.empty() && !axis.temperature.empty())
+      axis.offset += polynomial_without_constant(axis.temperature, offset_temperature(c) - c.reference_temperature);
   if (!gyro) check(axes, problems);
   const std::string number = index == 1 ? "" : std::to_string(index);
   const std::string prefix = "INS_" + std::string(gyro ? "GYR" : "ACC") + number;
@@ -73,7 +83,7 @@ std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, 
   for (std::size_t i = 0; i < 3; ++i)
     if (axes[i].states_offset()) text += line(offsets + "XYZ"[i], axes[i].offset);
   for (std::size_t i = 0; i < 3 && !gyro; ++i)
-    if (axes[i].states_offset()) text += line(prefix + "SCAL_" + "XYZ"[i], axes[i].scale);
+    if (axes[i].states_scale()) text += line(prefix + "SCAL_" + "XYZ"[i], axes[i].scale);
   return has_temperature(axes) ? text + temperatures(c, axes, gyro, index) : text;
 }
 

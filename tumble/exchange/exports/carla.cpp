@@ -13,8 +13,8 @@ using namespace writing;
 std::vector<Option> options() { return {rate_option("rate of the samples (1/sensor_tick)")}; }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = two_noises(c, settings, "carla");
-  const double rate = rate_of(c, settings, "carla");
+  const Noises n = noises_of(c, settings, "carla", {.rate = true});
+  const double rate = n.rate;
   std::string text = commented(header, "#") + "IMU_ATTRIBUTES = {\n";
   text += fmt::format("    \"sensor_tick\": \"{}\",\n", real(1.0 / rate));
   for (const bool gyro : {false, true})

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tumble/report/rounding.hpp"
+#include "tumble/report/utf8.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -75,7 +76,7 @@ std::string values_of(const ImuCalibration& c, const CalibrationTerm& term) {
   return fmt::format(": {} {} {} {} at zero input", t.bias.x, t.bias.y, t.bias.z, t.output.text());
 }
 
-/// Removes what is dropped, and says so; collects what may not be.
+/// Removes what the file does not carry, and says what is dropped; what nobody allowed to drop is a problem.
 std::vector<std::string> dropped_terms(const Export& entry, const std::vector<std::string>& drop, ImuCalibration& c,
                                        std::vector<std::string>& problems) {
   std::vector<std::string> lines;
@@ -94,6 +95,7 @@ std::vector<std::string> dropped_terms(const Export& entry, const std::vector<st
     } else if (!holds(carried, term.name)) {
       problems.push_back(fmt::format("{} cannot carry {} ({}); {}; --drop {} accepts that", entry.name, term.name,
                                      term.description, loss(whole, term), term.name));
+      term.remove(c);
     }
   }
   return lines;
@@ -168,13 +170,13 @@ std::vector<Option> options_of(const Export& entry) {
   return options;
 }
 
-/// A line of comment is one line, whatever a title holds.
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  while (text.ends_with('\\')) text.back() = ' ';  // it would join the next line of C to the comment
-  for (auto at = text.find("*/"); at != std::string::npos; at = text.find("*/")) text.replace(at, 2, "* ");
-  for (auto at = text.find("--"); at != std::string::npos; at = text.find("--")) text.replace(at, 2, "- ");
+/// A line of comment is one line, whatever a title holds, in every language of the files: YAML ends a line at U+2028 as
+/// well, C++ joins the next one after a backslash and blanks, and ??/ is a backslash to C.
+std::string one_line(std::string_view line) {
+  std::string text = printable(line);
+  for (const auto& [what, instead] : {std::pair{"*/", "* "}, {"/*", "/ "}, {"--", "- "}, {"??", "? "}})
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what)) text.replace(at, 2, instead);
+  while (text.ends_with('\\') || text.ends_with(' ')) text.pop_back();
   return text;
 }
 
@@ -189,7 +191,7 @@ std::vector<Option> common_export_options() {
       quantity("force_range", "g")
           .above(0)
           .says("specific forces for which errors are stated; default: those of the results"),
-      text("date").says("date of the test, for the header of the file")};
+      text("date").says("date of the test, for the header of the file; default: as the recordings say it")};
   for (const auto& option : noise_options)
     options.push_back(quantity(option.name, option.unit).above(0).says(option.description));
   return options;
@@ -220,11 +222,17 @@ std::string export_calibration(const Export& entry, ImuCalibration calibration, 
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   const ImuCalibration whole = calibration;
   const auto dropped = dropped_terms(entry, request.drop, calibration, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   auto header = header_of(entry, whole, settings, request);
   header.insert(header.end(), dropped.begin(), dropped.end());
   for (auto& line : header) line = one_line(line);
-  return entry.write(calibration, settings, header);
+  try {
+    std::string file = entry.write(calibration, settings, header);
+    if (problems.empty()) return file;
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_input) throw;
+    problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+  }
+  throw Error(Error::Kind::bad_input, problems);
 }
 
 }  // namespace tumble

@@ -12,8 +12,8 @@ using namespace writing;
 std::vector<Option> options() { return {rate_option("rate of the samples, on which the values depend")}; }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "fast_lio");
-  const double rate = rate_of(c, settings, "fast_lio");
+  const Noises n = noises_of(c, settings, "fast_lio", {.walks = true, .rate = true});
+  const double rate = n.rate;
   const auto variance = [rate](double density) { return real(square(density) * rate); };
   return commented(header, "#") + fmt::format("# variances: N^2 rate and K^2 rate at {} Hz\n", real(rate)) +
          fmt::format(

@@ -36,22 +36,21 @@ std::pair<double, double> dynamic_bias(const AxisNoise& axis, double time) {
   return {std::isnan(axis.walk) ? 0.0 : axis.walk, time};
 }
 
-std::string axis_of(const ImuCalibration& c, bool gyro, std::size_t i, double white, const Settings& settings) {
+std::string axis_of(const ImuCalibration& c, bool gyro, std::size_t i, const Noises& n, const Settings& settings) {
   const AxisNoise& axis = (gyro ? c.gyros : c.accelerometers).noise[i];
   const auto [density, time] = dynamic_bias(axis, settings.number("correlation_time"));
   const std::string name = std::string(gyro ? "gyro_" : "accelerometer_") + "xyz"[i] + "_bias";
-  const double own = std::isnan(axis.white) ? white : axis.white;
+  const double own = std::isnan(axis.white) ? (gyro ? n.gyro : n.accelerometer).white : axis.white;
   return fmt::format(
       "    <{0}>\n      <noise type=\"gaussian\">\n        <mean>0.0</mean>\n        <stddev>{1}</stddev>\n"
       "        <bias_mean>0.0</bias_mean>\n        <bias_stddev>{2}</bias_stddev>\n"
       "        <dynamic_bias_stddev>{3}</dynamic_bias_stddev>\n"
       "        <dynamic_bias_correlation_time>{4}</dynamic_bias_correlation_time>\n      </noise>\n    </{0}>\n",
-      "xyz"[i], real(own * std::sqrt(rate_of(c, settings, "gazebo"))), real(bias_sd(c, name)), real(density),
-      real(time));
+      "xyz"[i], real(own * std::sqrt(n.rate)), real(bias_sd(c, name)), real(density), real(time));
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = two_noises(c, settings, "gazebo");
+  const Noises n = noises_of(c, settings, "gazebo", {.rate = true});
   std::string text = "<!--\n";
   for (const auto& line : header) text += "  " + line + "\n";
   text +=
@@ -59,8 +58,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
       "reproduced\n-->\n<imu>\n";
   for (const bool gyro : {true, false}) {
     text += gyro ? "  <angular_velocity>\n" : "  <linear_acceleration>\n";
-    for (std::size_t i = 0; i < 3; ++i)
-      text += axis_of(c, gyro, i, gyro ? n.gyro.white : n.accelerometer.white, settings);
+    for (std::size_t i = 0; i < 3; ++i) text += axis_of(c, gyro, i, n, settings);
     text += gyro ? "  </angular_velocity>\n" : "  </linear_acceleration>\n";
   }
   return text + "</imu>\n";

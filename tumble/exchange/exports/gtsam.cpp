@@ -24,7 +24,7 @@ Vector3 variances(const TriadCalibration& triad, double AxisNoise::*value, doubl
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "gtsam");
+  const Noises n = noises_of(c, settings, "gtsam", {.walks = true});
   const bool python = settings.word("language") == "python";
   const std::string up = settings.word("navigation_frame") == "ENU" ? "U" : "D";
   const char* mark = python ? "#" : "//";

@@ -109,6 +109,14 @@ TEST(Export, MissingNoiseIsNamedWithItsLimit) {
   EXPECT_EQ(refusal("kalibr", calibration, request({{"rate", "200"}, {"gyro_walk", "7 deg/h/sqrt(h)"}})), "");
 }
 
+TEST(Export, AllThatIsMissingIsSaidAtOnce) {
+  ImuCalibration calibration = random_calibration(5, {.curve = true});
+  for (auto& axis : calibration.gyros.noise) axis.walk = AxisNoise::none;
+  const std::string said = refusal("kalibr", calibration, {});
+  for (const char* part : {"cannot carry gyro_nonlinearity", "--set gyro_walk", "needs the rate"})
+    EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
+}
+
 TEST(Export, TermThatCannotBeCarriedIsRefusedUnlessDropped) {
   const ImuCalibration calibration = random_calibration(5, {.curve = true});
   ExportRequest asked = request({{"rate", "200"}});
@@ -179,10 +187,18 @@ TEST(Export, TitleCannotLeaveItsComment) {
   const std::string file = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
   EXPECT_NE(file.find("# title: two lines: [1] *"), std::string::npos);
   EXPECT_EQ(file.find("\nlines"), std::string::npos);
+  calibration.title = "a\u2028lines: 1\u2029lines: 2\u0085lines: 3 \uFFFE \u202E /* **/ \?\?/ \?\?\?\?/ end";
+  const std::string other = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
+  EXPECT_NE(other.find("# title: a lines: 1 lines: 2 lines: 3     /  ** "), std::string::npos) << other;
+  for (const char* trap : {"/*", "*/", "??", "\u2028", "\u2029", "\u0085", "\uFFFE", "\u202E"})
+    EXPECT_EQ(other.find(trap), std::string::npos) << trap;
   ImuCalibration noise = random_calibration(5, {.scale = false, .misalignment = false, .by_force = false});
+  noise.title = "ends in \\ ";
+  EXPECT_EQ(export_calibration(find_export("gtsam"), noise, request({{"language", "cpp"}})).find("\\ \n"),
+            std::string::npos);
   noise.title = "ends in \\";
   const std::string code = export_calibration(find_export("gtsam"), noise, request({{"language", "cpp"}}));
-  EXPECT_NE(code.find("ends in "), std::string::npos);
+  EXPECT_NE(code.find("ends in\n"), std::string::npos);
   EXPECT_EQ(code.find("\\\n"), std::string::npos);
 }
 
@@ -258,6 +274,38 @@ TEST(ExportArdupilot, ConsumerGivesWhatTheCalibrationGives) {
   }
 }
 
+TEST(ExportArdupilot, ReferenceBeyondTheTemperaturesOfTheTestIsBroughtIntoThem) {
+  ImuCalibration calibration = of_autopilot(7);
+  for (const double reference : {253.15, 343.15}) {
+    calibration.reference_temperature = reference;
+    const std::string file = export_calibration(find_export("ardupilot"), calibration, {});
+    for (const double temperature : {263.15, 293.15, 323.15}) {
+      const ImuSample raw{{1.0, 2.0, 3.0}, {0.1, 0.2, 0.3}, temperature, {}};
+      EXPECT_LT(testing::difference(testing::ardupilot(file, raw).sample, compensated(calibration, raw)),
+                float_rounding);
+    }
+  }
+}
+
+TEST(ExportArdupilot, OffsetsOfTheVehicleKeepTheirTemperature) {
+  ImuCalibration calibration = of_autopilot(7);
+  calibration.gyros.bias = {};  // a drift with temperature alone
+  const std::string file = export_calibration(find_export("ardupilot"), calibration, {});
+  EXPECT_EQ(file.find("INS_GYR1_CALTEMP"), std::string::npos);
+  EXPECT_NE(file.find("INS_ACC1_CALTEMP"), std::string::npos);
+}
+
+TEST(ExportAutopilots, ScaleFactorsStayWhereTheBiasIsDropped) {
+  for (const auto& [name, scale] : {std::pair{"px4", "CAL_ACC0_ZSCALE"}, std::pair{"ardupilot", "INS_ACCSCAL_Z"}}) {
+    ExportRequest asked = request({{"accelerometer_id", "1"}, {"gyro_id", "1"}});
+    asked.drop = {"accelerometer_bias"};
+    const std::string file = export_calibration(find_export(name), of_autopilot(7), asked);
+    EXPECT_NE(file.find(scale), std::string::npos) << name;
+    for (const char* offset : {"CAL_ACC0_ZOFF", "INS_ACCOFFS_Z"})
+      EXPECT_EQ(file.find(offset), std::string::npos) << name;
+  }
+}
+
 TEST(ExportArdupilot, ValuesThatTheVehicleRefusesAreErrors) {
   ImuCalibration calibration = of_autopilot(7);
   calibration.accelerometers.bias.x = 4.0;
@@ -282,6 +330,27 @@ TEST(ExportRosImuCalib, ConsumerGivesWhatTheCalibrationGives) {
 TEST(ExportImucal, ConsumerGivesWhatTheCalibrationGives) { expect_same("imucal", {}, {}, testing::imucal); }
 
 TEST(ExportPsins, ConsumerGivesWhatTheCalibrationGives) { expect_same("psins", {}, {}, testing::psins); }
+
+/// imuadderr simulates walks only where `min(abs(imuerr.sqg)) > 0`.
+TEST(ExportPsins, WalkOfOneAxisIsNotLostBecauseAnotherHasNone) {
+  ImuCalibration calibration = random_calibration(5, {});
+  calibration.gyros.noise[1].walk = AxisNoise::none;
+  for (auto& axis : calibration.accelerometers.noise) axis.walk = AxisNoise::none;
+  const std::string file = export_calibration(find_export("psins"), calibration, {});
+  EXPECT_EQ(testing::number_after(file, "imuerr.sqg = ["), calibration.gyros.noise[0].walk);
+  EXPECT_NE(file.find("; 1.0e-30; "), std::string::npos) << file;
+  EXPECT_NE(file.find("imuerr.sqa = [0.0; 0.0; 0.0]"), std::string::npos) << file;
+}
+
+TEST(ExportMatlab, SensorOfCountsIsRefusedAndMissingNoiseIsSaid) {
+  ImuCalibration calibration = random_calibration(5, {.noise = false});
+  const std::string file = export_calibration(find_export("matlab"), calibration, request({{"rate", "100"}}));
+  EXPECT_NE(file.find("no result states the noise of the gyros"), std::string::npos);
+  calibration.gyros.output = Unit::parse("pulse/s");
+  EXPECT_NE(refusal("matlab", calibration, request({{"rate", "100"}})).find("an imuSensor gives rad/s"),
+            std::string::npos);
+  EXPECT_EQ(refusal("matlab", calibration, {}), "");
+}
 
 TEST(ExportMatlab, ConsumerGivesWhatTheCalibrationGives) { expect_same("matlab", {}, {}, testing::matlab); }
 

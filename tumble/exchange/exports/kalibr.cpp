@@ -22,7 +22,7 @@ std::vector<Option> options() {
 }
 
 std::string noises(const ImuCalibration& calibration, const Settings& settings, const std::string& indent) {
-  const FourNoises n = four_noises(calibration, settings, "kalibr");
+  const Noises n = noises_of(calibration, settings, "kalibr", {.walks = true, .rate = true});
   return fmt::format(
       "{0}accelerometer_noise_density: {1}   # m/s^2/sqrt(Hz), N\n"
       "{0}accelerometer_random_walk: {2}   # m/s^3/sqrt(Hz), K\n"
@@ -31,7 +31,7 @@ std::string noises(const ImuCalibration& calibration, const Settings& settings, 
       "{0}rostopic: {5}\n"
       "{0}update_rate: {6}   # Hz\n",
       indent, real(n.accelerometer.white), real(n.accelerometer.walk), real(n.gyro.white), real(n.gyro.walk),
-      topic_of(settings), real(rate_of(calibration, settings, "kalibr")));
+      topic_of(settings), real(n.rate));
 }
 
 /// K_a = M_a Q defines the frame i = Q body; K_g Q' = M_g C, and A C = G Q'.

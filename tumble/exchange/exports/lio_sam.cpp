@@ -14,7 +14,7 @@ std::vector<Option> options() {
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "lio_sam");
+  const Noises n = noises_of(c, settings, "lio_sam", {.walks = true});
   return commented(header, "#") + fmt::format(
                                       "lio_sam:\n  imuTopic: \"{}\"\n  imuAccNoise: {}   # m/s^2/sqrt(Hz)\n"
                                       "  imuGyrNoise: {}   # rad/s/sqrt(Hz)\n  imuAccBiasN: {}   # m/s^3/sqrt(Hz)\n"

@@ -4,6 +4,7 @@
 
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::exports {
 namespace {
@@ -28,6 +29,24 @@ std::string parameters(const TriadCalibration& t, const char* variable, const ch
       matlab(of_each_axis(t, &AxisNoise::walk)), matlab(of_each_axis(t, &AxisNoise::instability)));
 }
 
+/// An imuSensor gives SI.
+void check_outputs_of_sensor(const ImuCalibration& c) {
+  for (const TriadCalibration* t : {&c.accelerometers, &c.gyros}) {
+    const Unit wanted = Unit::parse(t == &c.gyros ? "rad/s" : "m/s^2");
+    if (t->calibrated && !(t->output.dimension() == wanted.dimension()))
+      throw Error(Error::Kind::bad_input,
+                  fmt::format("matlab: an imuSensor gives {}, but the calibration is of outputs in {}: leave the "
+                              "setting rate away to have the matrices alone",
+                              wanted.text(), t->output.text()));
+  }
+}
+
+/// What of an imuSensor no result states.
+std::string without_noise(const TriadCalibration& t, const char* what) {
+  if (t.has_noise()) return "";
+  return fmt::format("% no result states the noise of the {}: it is 0 here\n", what);
+}
+
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
   std::string text = commented(header, "%");
   text += fmt::format(
@@ -41,6 +60,8 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
       "calibration.rate = @(acc, gyr) (gyr - calibration.b_g - "
       "calibration.force(acc)*calibration.G')/calibration.K_g';\n";
   if (!settings.has("rate")) return text;
+  check_outputs_of_sensor(c);
+  text += without_noise(c.accelerometers, "accelerometers") + without_noise(c.gyros, "gyros");
   text += "% simulated sensor: bias and noise; its scale factors and misalignments are those of calibration.K\n";
   return text + parameters(c.accelerometers, "accelerometer", "accelparams") +
          parameters(c.gyros, "gyro", "gyroparams") +

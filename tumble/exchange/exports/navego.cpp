@@ -36,7 +36,7 @@ DynamicBias dynamic_bias(const TriadCalibration& t, double walk) {
 std::string times(Vector3 v) { return std::isinf(v.x) ? "[Inf, Inf, Inf]" : writing::matlab(v); }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = two_noises(c, settings, "navego");
+  const Noises n = noises_of(c, settings, "navego", {.rate = true});
   const double walk_g = std::isnan(n.gyro.walk) ? 0.0 : n.gyro.walk,
                walk_a = std::isnan(n.accelerometer.walk) ? 0.0 : n.accelerometer.walk;
   const DynamicBias gyro = dynamic_bias(c.gyros, walk_g), force = dynamic_bias(c.accelerometers, walk_a);
@@ -60,7 +60,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
   line("ab_dyn", matlab(force.size / milli_g), "mg; with ab_corr = Inf the density of the walk");
   line("gb_corr", times(gyro.time), "s");
   line("ab_corr", times(force.time), "s");
-  line("freq", real(rate_of(c, settings, "navego")), "Hz");
+  line("freq", real(n.rate), "Hz");
   return text;
 }
 

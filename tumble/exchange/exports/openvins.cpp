@@ -48,7 +48,7 @@ Intrinsics intrinsics(const ImuCalibration& c, bool rpng) {
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "openvins");
+  const Noises n = noises_of(c, settings, "openvins", {.walks = true, .rate = true});
   const Intrinsics m = intrinsics(c, settings.word("model") == "rpng");
   return "%YAML:1.0\n\n" + commented(header, "#") +
          fmt::format("# rotation from the axes of the calibration to those of this file (T_i_b): {:.6g} deg\n",
@@ -60,7 +60,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
              "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n  gyroscope_noise_density: {}\n"
              "  gyroscope_random_walk: {}\n  rostopic: {}\n  time_offset: 0.0\n  update_rate: {}\n  model: \"{}\"\n",
              real(n.accelerometer.white), real(n.accelerometer.walk), real(n.gyro.white), real(n.gyro.walk),
-             topic_of(settings), real(rate_of(c, settings, "openvins")), settings.word("model")) +
+             topic_of(settings), real(n.rate), settings.word("model")) +
          "  Tw:\n" + yaml_rows(m.tw, "    ") + "  R_IMUtoGYRO:\n" + yaml_rows(m.gyro_rotation, "    ") + "  Ta:\n" +
          yaml_rows(m.ta, "    ") + "  R_IMUtoACC:\n" + yaml_rows(m.accelerometer_rotation, "    ") + "  Tg:\n" +
          yaml_rows(m.tg, "    ");

@@ -11,14 +11,14 @@ using namespace writing;
 std::vector<Option> options() { return {rate_option("rate of the samples (IMU.Frequency)")}; }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "orbslam3");
+  const Noises n = noises_of(c, settings, "orbslam3", {.walks = true, .rate = true});
   return "%YAML:1.0\n\n" + commented(header, "#") +
          fmt::format(
              "IMU.NoiseGyro: {}   # rad/s/sqrt(Hz)\nIMU.NoiseAcc: {}   # m/s^2/sqrt(Hz)\n"
              "IMU.GyroWalk: {}   # rad/s^2/sqrt(Hz)\nIMU.AccWalk: {}   # m/s^3/sqrt(Hz)\n"
              "IMU.Frequency: {}   # Hz\n",
              real(n.gyro.white), real(n.accelerometer.white), real(n.gyro.walk), real(n.accelerometer.walk),
-             real(rate_of(c, settings, "orbslam3")));
+             real(n.rate));
 }
 
 }  // namespace

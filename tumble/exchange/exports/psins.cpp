@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/exchange/exports/export.hpp"
@@ -25,14 +26,22 @@ std::vector<Option> options() {
 
 std::string column(Vector3 v) { return fmt::format("[{}; {}; {}]", real(v.x), real(v.y), real(v.z)); }
 
+/// PSINS leaves out the walks of all three axes where one of them is 0: what is missing there is next to nothing.
+Vector3 walks(const TriadCalibration& triad) {
+  constexpr double next_to_nothing = 1e-30;
+  Vector3 walk = of_each_axis(triad, &AxisNoise::walk);
+  if (!(norm(walk) > 0.0)) return walk;
+  for (std::size_t i = 0; i < 3; ++i) walk[i] = std::max(walk[i], next_to_nothing);
+  return walk;
+}
+
 std::string noise(const ImuCalibration& c, double time) {
   return fmt::format(
       "imuerr = struct('eb', zeros(3,1), 'db', zeros(3,1), 'Ka2', zeros(3,1));\n"
       "imuerr.web = {};\nimuerr.wdb = {};\nimuerr.sqg = {};\nimuerr.taug = {};\nimuerr.sqa = {};\n"
       "imuerr.taua = {};\n",
       column(of_each_axis(c.gyros, &AxisNoise::white)), column(of_each_axis(c.accelerometers, &AxisNoise::white)),
-      column(of_each_axis(c.gyros, &AxisNoise::walk)), real(time),
-      column(of_each_axis(c.accelerometers, &AxisNoise::walk)), real(time));
+      column(walks(c.gyros)), real(time), column(walks(c.accelerometers)), real(time));
 }
 
 /// w = Kg w_m - gSens f_m - eb: gSens multiplies the raw specific force, so that eb takes up its bias.

@@ -32,7 +32,7 @@ std::string constants(const std::array<AxisCorrection, 3>& axes, const std::stri
   for (std::size_t i = 0; i < 3; ++i)
     if (axes[i].states_offset()) text += float_line(fmt::format("{}_{}OFF", prefix, "XYZ"[i]), axes[i].offset);
   for (std::size_t i = 0; i < 3 && scales; ++i)
-    if (axes[i].states_offset()) text += float_line(fmt::format("{}_{}SCALE", prefix, "XYZ"[i]), axes[i].scale);
+    if (axes[i].states_scale()) text += float_line(fmt::format("{}_{}SCALE", prefix, "XYZ"[i]), axes[i].scale);
   return text;
 }
 

@@ -18,8 +18,8 @@ std::string covariance(const TriadCalibration& t, double white, double rate) {
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = two_noises(c, settings, "ros_covariance");
-  const double rate = rate_of(c, settings, "ros_covariance");
+  const Noises n = noises_of(c, settings, "ros_covariance", {.rate = true});
+  const double rate = n.rate;
   return commented(header, "#") + fmt::format(
                                       "orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n"
                                       "angular_velocity_covariance: {}\nlinear_acceleration_covariance: {}\n",

@@ -18,8 +18,8 @@ std::vector<Option> options() {
 
 /// With two independent values a step, each for half of it, the variance of the step's mean is acc_n^2/2 = N^2 rate.
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
-  const FourNoises n = four_noises(c, settings, "vins");
-  const double rate = rate_of(c, settings, "vins"), white = std::sqrt(2.0 * rate), walk = std::sqrt(rate);
+  const Noises n = noises_of(c, settings, "vins", {.walks = true, .rate = true});
+  const double rate = n.rate, white = std::sqrt(2.0 * rate), walk = std::sqrt(rate);
   return "%YAML:1.0\n\n" + commented(header, "#") +
          fmt::format("# acc_n = N sqrt(2 rate), acc_w = K sqrt(rate) at {} Hz\n", real(rate)) +
          fmt::format(

@@ -67,15 +67,22 @@ double rate_of(Reader& reader, const std::string& label) {
   return std::round(1e9 / curve->x.values.front()) / 1e9;
 }
 
+/// A standard deviation or its density; a negative one is a problem. NaN where the result lacks it.
+double size_of(Reader& reader, const std::string& name) {
+  const double value = reader.value_or(name, AxisNoise::none);
+  if (value < 0.0) reader.problem(fmt::format("the parameter '{}' is negative: a noise is not", name));
+  return value;
+}
+
 AxisNoise noise_of(Reader& reader, const std::string& label, bool gyro) {
   const std::string walk = label + (gyro ? ".rate_random_walk" : ".acceleration_random_walk");
   AxisNoise noise;
   noise.rate = rate_of(reader, label);
-  noise.white = reader.value_or(label + (gyro ? ".angle_random_walk" : ".velocity_random_walk"), AxisNoise::none);
-  noise.walk = reader.value_or(walk, AxisNoise::none);
-  noise.instability = reader.value_or(label + ".bias_instability", AxisNoise::none);
-  noise.markov_sd = reader.value_or(label + ".markov_sd", AxisNoise::none);
-  noise.markov_time = reader.value_or(label + ".markov_time", AxisNoise::none);
+  noise.white = size_of(reader, label + (gyro ? ".angle_random_walk" : ".velocity_random_walk"));
+  noise.walk = size_of(reader, walk);
+  noise.instability = size_of(reader, label + ".bias_instability");
+  noise.markov_sd = size_of(reader, label + ".markov_sd");
+  noise.markov_time = size_of(reader, label + ".markov_time");
   if (const auto limit = find_upper_limit(reader.estimate(), walk)) noise.walk_limit = limit->value;
   return noise;
 }

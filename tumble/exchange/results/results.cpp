@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/results/reader.hpp"
+#include "tumble/exchange/test_days.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::results {
@@ -116,6 +118,18 @@ void fill_other_axes(TriadCalibration& triad, bool gyro) {
     if (!triad.axes[i]) triad.response(i, i) = size;
 }
 
+/// "2026-11-01 to 2026-11-03"; empty unless each result says its days.
+std::string date_of(const std::vector<CalibrationInput>& inputs) {
+  std::optional<TestDays> all;
+  for (const auto& input : inputs) {
+    const auto days = test_days(input.estimate);
+    if (!days) return "";
+    all = all ? TestDays{std::min(all->begun, days->begun), std::max(all->ended, days->ended)} : *days;
+  }
+  if (!all) return "";
+  return iso_date(all->begun) + (all->begun == all->ended ? "" : " to " + iso_date(all->ended));
+}
+
 }  // namespace
 }  // namespace tumble::results
 
@@ -124,6 +138,7 @@ namespace tumble {
 ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
   if (inputs.empty()) throw Error(Error::Kind::bad_input, "there is no result to make a calibration from");
   ImuCalibration calibration;
+  calibration.date = results::date_of(inputs);
   std::vector<std::string> problems;
   std::set<std::string> claimed;
   for (const auto& input : inputs) {
@@ -133,6 +148,11 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
     calibration.sources.push_back({input.file, input.sha256, input.estimate.method, input.estimate.title});
     calibration.parameters.push_back(results::block_of(input.estimate));
   }
+  if (calibration.coldest > calibration.hottest)
+    problems.push_back(fmt::format(
+        "no temperature is covered by all results: the highest of their lowest is {:.1f} "
+        "degC, the lowest of their highest {:.1f} degC; export them one by one",
+        Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
   results::fill_other_axes(calibration.accelerometers, false);
   results::fill_other_axes(calibration.gyros, true);
   results::check_response(calibration.accelerometers, "accelerometers", problems);

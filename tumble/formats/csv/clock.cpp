@@ -91,6 +91,8 @@ int rank_of(const std::string& name) {
 std::string unit_in_name(const std::string& name) {
   if (name == "TimeUS") return "us";
   if (name == "TimeMS") return "ms";
+  if (lower_case(name) == "millis") return "ms";  // as Arduino calls its clocks
+  if (lower_case(name) == "micros") return "us";
   const auto at = name.find_last_of("_- ");
   if (at == std::string::npos) return "";
   const std::string unit = lower_case(name.substr(at + 1));
@@ -284,6 +286,25 @@ DateOrder order_of(const ColumnSample& sample, const std::string& name, const st
   return DateOrder::dmy;
 }
 
+/// Columns that by their names are clocks, and hold what is no number and no time that is understood: a problem each.
+std::vector<std::size_t> unread_clocks(const Columns& table, const ReadOptions& options,
+                                       std::vector<std::string>& problems) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < table.names.size(); ++i) {
+    const ColumnName& name = table.names[i];
+    const ColumnSample& sample = table.samples[i];
+    if (rank_of(name.name) == 0 || name.name == options.segment_column || name.cell == not_read || sample.numbers ||
+        sample.other.empty())
+      continue;
+    found.push_back(i);
+    problems.push_back("column " + in_quotes(name.name) + ": " + in_quotes(sample.other) +
+                       " is no time that is understood; understood are dates such as 2026-11-20 09:00:00.5, "
+                       "2026-11-20T09:00:00Z, 20.11.2026 09:00:00, 20-Nov-2026 09:00:00, 11/20/2026 9:00 AM, times of "
+                       "day, and numbers in a unit of time; or do without: --set time=- --set rate=100");
+  }
+  return found;
+}
+
 }  // namespace
 
 bool is_time(const std::string& name, const std::string& unit) {
@@ -312,12 +333,14 @@ std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& r
         ++stamps;
         sample.cells.push_back(cell);
       } else if (const auto value = number_in(cell); value && std::isfinite(*value)) {
+        sample.numbers = true;
         if (first) sample.first = *value;
         first = false;
         sample.last = *value;
         sample.greatest = std::max(sample.greatest, std::abs(*value));
       } else {
         words += !numeric(cell);
+        if (sample.other.empty()) sample.other = cell;
       }
     }
     if (2 * stamps <= filled) sample.kind = StampKind::none;
@@ -337,7 +360,10 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
     if (chosen.first == no_column) return chosen;
   } else {
     const auto best = std::ranges::min_element(candidates, {}, &Candidate::rank);
-    if (best == candidates.end()) return {};
+    if (best == candidates.end()) {
+      if (!options.rate) chosen.others = unread_clocks(table, options, problems);
+      return chosen;
+    }
     chosen = best->clock;
   }
   for (const Candidate& candidate : candidates)
@@ -347,9 +373,14 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
     if (samples[i].kind != StampKind::none && i != chosen.first && i != chosen.second &&
         std::ranges::find(chosen.others, i) == chosen.others.end())
       chosen.others.push_back(i);
-  if (chosen.first_format.kind == StampKind::date || chosen.first_format.kind == StampKind::date_time)
-    chosen.first_format.order =
-        order_of(samples[chosen.first], names[chosen.first].name, options.date, problems, proposals);
+  chosen.zoned = chosen.first_format.kind == StampKind::number;
+  if (chosen.first_format.kind == StampKind::date || chosen.first_format.kind == StampKind::date_time) {
+    const ColumnSample& sample = samples[chosen.first];
+    chosen.first_format.order = order_of(sample, names[chosen.first].name, options.date, problems, proposals);
+    Stamp first;
+    chosen.zoned =
+        !sample.cells.empty() && parse_stamp(sample.cells.front(), chosen.first_format, first) && first.zoned;
+  }
   return chosen;
 }
 

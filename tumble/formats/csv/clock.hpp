@@ -17,6 +17,8 @@ struct ColumnSample {
   StampKind kind = StampKind::none;  ///< all cells that are not blank are such stamps
   bool text = false;                 ///< most cells are neither numbers nor stamps
   bool empty = true;
+  bool numbers = false;            ///< any
+  std::string other = {};          ///< the first cell that is neither number nor stamp
   double first = 0.0, last = 0.0;  ///< numbers [as written]
   double greatest = 0.0;           ///< magnitude of the numbers
   std::vector<std::string> cells;
@@ -31,6 +33,7 @@ struct Clock {
   std::string how;                  ///< for people; empty: a column time[unit], which needs no words
   std::vector<std::size_t> others;  ///< clocks too, which are not used
   std::string unit;                 ///< that the name of `first` says; empty: see its column
+  bool zoned = false;               ///< the stamps say their time zone, or are Unix time: they are UTC
   bool stamped() const { return first_format.kind != StampKind::none; }
 };
 

@@ -7,6 +7,7 @@
 #include <cerrno>
 
 #include "tumble/formats/csv/cells.hpp"
+#include "tumble/formats/file/utf8.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::csv {
@@ -76,27 +77,11 @@ Encoding by_bytes(std::string_view beginning) {
   if (beginning.starts_with("\xFF\xFE")) return {"UTF-16LE", 2, false, false};
   if (beginning.starts_with("\xFE\xFF")) return {"UTF-16BE", 2, false, false};
   if (auto wide = wide_by_zeros(beginning); !wide.empty()) return {wide, 0, true, false};
-  if (valid_utf8(beginning)) return {};
+  if (file::valid_utf8(beginning)) return {};
   return {chinese(beginning) ? "GB18030" : "Windows-1252", 0, true, false};
 }
 
 }  // namespace
-
-bool valid_utf8(std::string_view bytes) {
-  for (std::size_t i = 0; i < bytes.size();) {
-    const unsigned char first = byte_at(bytes, i);
-    const std::size_t length = first < 0x80                     ? 1
-                               : first >= 0xC2 && first <= 0xDF ? 2
-                               : first >= 0xE0 && first <= 0xEF ? 3
-                               : first >= 0xF0 && first <= 0xF4 ? 4
-                                                                : 0;
-    if (length == 0) return false;
-    for (std::size_t k = 1; k < length && i + k < bytes.size(); ++k)
-      if ((byte_at(bytes, i + k) & 0xC0) != 0x80) return false;
-    i += length;
-  }
-  return true;
-}
 
 bool looks_like_text(std::string_view beginning) {
   const Encoding encoding = by_bytes(beginning);

@@ -41,9 +41,6 @@ class Decoder {
   bool return_ends_ = false;
 };
 
-/// Whether these are valid UTF-8; a character may be cut off at the end.
-bool valid_utf8(std::string_view bytes);
-
 /// Whether a file that begins so can be text in one of the encodings: no control characters except tabs and line ends.
 bool looks_like_text(std::string_view beginning);
 

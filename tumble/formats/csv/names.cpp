@@ -75,6 +75,26 @@ std::map<std::string, int> indexed_names(const std::vector<std::string>& cells) 
   return counts;
 }
 
+/// The unit behind the last _ of a name, as programs write it: "ax_g", "gyro_x_lsb"; empty where there is none.
+std::string_view unit_at_end(std::string_view lower) {
+  const auto at = lower.find_last_of("_ ");
+  if (at == lower.npos) return "";
+  for (const auto& [end, unit] : std::initializer_list<std::pair<std::string_view, std::string_view>>{{"g", "g"},
+                                                                                                      {"mg", "mg"},
+                                                                                                      {"mps2", "m/s^2"},
+                                                                                                      {"ms2", "m/s^2"},
+                                                                                                      {"dps", "deg/s"},
+                                                                                                      {"rads", "rad/s"},
+                                                                                                      {"c", "degC"},
+                                                                                                      {"degc", "degC"},
+                                                                                                      {"v", "V"},
+                                                                                                      {"mv", "mV"},
+                                                                                                      {"lsb", "LSB"},
+                                                                                                      {"raw", "LSB"}})
+    if (lower.substr(at + 1) == end) return unit;
+  return "";
+}
+
 }  // namespace
 
 Unit parse_written_unit(const std::string& text) {
@@ -132,6 +152,7 @@ std::string_view no_signal(std::string_view name) {
 
 std::string likely_unit(std::string_view name, double greatest) {
   const std::string lower = lower_case(name);
+  if (const auto unit = unit_at_end(lower); !unit.empty()) return std::string(unit);
   if (holds(lower, {"temp", "温度"}) || lower == "t_imu") return "degC";
   if (holds(lower, {"gyr", "omega", "ang", "rate", "陀螺", "角速度"})) return "deg/s";
   if (holds(lower, {"acc", "beschl", "加速度", "accel"})) return greatest > 3.0 ? "m/s^2" : "g";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
@@ -99,7 +100,7 @@ Recording read_table(const std::string& path, const ReadOptions& options, const 
   }
   require_rows(path, rows);
   const auto clock = taker.timeline(path, options, recording.findings);
-  if (const auto start = taker.start(); !start.empty()) recording.meta.emplace("clock_start", start);
+  if (const auto start = taker.start(); !start.empty()) recording.meta.emplace(clock_start, start);
   if (auto marks = taker.marks(clock); !marks.empty()) recording.marks = std::move(marks);
   set_timeline(recording,
                clock ? *clock : Timeline{0.0, 0.0, std::make_shared<std::vector<double>>(std::move(stamps))});
@@ -150,7 +151,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
   Recording block = frame(path, batches.layout());
   block.findings.insert(block.findings.end(), findings.begin(), findings.end());
   if (!marks.empty()) block.marks = marks;
-  if (!start.empty()) block.meta.emplace("clock_start", start);
+  if (!start.empty()) block.meta.emplace(clock_start, start);
   Taker taker(batches.layout());
   std::vector<double> stamps;
   std::size_t sent = 0;

@@ -1,7 +1,5 @@
 #include "tumble/formats/csv/stamp.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -275,24 +273,9 @@ AllowedOrders allowed_orders(std::string_view cell) {
   if (parts->year_first() || parts->named) return {true, true, true, true};
   AllowedOrders allowed{day_of(*parts, DateOrder::dmy).has_value(), day_of(*parts, DateOrder::mdy).has_value(), false,
                         false};
-  allowed.ymd = parts->digits[2] == 2 && parts->separator == '-' && day_of(*parts, DateOrder::ymd).has_value();
+  allowed.ymd = parts->digits[2] == 2 && parts->separator != '.' && day_of(*parts, DateOrder::ymd).has_value();
   if (parts->separator == '.' && allowed.dmy) allowed.mdy = allowed.ymd = false;  // always written so
   return allowed;
-}
-
-std::string iso_time(std::int64_t time) {
-  using namespace std::chrono;
-  const sys_time<std::chrono::nanoseconds> instant{std::chrono::nanoseconds(time)};
-  const auto day = floor<days>(instant);
-  const year_month_day date(day);
-  const auto of_day = (instant - day).count();
-  std::string text = fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:09}", static_cast<int>(date.year()),
-                                 static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-                                 of_day / (seconds_of_hour * csv::nanoseconds), of_day / (60 * csv::nanoseconds) % 60,
-                                 of_day / csv::nanoseconds % 60, of_day % csv::nanoseconds);
-  while (text.ends_with('0')) text.pop_back();
-  if (text.ends_with('.')) text.pop_back();
-  return text;
 }
 
 }  // namespace tumble::csv

@@ -43,7 +43,4 @@ struct AllowedOrders {
 };
 AllowedOrders allowed_orders(std::string_view cell);
 
-/// "2026-11-20T09:00:00.123" for [ns] since 1970-01-01.
-std::string iso_time(std::int64_t time);
-
 }  // namespace tumble::csv

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::csv {
@@ -96,7 +97,7 @@ std::string Taker::start() const {
   const StampFormat& format = layout_.stamp.first_format;
   const bool dated = format.kind == StampKind::date_time || format.kind == StampKind::date ||
                      (format.kind == StampKind::number && zero_.value_or(0) >= 1'000'000'000'000'000'000);
-  return dated && zero_ ? iso_time(*zero_) + (format.kind == StampKind::number ? "Z" : "") : "";
+  return dated && zero_ ? iso_time(*zero_) + (layout_.stamp.zoned ? "Z" : "") : "";
 }
 
 }  // namespace tumble::csv

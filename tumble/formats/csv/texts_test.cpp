@@ -32,6 +32,24 @@ struct CsvTexts : testing::Test {
   }
 };
 
+TEST_F(CsvTexts, ATimeThatIsNotUnderstoodIsNamedAsSuch) {
+  const std::string table = "time,gyro[deg/s]\n20-Okt-2026 09:00:00,1\n20-Okt-2026 09:00:01,2\n";
+  const auto text = refusal(table);
+  EXPECT_NE(text.find("column 'time': '20-Okt-2026 09:00:00' is no time that is understood"), std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("without a unit"), std::string::npos) << text;
+  options.time = "-";
+  options.rate = 1.0;
+  EXPECT_EQ(read(table).channels.at(0).values.size(), 2u);
+}
+
+TEST_F(CsvTexts, TheClocksOfArduinoHaveTheirUnitInTheirNames) {
+  const Recording log = read("millis,gyro[deg/s]\n100,1\n110,2\n120,3\n");
+  ASSERT_EQ(log.channels.size(), 1u);
+  EXPECT_DOUBLE_EQ(log.channels[0].timeline.rate, 100.0);
+  EXPECT_DOUBLE_EQ(read("micros,gyro[deg/s]\n100,1\n200,2\n300,3\n").channels.at(0).timeline.rate, 1e4);
+}
+
 /// The message of the finding of that code; empty: there is none.
 std::string said(const Recording& recording, const std::string& code) {
   for (const Finding& finding : recording.findings)
@@ -160,6 +178,11 @@ TEST_F(CsvTexts, LinesToSkipMayBeSaid) {
   EXPECT_NE(refusal("1,2\nx,y\ntime[s],a[1]\n0,1\n1,2\n"), "");
 }
 
+TEST_F(CsvTexts, ProposesTheUnitsThatNamesEndIn) {
+  expect_parts(refusal("time_s,ax_g,gyro_x_lsb,gx_dps,temp_C,acc_z\n0,1,2,3,4,9.8\n0.1,1,2,3,4,9.8\n"),
+               {"unit.ax_g=g ", "unit.gyro_x_lsb=LSB ", "unit.gx_dps=deg/s ", "unit.temp_C=degC ", "unit.acc_z=m/s^2"});
+}
+
 // A Campbell data logger writes four lines before its samples.
 TEST_F(CsvTexts, FourHeaderLines) {
   const std::string content =
@@ -250,7 +273,9 @@ TEST_F(CsvTexts, DatesOfManyKindsGiveOneClock) {
         "2026年11月20日 09:00:00.00,1\n2026年11月20日 09:00:00.25,2\n"}) {
     const auto recording = read(std::string("stamp,a[1]\n") + rows);
     EXPECT_EQ(recording.channels[0].timeline.rate, 4.0) << rows;
-    EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00") << rows;
+    const std::string_view row(rows);
+    const bool zoned = row.find("Z,") != row.npos || row.find("+08:00") != row.npos;
+    EXPECT_EQ(recording.meta.at("clock_start"), zoned ? "2026-11-20T09:00:00Z" : "2026-11-20T09:00:00") << rows;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "tumble/formats/frames/groups.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <tuple>
 
@@ -21,6 +22,14 @@ std::vector<Place> places_of(const FrameCodec& codec, std::size_t channel) {
         places.emplace_back(i, field.number.item, field.when ? field.when->number.at : -1,
                             field.when ? field.when->modulus : 0, field.when ? field.when->equals : 0);
   return places;
+}
+
+/// [s] of the last digit of a part of the time; 0 where it does not show.
+double last_digit(const FrameLayout& layout, const FrameTime& part) {
+  if (part.number.kind != FrameNumber::Kind::real) return part.factor;
+  if (part.number.form != FrameNumber::Form::decimal) return 0.0;
+  const int decimals = layout.text->cells[static_cast<std::size_t>(part.number.item)].format.decimals;
+  return decimals < 0 ? 0.0 : part.factor * std::pow(10.0, -decimals);
 }
 
 }  // namespace
@@ -62,7 +71,7 @@ std::vector<double> steps_of(const FrameCodec& codec) {
   for (const FrameLayout& layout : codec.frames) {
     double step = 0.0;
     for (const FrameTime& part : layout.time)
-      if (part.number.kind != FrameNumber::Kind::real) step = step > 0.0 ? std::min(step, part.factor) : part.factor;
+      if (const double last = last_digit(layout, part); last > 0.0) step = step > 0.0 ? std::min(step, last) : last;
     steps.push_back(step);
   }
   return steps;

@@ -48,11 +48,9 @@ class Pass {
     }
     stream_.finish(sink);
     if (stream_.counts().channel_frames == 0)
-      throw Error(
-          Error::Kind::bad_file,
-          fmt::format("'{}' holds no frame of {} that carries a channel: {} bytes, {} frames whose checksum does "
-                      "not hold",
-                      path_, chosen_.codec.name, stream_.counts().bytes, stream_.counts().damaged.count));
+      throw Error(Error::Kind::bad_file,
+                  fmt::format("'{}' holds no frame of {} that carries a channel: {} bytes, {} frames that are damaged",
+                              path_, chosen_.codec.name, stream_.counts().bytes, stream_.counts().damaged.count));
   }
 
   const FrameCounts& counts() const { return stream_.counts(); }

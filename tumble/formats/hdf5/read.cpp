@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/file/even_clock.hpp"
@@ -35,6 +36,7 @@ class Source {
     }
     if (channels_.empty()) refuse("has no channel to read in its group /channels");
     if (const auto text = meta()) read_meta(*text);
+    if (const auto start = text_attribute(file_, clock_start)) recording_.meta.emplace(clock_start, *start);
   }
 
   std::optional<std::string> meta() const try { return text_dataset(file_, "/meta"); } catch (const Error& error) {

@@ -40,6 +40,12 @@ Handle attribute_named(hid_t object, const char* name) {
 
 void fail(std::string reason) { throw Error{Error::Kind::bad_file, std::move(reason)}; }
 
+bool is_number(hid_t type) {
+  constexpr std::size_t widest = 16;  // bytes; a damaged type may claim gigabytes for each
+  const auto kind = H5Tget_class(type);
+  return (kind == H5T_INTEGER || kind == H5T_FLOAT) && H5Tget_size(type) <= widest;
+}
+
 bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
 
 void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
@@ -86,8 +92,7 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (!numbers.dataset.valid()) fail(last_reason());
   require_of_file(file, numbers.dataset);
   const Handle type(H5Dget_type(numbers.dataset), H5Tclose);
-  const auto kind = H5Tget_class(type);
-  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("it does not hold numbers");
+  if (!is_number(type)) fail("it does not hold numbers");
   numbers.space = Handle(H5Dget_space(numbers.dataset), H5Sclose);
   numbers.rank = H5Sget_simple_extent_ndims(numbers.space);
   if (numbers.rank < 0) fail(last_reason());
@@ -148,10 +153,8 @@ std::optional<double> number_attribute(hid_t object, const char* name) {
   if (!attribute.valid()) return std::nullopt;
   const Handle type(H5Aget_type(attribute), H5Tclose);
   const Handle space(H5Aget_space(attribute), H5Sclose);
-  const auto kind = H5Tget_class(type);
   double value = 0.0;
-  if ((kind != H5T_INTEGER && kind != H5T_FLOAT) || H5Sget_simple_extent_npoints(space) != 1 ||
-      H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
+  if (!is_number(type) || H5Sget_simple_extent_npoints(space) != 1 || H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
     return std::nullopt;
   return value;
 }

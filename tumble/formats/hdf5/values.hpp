@@ -21,6 +21,8 @@ struct Numbers {
 /// Throws Error::bad_file; the caller says where.
 [[noreturn]] void fail(std::string reason);
 
+/// Whether it is an integer or a floating-point number of no more than 16 bytes.
+bool is_number(hid_t type);
 /// Whether a file of `file_size` bytes can hold `count` numbers: deflate packs at most 1032 to 1.
 bool plausible(hsize_t count, std::size_t file_size);
 

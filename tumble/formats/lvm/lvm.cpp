@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/names.hpp"
@@ -22,6 +23,7 @@ namespace tumble::lvm {
 namespace {
 
 constexpr std::string_view end_of_header = "***End_of_Header***";
+constexpr csv::StampFormat date_and_time{csv::StampKind::date_time, csv::DateOrder::mdy, 1};
 
 bool recognises(const std::string& path) {
   char bytes[64];
@@ -55,13 +57,16 @@ class Reader {
   std::vector<std::string_view> cells(std::string_view line) const;
   void take_file_header(std::string_view line, std::size_t number);
   void take_segment_header(std::string_view line);
-  void take_names(std::string_view line);
+  void take_names(std::string_view line, std::size_t number);
+  std::size_t signal_named(const std::string& written, const std::string& unit, std::size_t number);
+  void check_dimension(std::size_t channel, std::size_t number);
   void take_row(std::string_view line, std::size_t number);
   void begin_segment();
   std::string said_of(const std::string& key, std::size_t channel) const;
   double number_said(const std::string& key, std::size_t channel, double otherwise) const;
   double seconds_later() const;
-  void add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit);
+  void add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit,
+                   std::vector<std::string>& strange);
 
   Part part_ = Part::file_header, before_special_ = Part::rows;
   char separator_ = '\t', mark_ = '.';
@@ -100,7 +105,7 @@ void Reader::take(std::string_view line, std::size_t number) {
   } else if (part_ == Part::file_header) {
     take_file_header(line, number);
   } else if (part_ == Part::names) {
-    if (!content.empty()) take_names(line);
+    if (!content.empty()) take_names(line, number);
   } else if (content.empty()) {
     return;
   } else if (part_ == Part::rows && !line.starts_with("Channels")) {
@@ -149,8 +154,33 @@ double Reader::number_said(const std::string& key, std::size_t channel, double o
   return file::number_of(said_of(key, channel), mark_, value) ? value : otherwise;
 }
 
+/// Index in signals_. A name that stands twice in a segment becomes "ax_2".
+std::size_t Reader::signal_named(const std::string& written, const std::string& unit, std::size_t number) {
+  const auto taken = [&](const std::string& name) {
+    return std::ranges::any_of(channels_, [&](const auto& other) { return signals_[other.signal].name == name; });
+  };
+  std::string name = written;
+  for (int k = 2; taken(name); ++k) name = written + "_" + std::to_string(k);
+  const auto known = std::ranges::find(signals_, name, &Signal::name);
+  if (known == signals_.end()) {
+    signals_.push_back({name, unit, {}, {}});
+    return signals_.size() - 1;
+  }
+  if (!unit.empty() && !known->unit.empty() && known->unit != unit)
+    problems_.add(number, "channel '" + csv::plain_text(name, 40) + "' is in '" + csv::plain_text(unit, 20) +
+                              "' here and in '" + csv::plain_text(known->unit, 20) + "' before");
+  return static_cast<std::size_t>(known - signals_.begin());
+}
+
+/// A spectrum has frequencies where a time is expected.
+void Reader::check_dimension(std::size_t channel, std::size_t number) {
+  const std::string dimension = said_of("X_Dimension", channel);
+  if (dimension.empty() || dimension == "Time") return;
+  problems_.add(number, "the X values are of dimension '" + csv::plain_text(dimension, 40) + "': only Time is read");
+}
+
 /// Names of the columns; the channels of the segment are found again by name.
-void Reader::take_names(std::string_view line) {
+void Reader::take_names(std::string_view line, std::size_t number) {
   part_ = Part::rows;
   channels_.clear();
   row_ = 0;
@@ -165,15 +195,9 @@ void Reader::take_names(std::string_view line) {
       continue;
     }
     if (names[column] == "Comment" || names[column].empty()) continue;
-    const std::string name(names[column]);
-    const auto known = std::ranges::find(signals_, name, &Signal::name);
     SegmentChannel channel;
-    channel.signal = static_cast<std::size_t>(known - signals_.begin());
-    if (known == signals_.end() ||
-        std::ranges::any_of(channels_, [&](const auto& other) { return other.signal == channel.signal; })) {
-      channel.signal = signals_.size();
-      signals_.push_back({name, said_of("Y_Unit_Label", order), {}, {}});
-    }
+    channel.signal = signal_named(std::string(names[column]), said_of("Y_Unit_Label", order), number);
+    check_dimension(order, number);
     channel.x = x;
     channel.y = column;
     channel.start = number_said("X0", order, 0.0);
@@ -186,9 +210,8 @@ void Reader::take_names(std::string_view line) {
 /// [s] by which date and time of the segment are later than those of the first.
 double Reader::seconds_later() const {
   const std::string start = said_of("Date", 0) + " " + said_of("Time", 0);
-  const csv::StampFormat format{csv::StampKind::date_time, csv::DateOrder::mdy, 1};
   csv::Stamp first, own;
-  if (!csv::parse_stamp(first_start_, format, first) || !csv::parse_stamp(start, format, own)) return 0.0;
+  if (!csv::parse_stamp(first_start_, date_and_time, first) || !csv::parse_stamp(start, date_and_time, own)) return 0.0;
   return static_cast<double>(own.time - first.time) * 1e-9;
 }
 
@@ -223,7 +246,8 @@ void Reader::take_row(std::string_view line, std::size_t number) {
   if (present > 0 && present < channels_.size() && parts.size() <= channels_.back().y) cut_line_ = number;
 }
 
-void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit) {
+void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit,
+                         std::vector<std::string>& strange) {
   if (!options_.only.empty() && std::ranges::find(options_.only, signal.name) == options_.only.end()) return;
   Channel channel;
   channel.name = signal.name;
@@ -238,7 +262,7 @@ void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::
   } catch (const Error& error) {
     if (given == options_.units.end()) {
       without_unit.push_back(signal.name);
-      problems_.add(0, "channel '" + csv::plain_text(signal.name, 40) + "': " + error.what());
+      strange.push_back("'" + csv::plain_text(signal.name, 40) + "': " + error.what());
       return;
     }
     channel.unit = given->second;
@@ -259,8 +283,8 @@ Recording Reader::finish() {
     throw Error{Error::Kind::bad_file, "'" + path_ + "': a LabVIEW measurement file without the end of its header (" +
                                            std::string(end_of_header) + "); it was cut off"};
   Recording recording;
-  std::vector<std::string> without_unit;
-  for (Signal& signal : signals_) add_channel(recording, signal, without_unit);
+  std::vector<std::string> without_unit, strange;
+  for (Signal& signal : signals_) add_channel(recording, signal, without_unit, strange);
   problems_.refuse_any();
   if (!without_unit.empty()) {
     std::string names, sets;
@@ -268,8 +292,10 @@ Recording Reader::finish() {
       names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
+    std::string why = "the file has no Y_Unit_Label for them";
+    for (std::size_t i = 0; i < strange.size(); ++i) why = (i ? why + "; " : "") + strange[i];
     throw Error{Error::Kind::bad_file,
-                {"'" + path_ + "': channels without a unit: " + names + "; the file has no Y_Unit_Label for them",
+                {"'" + path_ + "': channels without a unit: " + names + "; " + why,
                  "to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets}};
   }
   if (recording.channels.empty() ||
@@ -277,6 +303,8 @@ Recording Reader::finish() {
     throw Error{Error::Kind::bad_file, "'" + path_ + "' has no samples"};
   for (const char* key : {"Operator", "Description", "Project", "Date", "Time"})
     if (!file_header_[key].empty()) recording.meta[key] = file_header_[key];
+  if (csv::Stamp start; csv::allowed_orders(first_start_).plain && csv::parse_stamp(first_start_, date_and_time, start))
+    recording.meta[clock_start] = iso_time(start.time);
   if (cut_line_ == last_line_ && cut_line_ > 0)
     recording.findings.push_back({Finding::Severity::warning, "last_row_incomplete", {{"line", cut_line_}}, path_});
   if (shifted_)

@@ -27,6 +27,7 @@ TEST(Lvm, DecimalComma) {
   const auto recording = read_recording(reference_text("comma.lvm"), {}, {});
   expect_ramps(recording, 25);
   EXPECT_EQ(recording.channels[0].timeline.rate, 100.0);
+  EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00");
 }
 
 // Each segment counts from its own begin, 1 s after the one before; it holds 0.25 s.
@@ -55,6 +56,40 @@ TEST(Lvm, ADamagedCellIsNamed) {
   const auto refused = refusal_of(text, "a.lvm");
   EXPECT_NE(refused.find("'1.25x000' is not a number"), std::string::npos) << refused;
   EXPECT_NE(refused.find("line 26"), std::string::npos) << refused;
+}
+
+std::string with(std::string text, const std::string& what, const std::string& by) {
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+TEST(Lvm, ANameThatStandsTwiceIsNumberedInEverySegment) {
+  const std::string text = with(read_text_file(reference_text("two_segments.lvm")), "\tgyro\t", "\tax\t");
+  const ScratchFolder folder;
+  write_file_atomically(folder.file("a.lvm"), text);
+  const auto recording = read_recording(folder.file("a.lvm"), {}, {});
+  ASSERT_EQ(recording.channels.size(), 2u);
+  EXPECT_EQ(recording.channels[1].name, "ax_2");
+  EXPECT_EQ(recording.channels[1].values, ramp(2, 50, Unit::parse("deg/s")));
+}
+
+TEST(Lvm, AUnitThatChangesAndASpectrumAreRefused) {
+  const std::string text = read_text_file(reference_text("two_segments.lvm"));
+  std::string other = text;
+  other.replace(other.rfind("Y_Unit_Label\tg"), 14, "Y_Unit_Label\tm/s^2");
+  const auto changed = refusal_of(other, "a.lvm");
+  EXPECT_NE(changed.find("'ax' is in 'm/s^2' here and in 'g' before"), std::string::npos) << changed;
+  ASSERT_NE(text.find("X_Dimension\tTime"), std::string::npos);
+  const auto spectrum = refusal_of(with(text, "X_Dimension\tTime", "X_Dimension\tFrequency"), "a.lvm");
+  EXPECT_NE(spectrum.find("of dimension 'Frequency': only Time is read"), std::string::npos) << spectrum;
+}
+
+TEST(Lvm, AnUnknownUnitIsAskedFor) {
+  const auto refused = refusal_of(
+      with(read_text_file(reference_text("one_x.lvm")), "Y_Unit_Label\tg\t", "Y_Unit_Label\tbogus\t"), "a.lvm");
+  EXPECT_NE(refused.find("unknown unit 'bogus'"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
 }
 
 TEST(Lvm, CutAnywhereItIsReadOrRefused) {

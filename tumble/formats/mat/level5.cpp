@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "tumble/formats/file/utf8.hpp"
 #include "tumble/formats/mat/array.hpp"
 #include "tumble/formats/mat/numbers.hpp"
 #include "tumble/formats/mat/packed.hpp"
@@ -18,7 +19,7 @@ constexpr int deepest = 16;                  ///< structures within structures
 constexpr std::size_t longest_text = 65536;  ///< [bytes]
 constexpr std::size_t usual_packing = 16;    ///< to 1: what packs better is given memory as it comes
 constexpr std::size_t most_elements = 4096;  ///< structures of an array of them that are looked at
-constexpr std::uint32_t matrix = 14, compressed = 15;
+constexpr std::uint32_t matrix = 14, compressed = 15, utf8 = 16;
 
 enum Class : unsigned char { cell = 1, structure = 2, text = 4, sparse = 5, first_number = 6, last_number = 15 };
 
@@ -187,6 +188,13 @@ class Level5 {
       return;
     }
     const std::string raw = data(bytes, tag, longest_text);
+    if (tag.type == utf8 && file::valid_utf8(raw + ' ')) {
+      std::string plain = raw;
+      std::ranges::replace_if(
+          plain, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+      contents_.texts.emplace_back(name, std::move(plain));
+      return;
+    }
     const std::size_t size = size_of(*type);
     std::vector<double> codes(raw.size() / size);
     convert(raw.data(), *type, swapped_, codes.size(), codes.data());

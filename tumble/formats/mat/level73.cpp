@@ -70,11 +70,10 @@ class Level73 {
     if (!numbers.dataset.valid()) hdf5::fail(hdf5::last_reason());
     if (hdf5::number_attribute(numbers.dataset, "MATLAB_empty").value_or(0.0) != 0.0) return;
     const hdf5::Handle type(H5Dget_type(numbers.dataset), H5Tclose);
-    const auto kind = H5Tget_class(type);
     numbers.space = hdf5::Handle(H5Dget_space(numbers.dataset), H5Sclose);
     numbers.rank = H5Sget_simple_extent_ndims(numbers.space);
     const bool flat = numbers.rank == 1 || numbers.rank == 2;
-    if ((kind != H5T_INTEGER && kind != H5T_FLOAT) || !flat) return contents_.skipped.push_back(name);
+    if (!hdf5::is_number(type) || !flat) return contents_.skipped.push_back(name);
     std::vector<hsize_t> extent(static_cast<std::size_t>(numbers.rank));
     H5Sget_simple_extent_dims(numbers.space, extent.data(), nullptr);
     const hsize_t columns = numbers.rank == 2 ? extent[0] : 1, rows = extent.back();

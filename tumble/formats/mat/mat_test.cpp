@@ -44,6 +44,75 @@ TEST(Mat, AllVersionsHoldTheSame) {
   }
 }
 
+std::string as_word(std::size_t value) {
+  const auto word = static_cast<std::uint32_t>(value);
+  return {reinterpret_cast<const char*>(&word), sizeof word};
+}
+
+/// A variable of version 4.
+std::string level4(const std::string& name, const std::vector<double>& values) {
+  return as_word(0) + as_word(values.size()) + as_word(1) + as_word(0) + as_word(name.size() + 1) + name + '\0' +
+         std::string(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+}
+
+TEST(Mat, DaysAreNotTakenForSeconds) {
+  const ScratchFolder folder;
+  std::vector<double> days, seconds, gyro;
+  for (int k = 0; k < 100; ++k) {
+    days.push_back(739'945.375 + k / 86400.0);  // datenum, one sample a second
+    seconds.push_back(739'945.0 + k);           // since a start nine days ago
+    gyro.push_back(k % 7);
+  }
+  ReadOptions options = units({"gyro"});
+  write_bytes(folder.file("a.mat"), level4("time", days) + level4("gyro", gyro));
+  EXPECT_NE(refusal_of(folder.file("a.mat"), options).find("--set unit.time=day"), std::string::npos);
+  options.units["time"] = Unit::parse("day");
+  const Recording read = read_recording(folder.file("a.mat"), options, {});
+  // A day has 1e-10 d = 10 us at this distance from the year 0.
+  EXPECT_NEAR(read.channels.at(0).time(99) - read.channels.at(0).time(0), 99.0, 2e-5);
+  write_bytes(folder.file("b.mat"), level4("time", seconds) + level4("gyro", gyro));
+  EXPECT_EQ(refusal_of(folder.file("b.mat"), units({"gyro"})), "");
+}
+
+/// An element of version 5.
+std::string element(std::size_t type, std::string data) {
+  const std::string head = as_word(type) + as_word(data.size());
+  return head + data.append((8 - data.size() % 8) % 8, '\0');
+}
+
+/// The matrix element of a column of numbers.
+std::string column5(const std::string& name, const std::vector<double>& values) {
+  const std::string numbers(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+  return element(14, element(6, as_word(6) + as_word(0)) + element(5, as_word(values.size()) + as_word(1)) +
+                         element(1, name) + element(9, numbers));
+}
+
+const std::string level5 = "MATLAB 5.0 MAT-file" + std::string(105, ' ') + std::string("\0\1IM", 4);
+
+TEST(Mat, TheNearestClockCounts) {
+  const ScratchFolder folder;
+  // imu.gyro with imu.fs = 25 Hz beside it, and t of the same length, at 100 Hz, around the structure.
+  const std::string imu =
+      element(14, element(6, as_word(2) + as_word(0)) + element(5, as_word(1) + as_word(1)) + element(1, "imu") +
+                      element(5, as_word(8)) + element(1, std::string("gyro\0\0\0\0fs\0\0\0\0\0\0", 16)) +
+                      column5("", {1, 2, 3}) + column5("", {25}));
+  write_bytes(folder.file("a.mat"), level5 + column5("t", {0, 0.01, 0.02}) + column5("acc", {4, 5, 6}) + imu);
+  const Recording read = read_recording(folder.file("a.mat"), units({"acc", "imu.gyro"}), {});
+  EXPECT_DOUBLE_EQ(find_channel(read, "acc")->timeline.rate, 100.0);
+  EXPECT_DOUBLE_EQ(find_channel(read, "imu.gyro")->timeline.rate, 25.0);
+}
+
+TEST(Mat, TextIsUtf8WhereTheFileSaysSo) {
+  const ScratchFolder folder;
+  const std::string text = "Prüfling µ 陀螺\n";
+  const std::string note = element(6, as_word(4) + as_word(0)) + element(5, as_word(1) + as_word(15)) +
+                           element(1, "note") + element(16, text);
+  write_bytes(folder.file("a.mat"), level5 + element(14, note) + column5("gyro", {1, 2, 3}));
+  ReadOptions options = units({"gyro"});
+  options.rate = 100.0;
+  EXPECT_EQ(read_recording(folder.file("a.mat"), options, {}).meta.at("note"), "Prüfling µ 陀螺?");
+}
+
 TEST(Mat, ShortArraysAreNotReadUnasked) {
   const Recording log = read("plain.mat", units({"gyro", "acc", "temperature"}));
   EXPECT_EQ(log.channels.size(), 7u);

@@ -57,6 +57,15 @@ std::optional<double> rate_of(const std::string& name, double value) {
   return std::nullopt;
 }
 
+/// Whether the numbers read as days since the year 0, of the years 1950 to 2100: then they are far too dense for
+/// seconds.
+bool are_days(const std::vector<double>& times) {
+  constexpr double earliest = 712'224.0, latest = 767'376.0, densest = 1e-4;  // days; s between two samples
+  if (times.size() < 2) return false;
+  const double interval = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  return times.front() > earliest && times.back() < latest && interval > 0.0 && interval < densest;
+}
+
 /// Makes infinite values NaN; their number.
 std::size_t remove_infinite(std::vector<double>& values) {
   std::size_t count = 0;
@@ -102,24 +111,33 @@ class Maker {
     return array.vectors.size() == 1 && array.length() > 1 && time_unit(array.name);
   }
 
-  /// The time of an array: beside it in its structure, or in one around it.
-  std::optional<std::size_t> time_of(std::size_t i) const {
-    const Array& array = contents_.arrays[i];
-    for (std::string at = parent_of(array.name);; at = parent_of(at)) {
-      for (std::size_t k = 0; k < contents_.arrays.size(); ++k)
-        if (is_time(k) && k != i && parent_of(contents_.arrays[k].name) == at &&
-            contents_.arrays[k].length() == array.length())
-          return k;
-      if (at.empty()) return std::nullopt;
+  /// The time of an array among what stands in `at`, its structure or one around it.
+  std::optional<std::size_t> time_in(const std::string& at, std::size_t i) const {
+    for (std::size_t k = 0; k < contents_.arrays.size(); ++k)
+      if (is_time(k) && k != i && parent_of(contents_.arrays[k].name) == at &&
+          contents_.arrays[k].length() == contents_.arrays[i].length())
+        return k;
+    return std::nullopt;
+  }
+
+  bool has_time(std::size_t i) const {
+    for (std::string at = parent_of(contents_.arrays[i].name);; at = parent_of(at)) {
+      if (time_in(at, i)) return true;
+      if (at.empty()) return false;
     }
+  }
+
+  std::optional<double> rate_in(const std::string& at) const {
+    for (const Array& other : contents_.arrays)
+      if (other.length() == 1 && other.vectors.size() == 1 && parent_of(other.name) == at)
+        if (const auto rate = rate_of(other.name, other.vectors[0][0])) return rate;
+    return std::nullopt;
   }
 
   std::optional<double> rate_for(const Array& array) const {
     if (options_.rate) return options_.rate;
     for (std::string at = parent_of(array.name);; at = parent_of(at)) {
-      for (const Array& other : contents_.arrays)
-        if (other.length() == 1 && other.vectors.size() == 1 && parent_of(other.name) == at)
-          if (const auto rate = rate_of(other.name, other.vectors[0][0])) return rate;
+      if (const auto rate = rate_in(at)) return rate;
       if (at.empty()) return std::nullopt;
     }
   }
@@ -142,7 +160,7 @@ class Maker {
     std::vector<std::size_t> picked;
     if (options_.topics.empty()) {
       for (std::size_t k = 0; k < candidates.size(); ++k)
-        if (contents_.arrays[candidates[k]].length() == longest || time_of(candidates[k])) picked.push_back(k);
+        if (contents_.arrays[candidates[k]].length() == longest || has_time(candidates[k])) picked.push_back(k);
     } else {
       picked = asked_for(names);
     }
@@ -171,18 +189,22 @@ class Maker {
                        fmt::join(contents_.skipped, ", "));
   }
 
+  /// The nearest: beside the array, else in the structures around it; there a time before a rate.
   std::optional<Timeline> clock_of(std::size_t i) {
     const Array& array = contents_.arrays[i];
     if (!options_.columns.empty()) return column_clock(array);
-    const auto time = time_of(i);
-    if (!time) {
-      const auto rate = rate_for(array);
-      return rate ? std::optional(Timeline{0.0, *rate, nullptr}) : std::nullopt;
+    for (std::string at = parent_of(array.name);; at = parent_of(at)) {
+      if (const auto time = time_in(at, i)) {
+        const Array& stamps = contents_.arrays[*time];
+        const auto given = options_.units.find(stamps.name);
+        const Unit unit = given == options_.units.end() ? Unit::parse(*time_unit(stamps.name)) : given->second;
+        return timeline_of(stamps.name, stamps.vectors.front(), unit);
+      }
+      if (!options_.rate)
+        if (const auto rate = rate_in(at)) return Timeline{0.0, *rate, nullptr};
+      if (at.empty()) break;
     }
-    const Array& stamps = contents_.arrays[*time];
-    const auto given = options_.units.find(stamps.name);
-    const Unit unit = given == options_.units.end() ? Unit::parse(*time_unit(stamps.name)) : given->second;
-    return timeline_of(stamps.name, stamps.vectors.front(), unit);
+    return options_.rate ? std::optional(Timeline{0.0, *options_.rate, nullptr}) : std::nullopt;
   }
 
   /// Arrays with one time share its stamps.
@@ -190,6 +212,11 @@ class Maker {
     if (const auto known = timelines_.find(name); known != timelines_.end()) return known->second;
     if (kind_of(unit) != QuantityKind::time)
       refuse(fmt::format("has the time {} in {}, which is no unit of time", name, unit.text()));
+    if (options_.units.find(name) == options_.units.end() && options_.columns.empty() && are_days(written))
+      refuse(
+          fmt::format("has {0} in days, as datenum of MATLAB gives it; say so: --set unit.{0}=day (or "
+                      "--set unit.{0}=s if they are seconds)",
+                      name));
     file::EvenClock clock;
     auto stamps = std::make_shared<std::vector<double>>();
     stamps->reserve(written.size());

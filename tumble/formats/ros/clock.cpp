@@ -24,9 +24,17 @@ void ClockSummary::add(std::int64_t stamp, std::int64_t time) {
     backward += time < last_received;
     stamped_backward += stamp < last_stamp;
   }
+  if (count == 2) second_stamp = stamp;
   zeros += stamp == 0;
   last_stamp = stamp;
   last_received = time;
+}
+
+bool ClockSummary::begins_at_zero() const {
+  constexpr double pause = 10.0, intervals = 100.0;  // s; as many intervals: more is no step of one clock
+  if (count < 2 || zeros != 1 || first_stamp != 0) return false;
+  const double rest = count > 2 ? apart(last_stamp, second_stamp) / static_cast<double>(count - 2) : 0.0;
+  return apart(second_stamp, 0) <= std::max(pause, intervals * rest);
 }
 
 ClockChoice choose_clock(const ClockSummary& clock, const std::string& topic, Findings& findings) {
@@ -39,7 +47,7 @@ ClockChoice choose_clock(const ClockSummary& clock, const std::string& topic, Fi
   const auto say = [&](Finding::Severity severity, const char* code, std::vector<FindingValue> values) {
     findings.push_back({severity, code, std::move(values), topic});
   };
-  if (clock.zeros > 0 && (clock.zeros > 1 || clock.first_stamp != 0 || clock.count == 1)) {
+  if (clock.zeros > 0 && !clock.begins_at_zero()) {
     say(Finding::Severity::warning, "header_stamps_zero", {{"zeros", clock.zeros}, {"messages", clock.count}});
     return {.header = false};
   }

@@ -19,11 +19,13 @@ struct ClockSummary {
   std::size_t zeros = 0;             ///< header.stamp is zero
   std::size_t backward = 0;          ///< recorded before the one before
   std::size_t stamped_backward = 0;  ///< header.stamp before that of the one before
-  std::int64_t first_stamp = 0, last_stamp = 0, first_received = 0, last_received = 0;
+  std::int64_t first_stamp = 0, second_stamp = 0, last_stamp = 0, first_received = 0, last_received = 0;
 
   void add(std::int64_t stamp, std::int64_t received);
   /// Whether the messages do not stand in the order of time by either clock, and have to be sorted.
   bool out_of_order() const { return backward > 0 && (stamped_backward > 0 || first_stamp == last_stamp); }
+  /// Whether a first stamp of zero is the begin of the clock, as the others continue from there.
+  bool begins_at_zero() const;
 };
 
 /// Which clock is used: time = stamp + offset, or the time of the recorder.

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "tumble/formats/file/utf8.hpp"
 #include "tumble/formats/ros/little_endian.hpp"
 
 namespace tumble::ros {
@@ -19,6 +20,7 @@ const std::vector<MessageType>& message_types() {
   return types;
 }
 
+constexpr std::size_t longest_name = 256;  ///< [bytes]
 constexpr std::int64_t nanoseconds = 1'000'000'000;
 
 bool decode_ros1(std::string_view bytes, std::size_t numbers, Body& body) {
@@ -68,9 +70,14 @@ std::string plain_type(std::string_view name) {
 }
 
 std::string printable(std::string_view name) {
-  std::string text(name.substr(0, 256));
-  for (char& letter : text)
-    if (letter < ' ' || letter > '~') letter = '?';
+  std::string text(name.substr(0, longest_name));
+  while (text.size() < name.size() && (static_cast<unsigned char>(name[text.size()]) & 0xC0) == 0x80 && !text.empty())
+    text.pop_back();
+  const bool letters = file::valid_utf8(text + ' ');
+  for (char& letter : text) {
+    const auto code = static_cast<unsigned char>(letter);
+    if (code < 0x20 || code == 0x7f || (code > 0x7f && !letters)) letter = '?';
+  }
   return text;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::ros {
@@ -99,6 +100,7 @@ Recording frame_of(const Log& log, const std::vector<Stream>& streams, const std
                                   log.path});
   const std::int64_t epoch = epoch_of(overviews);
   recording.meta["epoch"] = epoch_text(epoch);
+  if (is_set(epoch)) recording.meta[clock_start] = iso_time(epoch) + "Z";
   std::string oriented;
   for (std::size_t i = 0; i < streams.size(); ++i) {
     const Stream& stream = streams[i];

@@ -132,14 +132,26 @@ void rearrange(const std::vector<std::size_t>& order, std::vector<Value>& values
   values = std::move(sorted);
 }
 
-/// In the order in which they were received.
-void sort_by_time(Gathered& all) {
+/// Whether this order mixes stretches that lie far apart in the file, message by message: their clock was set back
+/// between them, while a late message or a chunk in another place stays together.
+bool mixes(const std::vector<std::size_t>& order, std::size_t backward) {
+  constexpr std::size_t near = 64, often = 4;
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    jumps += std::max(order[i], order[i - 1]) - std::min(order[i], order[i - 1]) > near;
+  return jumps > often * (backward + 1);
+}
+
+/// In the order in which they were received. False where that would mix them: then they are as before.
+bool sort_by_time(Gathered& all, std::size_t backward) {
   std::vector<std::size_t> order(all.received.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return all.received[i]; });
+  if (mixes(order, backward)) return false;
   rearrange(order, all.stamps);
   rearrange(order, all.received);
   for (auto& column : all.values) rearrange(order, column);
+  return true;
 }
 
 ClockSummary summary_of(const Gathered& all) {
@@ -151,9 +163,8 @@ ClockSummary summary_of(const Gathered& all) {
 /// The chosen clock of a stream that is in memory. What is left in `all.stamps` are its times [ns].
 void settle_clock(const Stream& stream, Gathered& all, Overview& overview, Findings& findings) {
   overview.clocks = summary_of(all);
-  if (overview.clocks.out_of_order()) {
+  if (overview.clocks.out_of_order() && sort_by_time(all, overview.clocks.backward)) {
     overview.sorted = overview.clocks.backward;
-    sort_by_time(all);
     overview.clocks = summary_of(all);
   }
   overview.choice = choose_clock(overview.clocks, stream.topic.name, findings);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include "tumble/core/settings.hpp"
@@ -22,6 +23,20 @@ bool readable(const Topic& topic) { return topic.encoding != Encoding::other && 
 /// "/imu/" for "/imu/data".
 std::string_view room_of(std::string_view name) { return name.substr(0, name.rfind('/') + 1); }
 
+/// "imu.data" for "/imu/data".
+std::string as_prefix(std::string_view topic) {
+  std::string text(without_slash(topic));
+  std::ranges::replace(text, '/', '.');
+  return text;
+}
+
+/// As it is typed in a shell.
+std::string as_word(const std::string& name) {
+  const bool plain =
+      std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '/' || c == '_'; });
+  return plain ? name : "'" + name + "'";
+}
+
 [[noreturn]] void refuse(const Log& log, const std::string& what) {
   throw Error{Error::Kind::bad_file, "'" + log.path + "' " + what};
 }
@@ -32,7 +47,7 @@ std::string_view room_of(std::string_view name) { return name.substr(0, name.rfi
   const Topic& example = raw == candidates.end() ? candidates.front() : *raw;
   refuse(log, fmt::format("holds {} topics that can be read: {}; name the one to read: --topic {}, or in the plan, "
                           "[[recording]] topics = [\"{}\"]",
-                          candidates.size(), described(candidates), example.name, example.name));
+                          candidates.size(), described(candidates), as_word(example.name), example.name));
 }
 
 [[noreturn]] void refuse_all(const Log& log, const Topics& topics) {
@@ -40,6 +55,15 @@ std::string_view room_of(std::string_view name) { return name.substr(0, name.rfi
   for (const Finding& finding : log.findings)
     if (finding.severity == Finding::Severity::warning) damage += "; " + finding.message;
   if (topics.empty()) refuse(log, "holds no message" + damage);
+  const auto sampled = std::ranges::find_if(
+      topics, [](const Topic& topic) { return readable(topic) && topic.type == vector && topic.count.messages > 0; });
+  if (sampled != topics.end()) {
+    const std::string channel = as_prefix(sampled->name);
+    refuse(log, fmt::format("has nothing that is read without being named: {}. A {} states no unit: name the topic and "
+                            "give the units, --topic {} --set unit.{}.x=rad/s --set unit.{}.y=rad/s "
+                            "--set unit.{}.z=rad/s{}",
+                            described(topics), vector, as_word(sampled->name), channel, channel, channel, damage));
+  }
   if (std::ranges::any_of(topics, readable)) refuse(log, "holds no message of " + described(topics) + damage);
   refuse(log, fmt::format("holds no topic of a type that is read ({}): its topics are {}{}", known_message_types(),
                           described(topics), damage));
@@ -114,13 +138,6 @@ Topics named(Log& log, const std::vector<std::string>& names) {
   }
   if (!problems.empty()) throw Error{Error::Kind::bad_file, problems};
   return chosen;
-}
-
-/// "imu.data" for "/imu/data".
-std::string as_prefix(std::string_view topic) {
-  std::string text(without_slash(topic));
-  std::ranges::replace(text, '/', '.');
-  return text;
 }
 
 std::vector<Column> columns_of(const Topic& topic, bool several) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <filesystem>
+
 #include "tumble/formats/ros/message.hpp"
 #include "tumble/units/error.hpp"
 
@@ -20,13 +22,35 @@ void be_careful(sqlite3* handle) {
   sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, 64 << 20);
 }
 
+/// A database that is written at this moment, or whose writer ended early, has a part of its rows in a file of its own.
+void refuse_log_beside(const std::string& path) {
+  for (const char* end : {"-wal", "-journal"}) {
+    std::error_code absent;
+    if (const auto size = std::filesystem::file_size(path + end, absent); absent || size == 0) continue;
+    refuse(
+        fmt::format("rows of it are in '{0}{1}', whose checksum no result would state: join them, sqlite3 '{0}' "
+                    "'pragma wal_checkpoint(truncate); vacuum', when the recorder has ended",
+                    path, end));
+  }
+}
+
+/// Nothing is written beside the file, as SQLite else does.
+std::string immutable(const std::string& path) {
+  std::string name = path.starts_with('/') ? "file://" : "file:";
+  for (const char letter : path)
+    name += letter == '%' ? "%25" : letter == '?' ? "%3f" : letter == '#' ? "%23" : std::string(1, letter);
+  return name + "?immutable=1";
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
 
 Database::Database(const std::string& path) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
+  refuse_log_beside(path);
+  constexpr int how = SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI;
+  const int code = sqlite3_open_v2(immutable(path).c_str(), &handle, how, nullptr);
   handle_.reset(handle);
   if (code != SQLITE_OK) refuse(handle ? sqlite3_errmsg(handle) : "SQLite has no memory");
   be_careful(handle);

@@ -6,10 +6,10 @@
 #include <map>
 #include <memory>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/read.hpp"
-#include "tumble/formats/csv/stamp.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/temporary_file.hpp"
 #include "tumble/formats/file/text_lines.hpp"
@@ -122,6 +122,31 @@ std::map<std::string, std::string> metadata_of(const std::string& path, const So
   return metadata;
 }
 
+/// Whether a file has rows: the app writes a header alone where the phone has no such sensor, or may not read it.
+bool has_rows(const std::string& path, const Source& source, const std::string& name) {
+  constexpr std::uintmax_t headers_only = 512;  // bytes: a header is shorter
+  std::error_code problem;
+  if ((source.folder ? fs::file_size(source.paths.at(name), problem) : source.entries.at(name).size) > headers_only)
+    return true;
+  const SensorFile file(path, source, name);
+  std::size_t lines = 0;
+  file::each_line(file.path(), "", {},
+                  [&](std::string_view line, std::size_t) { lines += lines < 2 && !csv::trimmed(line).empty(); });
+  return lines > 1;
+}
+
+/// Leaves out the sensors whose files are empty; their names.
+std::vector<std::string> leave_empty(const std::string& path, Source& source) {
+  std::vector<std::string> empty;
+  for (const Sensor& sensor : sensors) {
+    if (!source.has(sensor.name) || has_rows(path, source, sensor.name)) continue;
+    empty.emplace_back(sensor.name);
+    source.paths.erase(sensor.name);
+    source.entries.erase(sensor.name);
+  }
+  return empty;
+}
+
 /// Those asked for; else the first of each kind.
 std::vector<std::string> chosen(const std::string& path, const Source& source, const ReadOptions& options) {
   std::vector<std::string> names, known;
@@ -173,14 +198,13 @@ SensorData data_of(const std::string& path, const Source& source, const std::str
     recording = csv::read_table(file.path(), options, progress);
   } catch (const Error& error) {
     auto problems = error.problems;
+    std::erase_if(problems, [](const std::string& problem) { return problem.starts_with("to copy"); });
     for (auto& problem : problems)
       if (const auto at = problem.find(file.path()); at != std::string::npos)
         problem.replace(at, file.path().size(), path + ": " + name + ".csv");
     throw Error(error.kind, problems);
   }
-  csv::Stamp stamp;
-  const csv::StampFormat format{csv::StampKind::date_time, csv::DateOrder::ymd, 1};
-  if (csv::parse_stamp(recording.meta["clock_start"], format, stamp)) data.begin = stamp.time;
+  data.begin = parse_iso_time(recording.meta[clock_start]).value_or(data.begin);
   for (const char* axis : {"x", "y", "z"})
     for (Channel& channel : recording.channels)
       if (channel.name == axis) {
@@ -230,13 +254,17 @@ void say_choice(Recording& recording, const Source& source, const std::vector<st
 }
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  const Source source = source_of(path);
+  Source source = source_of(path);
   if (!source.ours())
     throw Error{
         Error::Kind::bad_file,
         "'" + path +
             "' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected"};
+  const auto empty = leave_empty(path, source);
+  if (!source.ours()) throw Error{Error::Kind::bad_file, "'" + path + "' has no samples of " + joined(empty)};
   Recording recording;
+  if (!empty.empty())
+    recording.findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
   recording.meta = metadata_of(path, source);
   const bool in_g = recording.meta["platform"] == "ios" && recording.meta["standardisation"] == "false";
   const auto names = chosen(path, source, options);
@@ -255,7 +283,7 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
   }
   if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' has none of the channels " + joined(options.only)};
-  recording.meta["clock_start"] = csv::iso_time(begin) + "Z";
+  recording.meta[clock_start] = iso_time(begin) + "Z";
   say_choice(recording, source, names, path);
   recording.origin.file = path;
   if (source.folder)

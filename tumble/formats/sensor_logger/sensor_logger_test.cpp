@@ -5,6 +5,15 @@
 namespace tumble {
 namespace {
 
+std::string refusal_of_folder(const std::string& path) {
+  try {
+    read_recording(path, {}, {});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(SensorLogger, ReadsTheSensorsThatWereNotCorrected) {
   const auto recording = read_recording(reference_text("sensor_logger.zip"), {}, {});
   ASSERT_EQ(recording.channels.size(), 6u);
@@ -35,6 +44,20 @@ TEST(SensorLogger, AnotherSensorMayBePicked) {
   EXPECT_NE(refusal_of(read_text_file(reference_text("sensor_logger.zip")), "a.zip", options)
                 .find("did you mean 'Gyroscope'"),
             std::string::npos);
+}
+
+TEST(SensorLogger, ASensorWithoutSamplesIsLeftOut) {
+  const ScratchFolder folder;
+  write_file_atomically(folder.file("Metadata.csv"), "platform,standardisation\nandroid,false\n");
+  write_file_atomically(folder.file("GyroscopeUncalibrated.csv"), "time,seconds_elapsed,z,y,x\n");
+  EXPECT_NE(refusal_of_folder(folder.path.string()).find("no samples of GyroscopeUncalibrated"), std::string::npos);
+  for (const char* name : {"Gyroscope.csv", "TotalAcceleration.csv"})
+    write_file_atomically(folder.file(name),
+                          "time,seconds_elapsed,z,y,x\n1700000000000000000,0,1,2,3\n1700000000010000000,0.01,1,2,3\n");
+  const auto recording = read_recording(folder.path.string(), {}, {});
+  ASSERT_EQ(recording.channels.size(), 6u);
+  EXPECT_EQ(recording.channels[0].name, "Gyroscope.x");
+  EXPECT_NE(message_of(recording, "sensors_empty").find("GyroscopeUncalibrated"), std::string::npos);
 }
 
 TEST(SensorLogger, AFolderIsReadToo) {

@@ -107,6 +107,20 @@ bool define(std::string_view text, Definitions& definitions) {
   return true;
 }
 
+bool holds(const Definitions& definitions, const std::string& format, const std::set<std::string>& names) {
+  std::set<std::string> met;
+  std::vector<std::string> open{format};
+  while (!open.empty()) {
+    const std::string next = std::move(open.back());
+    open.pop_back();
+    const auto definition = definitions.find(next);
+    if (definition == definitions.end() || !met.insert(next).second) continue;
+    if (names.contains(next)) return true;
+    for (const Field& field : definition->second) open.push_back(field.type);
+  }
+  return false;
+}
+
 std::optional<Size> size_of(const Definitions& definitions, const std::string& format) {
   Known known;
   const auto whole = whole_size(definitions, format, 0, known);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,8 @@ struct Field {
   std::string type;
   std::size_t length = 1;  ///< of the array
   std::string name;
+
+  bool operator==(const Field&) const = default;
 };
 
 /// What the messages of a log look like, by the name of the format.
@@ -23,6 +26,9 @@ using Definitions = std::map<std::string, std::vector<Field>, std::less<>>;
 
 /// Takes "name:type field;type[n] field;". False where it is not of that form.
 bool define(std::string_view text, Definitions& definitions);
+
+/// Whether a message of this format holds one of the named formats, itself or in a format within it.
+bool holds(const Definitions& definitions, const std::string& format, const std::set<std::string>& names);
 
 /// The number of this type; nothing for text and for a format.
 std::optional<topics::Number> number_of(std::string_view type);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/choose.hpp"
@@ -61,6 +62,7 @@ topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
 void take_meta(const Scan& scan, Recording& frame) {
   for (const char* key : {"sys_name", "ver_hw", "ver_sw", "ver_sw_branch", "sys_uuid"})
     if (const auto found = scan.information.find(key); found != scan.information.end()) frame.meta.insert(*found);
+  if (scan.begun) frame.meta[clock_start] = iso_time(1000 * *scan.begun) + "Z";
   for (const char* key : {"sys_name", "ver_hw"})
     if (const auto found = frame.meta.find(key); found != frame.meta.end())
       frame.instrument += (frame.instrument.empty() ? "" : " ") + found->second;
@@ -122,18 +124,11 @@ void say_slow(const std::vector<std::string>& names, const std::vector<std::size
 
 std::function<void(const topics::Take&, const Progress&)> player(const std::string& path, const Scan& scan,
                                                                  const std::vector<std::size_t>& chosen) {
-  std::vector<int> index(scan.subscriptions.size(), -1);  // in Log::topics, by id
-  for (std::size_t id = 0; id < index.size(); ++id) {
-    const int topic = scan.subscriptions.of(id).topic;
-    const auto at = std::ranges::find(chosen, static_cast<std::size_t>(topic));
-    if (topic >= 0 && at != chosen.end()) index[id] = static_cast<int>(at - chosen.begin());
-  }
-  return [path, index, subscriptions = scan.subscriptions](const topics::Take& take, const Progress& progress) {
-    walk(path, subscriptions, progress, [&](const Message& message) {
-      if (message.type != 'D') return;
-      const auto id = static_cast<unsigned char>(message.body[0]) | static_cast<unsigned char>(message.body[1]) << 8;
-      if (index[static_cast<std::size_t>(id)] >= 0)
-        take(static_cast<std::size_t>(index[static_cast<std::size_t>(id)]), message.body + 2);
+  std::vector<int> index(scan.topics.size(), -1);  // in Log::topics
+  for (std::size_t i = 0; i < chosen.size(); ++i) index[chosen[i]] = static_cast<int>(i);
+  return [path, index](const topics::Take& take, const Progress& progress) {
+    replay(path, progress, [&](std::size_t topic, const char* sample) {
+      if (index[topic] >= 0) take(static_cast<std::size_t>(index[topic]), sample);
     });
   };
 }
@@ -156,6 +151,10 @@ Log open(const std::string& path, const ReadOptions& options) {
     names.push_back(found.topics[i].name);
     messages.push_back(found.topics[i].messages);
   }
+  if (names.empty() && !found.unreadable.empty())
+    refuse(path, fmt::format("holds no samples that can be read: there is no description, no timestamp of 64 bits, or "
+                             "there are two descriptions of {}",
+                             fmt::join(found.unreadable, ", ")));
   if (names.empty()) refuse(path, "holds no samples: no message of a described topic (is it cut off?)");
   const auto chosen =
       options.topics.empty() ? preferred(names, messages) : topics::asked_for(names, options.topics, path);

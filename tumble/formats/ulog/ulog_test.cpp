@@ -141,6 +141,86 @@ TEST(ULog, FormatsThatContainThemselvesAreNotRead) {
   EXPECT_NE(refusal_of(folder.file("a.ulg")).find("holds no samples"), std::string::npos);
 }
 
+/// A message of `id` with a time [us] and one number.
+std::string sample(char id, std::uint64_t time, float value) {
+  std::string body(14, '\0');
+  body[0] = id;
+  std::memcpy(body.data() + 2, &time, 8);
+  std::memcpy(body.data() + 10, &value, 4);
+  return message('D', body);
+}
+
+TEST(ULog, AnIdThatIsGivenToAnotherTopicMeansThatFromThereOn) {
+  const ScratchFolder folder;
+  std::string bytes = head;
+  for (const char* name : {"sensor_gyro", "sensor_accel"})
+    bytes += message('F', std::string(name) + ":uint64_t timestamp;float x;");
+  bytes += sample('\0', 999, 7);  // before its description: not read
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro");
+  for (int k = 0; k < 5; ++k) bytes += sample('\0', 1000 + 1000 * k, static_cast<float>(k));
+  bytes += message('R', std::string("\0\0", 2)) + sample('\0', 5500, 8);
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_accel");
+  for (int k = 5; k < 8; ++k) bytes += sample('\0', 1000 + 1000 * k, static_cast<float>(100 + k));
+  write_bytes(folder.file("a.ulg"), bytes);
+  const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+  EXPECT_EQ(names_of(read), (std::vector<std::string>{"gyro.x[rad/s]", "accelerometer.x[m/s^2]"}));
+  EXPECT_EQ(read.channels.at(0).values, (std::vector<double>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(read.channels.at(1).values, (std::vector<double>{105, 106, 107}));
+  EXPECT_NE(said(read.findings, "messages_not_described").find("2 of them"), std::string::npos);
+  expect_streams_the_same(folder.file("a.ulg"), {}, 2);
+}
+
+TEST(ULog, AFormatWithTwoDescriptionsIsNotRead) {
+  const ScratchFolder folder;
+  std::string bytes = head;
+  for (const char* name : {"sensor_gyro", "sensor_accel"})
+    bytes += message('F', std::string(name) + ":uint64_t timestamp;float x;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + sample('\0', 1000, 1);
+  bytes += message('A', std::string("\0\1\0", 3) + "sensor_accel") + sample('\1', 1000, 2);
+  bytes += message('F', "sensor_accel:uint64_t timestamp;float x;") + sample('\1', 2000, 3);  // as before
+  bytes += message('F', "sensor_gyro:uint64_t timestamp;int32_t x;") + sample('\0', 2000, 3);
+  write_bytes(folder.file("a.ulg"), bytes);
+  const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+  EXPECT_EQ(names_of(read), (std::vector<std::string>{"accelerometer.x[m/s^2]"}));
+  EXPECT_EQ(read.channels.at(0).values, (std::vector<double>{2, 3}));
+  EXPECT_NE(said(read.findings, "messages_not_described").find("sensor_gyro"), std::string::npos);
+}
+
+/// A position of id 1 at a time [us], with the date of the receiver [us].
+std::string position(std::uint64_t time, std::uint64_t date) {
+  std::string body("\1\0", 2);
+  body.append(reinterpret_cast<const char*>(&time), 8);
+  return message('D', body + std::string(4, '\1') + std::string(reinterpret_cast<const char*>(&date), 8));
+}
+
+TEST(ULog, TheDateOfTheReceiverIsThatOfTheLog) {
+  constexpr std::uint64_t date = 1'700'000'000'000'000;
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");
+  bytes += message('F', "sensor_gps:uint64_t timestamp;int32_t lat;uint64_t time_utc_usec;");
+  bytes +=
+      message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('A', std::string("\0\1\0", 3) + "sensor_gps");
+  bytes += sample('\0', 5'000'000, 1) + position(6'000'000, 0) + sample('\0', 7'000'000, 2);  // 0: no fix yet
+  write_bytes(folder.file("none.ulg"), bytes);
+  EXPECT_FALSE(read_recording(folder.file("none.ulg"), {}, {}).meta.contains("clock_start"));
+  write_bytes(folder.file("dated.ulg"), bytes + position(8'000'000, date) + position(9'000'000, 1));
+  EXPECT_EQ(read_recording(folder.file("dated.ulg"), {}, {}).meta.at("clock_start"), "2023-11-14T22:13:17Z");
+  for (const std::uint64_t wrong : {~std::uint64_t{0}, std::uint64_t{1} << 63, std::uint64_t{300'000'000'000'000}}) {
+    write_bytes(folder.file("wrong.ulg"), bytes + position(8'000'000, wrong));
+    EXPECT_FALSE(read_recording(folder.file("wrong.ulg"), {}, {}).meta.contains("clock_start")) << wrong;
+  }
+}
+
+TEST(ULog, AShortTimestampIsRefusedByName) {
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint32_t timestamp;float x;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('D', std::string(10, '\1'));
+  write_bytes(folder.file("a.ulg"), bytes);
+  EXPECT_NE(
+      refusal_of(folder.file("a.ulg")).find("no timestamp of 64 bits, or there are two descriptions of sensor_gyro"),
+      std::string::npos);
+}
+
 TEST(ULog, AnInfiniteSampleIsMissing) {
   const ScratchFolder folder;
   std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");

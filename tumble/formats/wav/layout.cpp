@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 #include <vector>
 
 #include "tumble/formats/topics/window.hpp"
@@ -17,13 +19,6 @@ constexpr std::size_t chunk_head = 8;  ///< name, u32 size
 constexpr std::uint32_t elsewhere = 0xffffffff;
 constexpr std::uint16_t pcm = 1, ieee_float = 3, extensible = 0xfffe;
 constexpr std::size_t largest_list = 65536;  ///< [bytes] of a list of texts that is read
-
-template <class T>
-T value_at(const char* at) {
-  T value;
-  std::memcpy(&value, at, sizeof value);
-  return value;
-}
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
@@ -48,11 +43,12 @@ class Reader {
 
   Layout read() {
     if (!window_.holds(12)) fail(path_, "is cut off within its first 12 bytes");
+    layout_.big = std::string_view(window_.data(), 4) == "RIFX";
     window_.skip(12);
     bool data = false;
     while (!data && window_.holds(chunk_head)) {
       const std::string name(window_.data(), 4);
-      std::uint64_t size = value_at<std::uint32_t>(window_.data() + 4);
+      std::uint64_t size = number<std::uint32_t>(window_.data() + 4);
       window_.skip(chunk_head);
       if (name == "data") {
         take_data(size);
@@ -60,7 +56,7 @@ class Reader {
         break;
       }
       const std::size_t begin = window_.position();
-      if (name == "ds64" && window_.holds(16)) data_size_ = value_at<std::uint64_t>(window_.data() + 8);
+      if (name == "ds64" && window_.holds(16)) data_size_ = number<std::uint64_t>(window_.data() + 8);
       if (name == "fmt ") take_format(size);
       if (name == "LIST" && size <= largest_list && window_.holds(size)) take_texts(size);
       window_.skip(size + size % 2 - (window_.position() - begin));
@@ -70,15 +66,23 @@ class Reader {
   }
 
  private:
+  template <class T>
+  T number(const char* at) const {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, at, sizeof bytes);
+    if (layout_.big) std::ranges::reverse(bytes);
+    return std::bit_cast<T>(bytes);
+  }
+
   void take_format(std::uint64_t size) {
     if (size < 16 || !window_.holds(std::min<std::uint64_t>(size, 40)))
       fail(path_, "has a chunk 'fmt ' that is cut off");
     const char* const at = window_.data();
-    auto format = value_at<std::uint16_t>(at);
-    if (format == extensible && size >= 40) format = value_at<std::uint16_t>(at + 24);
-    layout_.channels = value_at<std::uint16_t>(at + 2);
-    layout_.rate = value_at<std::uint32_t>(at + 4);
-    const auto frame = value_at<std::uint16_t>(at + 12), bits = value_at<std::uint16_t>(at + 14);
+    auto format = number<std::uint16_t>(at);
+    if (format == extensible && size >= 40) format = number<std::uint16_t>(at + 24);
+    layout_.channels = number<std::uint16_t>(at + 2);
+    layout_.rate = number<std::uint32_t>(at + 4);
+    const auto frame = number<std::uint16_t>(at + 12), bits = number<std::uint16_t>(at + 14);
     if (layout_.channels == 0) fail(path_, "says that it has no channels");
     if (!(layout_.rate > 0.0)) fail(path_, "says that its sampling rate is 0 Hz");
     layout_.type = type_of(path_, format, bits, frame / layout_.channels);
@@ -94,7 +98,7 @@ class Reader {
     if (size < 4 || std::memcmp(at, "INFO", 4) != 0) return;
     for (at += 4; end - at >= static_cast<std::ptrdiff_t>(chunk_head);) {
       const std::string name(at, 4);
-      const std::size_t length = value_at<std::uint32_t>(at + 4);
+      const std::size_t length = number<std::uint32_t>(at + 4);
       at += chunk_head;
       if (length > static_cast<std::size_t>(end - at)) return;
       std::string text(at, std::find(at, at + length, '\0'));
@@ -145,11 +149,11 @@ bool is_wave(const std::string& path) {
   char bytes[12];
   if (file::InputFile(path).read(bytes, sizeof bytes) < sizeof bytes) return false;
   const std::string_view head(bytes, 4), kind(bytes + 8, 4);
-  return (head == "RIFF" || head == "RF64" || head == "BW64") && kind == "WAVE";
+  return (head == "RIFF" || head == "RIFX" || head == "RF64" || head == "BW64") && kind == "WAVE";
 }
 
 Layout layout_of(const std::string& path) {
-  if (!is_wave(path)) fail(path, "is no WAV file: it does not begin with RIFF or RF64, and WAVE");
+  if (!is_wave(path)) fail(path, "is no WAV file: it does not begin with RIFF, RIFX or RF64, and WAVE");
   return Reader(path).read();
 }
 

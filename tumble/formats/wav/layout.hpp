@@ -12,6 +12,7 @@ namespace tumble::wav {
 struct Layout {
   enum class Type { u8, i16, i24, i32, f32, f64 };
   Type type = Type::i16;
+  bool big = false;  ///< the first byte has the highest digits (RIFX)
   std::size_t channels = 0;
   double rate = 0.0;         ///< [Hz]
   std::size_t first = 0;     ///< [bytes] where the samples begin

@@ -104,6 +104,13 @@ double sample_at(const char* at, Type type) {
   return as(double());
 }
 
+double sample_of(const char* at, const Layout& layout) {
+  if (!layout.big) return sample_at(at, layout.type);
+  char bytes[sizeof(double)];
+  std::reverse_copy(at, at + size_of(layout.type), bytes);
+  return sample_at(bytes, layout.type);
+}
+
 /// Reads the next `count` frames, at most as many as a window holds, and appends them to `to`. False at the end.
 bool take(const Opened& opened, topics::Window& window, std::size_t count, std::vector<Channel>& to,
           std::size_t& infinite) {
@@ -113,7 +120,7 @@ bool take(const Opened& opened, topics::Window& window, std::size_t count, std::
     const Source& source = opened.sources[c];
     const char* at = window.data() + source.index * size;
     for (std::size_t k = 0; k < count; ++k, at += frame) {
-      const double value = sample_at(at, opened.layout.type) * source.factor + source.offset;
+      const double value = sample_of(at, opened.layout) * source.factor + source.offset;
       infinite += std::isinf(value);
       to[c].values.push_back(std::isinf(value) ? std::numeric_limits<double>::quiet_NaN() : value);
     }

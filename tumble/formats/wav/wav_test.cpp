@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "tumble/formats/testing/log_files.hpp"
@@ -58,6 +59,35 @@ TEST(Wav, FloatingPointSamplesNeedAUnit) {
 TEST(Wav, BlocksHoldWhatReadingGives) {
   expect_streams_the_same(reference("counts24.wav"), {}, 7);
   expect_streams_the_same(reference("float64.wav"), in_g(), 1);
+}
+
+/// The same file with the highest digits first.
+std::string reversed(std::string bytes, std::size_t width) {
+  const auto turn = [&](std::size_t at, std::size_t size) {
+    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                 bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
+  };
+  bytes.replace(0, 4, "RIFX");
+  const std::size_t data = bytes.find("data") + 8;
+  for (const std::size_t at : {std::size_t{4}, std::size_t{16}, std::size_t{24}, std::size_t{28}, data - 4})
+    turn(at, 4);
+  for (const std::size_t at : {20u, 22u, 32u, 34u}) turn(at, 2);
+  if (data > 44) turn(36, 2), turn(42, 4), turn(46, 4);  // no more of the format, and the chunk 'fact'
+  for (std::size_t at = data; at + width <= bytes.size(); at += width) turn(at, width);
+  return bytes;
+}
+
+TEST(Wav, HighestDigitsFirstAreReadAsWell) {
+  const ScratchFolder folder;
+  const std::pair<const char*, std::size_t> files[] = {{"counts16.wav", 2}, {"counts32.wav", 4}, {"float64.wav", 8}};
+  for (const auto& [name, width] : files) {
+    write_bytes(folder.file("a.wav"), reversed(read_text_file(reference(name)), width));
+    const Recording usual = read_recording(reference(name), in_g(), {});
+    const Recording other = read_recording(folder.file("a.wav"), in_g(), {});
+    ASSERT_EQ(other.channels.size(), usual.channels.size()) << name;
+    EXPECT_EQ(other.channels[2].timeline.rate, 12800.0);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(other.channels[c].values, usual.channels[c].values) << name;
+  }
 }
 
 TEST(Wav, CutAnywhereTheSamplesBeforeRemain) {

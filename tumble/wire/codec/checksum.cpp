@@ -35,6 +35,41 @@ std::uint32_t sum_over(const FrameChecksum& check, std::uint32_t sum, std::strin
   return sum;
 }
 
+/// A checksum while ranges of bytes are taken in.
+class RunningSum {
+ public:
+  explicit RunningSum(const FrameChecksum& check)
+      : check_(check), sum_(is_crc() && check.reflected ? reversed(check.init, check.width) : check.init) {}
+
+  void take(std::string_view range) {
+    if (is_crc()) {
+      sum_ = crc_over(check_, sum_, bytes_of(range), range.size());
+    } else if (check_.kind == FrameChecksum::Kind::sum) {
+      sum_ = sum_over(check_, sum_, range);
+    } else {
+      for (const unsigned char byte : range) {
+        sum_ ^= byte;
+        first_ = (first_ + byte) & 0xffu;
+        second_ = (second_ + first_) & 0xffu;
+      }
+    }
+  }
+
+  std::uint32_t result() const {
+    constexpr unsigned char zeros[8] = {};
+    const std::uint32_t mask = width_mask(check_);
+    if (is_crc()) return (crc_over(check_, sum_, zeros, static_cast<std::size_t>(check_.pad)) ^ check_.xorout) & mask;
+    if (check_.kind == FrameChecksum::Kind::fletcher) return check_.big ? first_ << 8 | second_ : second_ << 8 | first_;
+    return (check_.negated ? 0u - sum_ : sum_) & mask;
+  }
+
+ private:
+  bool is_crc() const { return check_.kind == FrameChecksum::Kind::crc; }
+
+  const FrameChecksum& check_;
+  std::uint32_t sum_, first_ = 0, second_ = 0;
+};
+
 }  // namespace
 
 std::vector<std::uint32_t> crc_table(const FrameChecksum& check) {
@@ -64,28 +99,18 @@ bool has_room(const FrameChecksum& check, std::size_t length) {
 
 std::uint32_t checksum_of(const FrameChecksum& check, std::string_view frame) {
   const int size = static_cast<int>(frame.size());
-  std::uint32_t sum = check.init, first = 0, second = 0;
-  const bool crc = check.kind == FrameChecksum::Kind::crc;
-  if (crc && check.reflected) sum = reversed(check.init, check.width);
+  RunningSum sum(check);
   for (const auto& [from, to] : check.over) {
     const int begin = place_in(size, from, false);
-    const auto range =
-        frame.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(place_in(size, to, true) - begin));
-    if (crc)
-      sum = crc_over(check, sum, bytes_of(range), range.size());
-    else if (check.kind == FrameChecksum::Kind::sum)
-      sum = sum_over(check, sum, range);
-    else
-      for (const unsigned char byte : range) {
-        sum ^= byte;
-        first = (first + byte) & 0xffu;
-        second = (second + first) & 0xffu;
-      }
+    sum.take(frame.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(place_in(size, to, true) - begin)));
   }
-  constexpr unsigned char zeros[8] = {};
-  if (crc) return (crc_over(check, sum, zeros, static_cast<std::size_t>(check.pad)) ^ check.xorout) & width_mask(check);
-  if (check.kind == FrameChecksum::Kind::fletcher) return check.big ? first << 8 | second : second << 8 | first;
-  return (check.negated ? 0u - sum : sum) & width_mask(check);
+  return sum.result();
+}
+
+std::uint32_t checksum_over(const FrameChecksum& check, std::string_view range) {
+  RunningSum sum(check);
+  sum.take(range);
+  return sum.result();
 }
 
 bool holds(const FrameChecksum& check, std::string_view frame) {

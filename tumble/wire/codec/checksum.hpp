@@ -17,6 +17,9 @@ std::vector<std::uint32_t> crc_table(const FrameChecksum& check);
 /// The checksum of a frame as it should stand at `check.at`. The ranges must lie in the frame.
 std::uint32_t checksum_of(const FrameChecksum& check, std::string_view frame);
 
+/// The checksum of these bytes.
+std::uint32_t checksum_over(const FrameChecksum& check, std::string_view range);
+
 /// Whether the frame has room for the checksum and its ranges.
 bool has_room(const FrameChecksum& check, std::size_t length);
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/wire/codec/checksum.hpp"
+#include "tumble/wire/codec/line.hpp"
 #include "tumble/wire/codec/number.hpp"
 
 namespace tumble::codec {
@@ -52,45 +53,98 @@ bool locate_masked(const FrameLayout& layout, std::string_view frame, ItemPlaces
   return at + layout.masks_tail == static_cast<int>(frame.size());
 }
 
-bool is_met(const FrameCondition& condition, std::string_view frame, std::size_t at) {
-  const auto value = natural_of(condition.number, unsigned_bytes(frame) + at);
-  return (condition.modulus ? value % condition.modulus : value) == condition.equals;
+/// A frame whose items are found.
+struct LocatedFrame {
+  std::string_view bytes;
+  const ItemPlaces& places;
+
+  /// The characters of a number of a line; nothing where the line does not have its cell.
+  std::optional<std::string_view> cell(const FrameNumber& number) const {
+    const ItemPlace& cell = places[static_cast<std::size_t>(number.item)];
+    if (cell.at < 0) return std::nullopt;
+    return bytes.substr(static_cast<std::size_t>(cell.at), static_cast<std::size_t>(cell.size));
+  }
+
+  /// The value [1] of a number, before any scale; nothing where the frame does not hold it.
+  std::optional<double> value(const FrameNumber& number, int& unreadable) const {
+    if (number.form != FrameNumber::Form::binary) return value_of_cell(number, unreadable);
+    const auto at = place_of(number, bytes.size(), places);
+    if (!at) return std::nullopt;
+    return value_of(number, unsigned_bytes(bytes) + *at);
+  }
+
+  std::optional<double> value_of_cell(const FrameNumber& number, int& unreadable) const {
+    const auto text = cell(number);
+    if (!text) return std::nullopt;
+    const auto value = value_in(number, *text);
+    if (!value) ++unreadable;
+    return value.value_or(std::nan(""));
+  }
+
+  /// Its bits as a natural number; of a cell that is not a number one that no number has.
+  std::optional<std::uint64_t> natural(const FrameNumber& number) const {
+    if (number.form != FrameNumber::Form::binary) {
+      const auto text = cell(number);
+      if (!text) return std::nullopt;
+      const auto word = word_in(number, *text);
+      return word ? *word >> number.shift & mask_of(number.bits) : no_natural;
+    }
+    const auto at = place_of(number, bytes.size(), places);
+    if (!at) return std::nullopt;
+    return natural_of(number, unsigned_bytes(bytes) + *at);
+  }
+
+  static constexpr std::uint64_t no_natural = ~std::uint64_t{0};
+};
+
+/// Whether the condition holds; nothing where the frame does not hold its number.
+std::optional<bool> is_met(const FrameCondition& condition, const LocatedFrame& frame) {
+  const auto value = frame.natural(condition.number);
+  if (!value) return std::nullopt;
+  return (condition.modulus ? *value % condition.modulus : *value) == condition.equals;
 }
 
-void read_fields(const FrameLayout& layout, std::string_view frame, const ItemPlaces& places, FrameContent& content) {
+void read_fields(const FrameLayout& layout, const LocatedFrame& frame, FrameContent& content) {
   for (const FrameField& field : layout.fields) {
-    const auto at = place_of(field.number, frame.size(), places);
-    if (!at) continue;
-    if (field.when) {
-      const auto of = place_of(field.when->number, frame.size(), places);
-      if (!of || !is_met(*field.when, frame, *of)) continue;
-    }
-    const double value = value_of(field.number, unsigned_bytes(frame) + *at) * field.factor + field.zero;
+    if (field.when && !is_met(*field.when, frame).value_or(false)) continue;
+    const auto raw = frame.value(field.number, content.unreadable);
+    if (!raw) continue;
+    const double value = *raw * field.factor + field.zero;
     content.values[field.channel] = std::isfinite(value) ? value : std::nan("");
     content.present[field.channel] = 1;
   }
   content.not_good = 0;
   for (std::size_t i = 0; i < layout.statuses.size(); ++i) {
     const FrameStatus& status = layout.statuses[i];
-    const auto at = place_of(status.good.number, frame.size(), places);
-    if (!at || is_met(status.good, frame, *at)) continue;
+    if (is_met(status.good, frame).value_or(true)) continue;
     content.not_good |= std::uint64_t{1} << i;
     if (!status.fails) continue;
     for (const std::size_t channel : status.channels) content.values[channel] = std::nan("");
   }
 }
 
+void read_counter_of(const FrameLayout& layout, const LocatedFrame& frame, FrameContent& content) {
+  content.counter.reset();
+  if (!layout.counter) return;
+  const auto counter = frame.natural(layout.counter->number);
+  if (!counter) return;
+  if (layout.text && *counter == LocatedFrame::no_natural)
+    ++content.unreadable;
+  else
+    content.counter = *counter % layout.counter->modulus;
+}
+
 /// The time of the first choice whose parts the frame has.
-void read_time_of(const FrameLayout& layout, std::string_view frame, const ItemPlaces& places, FrameContent& content) {
+void read_time_of(const FrameLayout& layout, const LocatedFrame& frame, FrameContent& content) {
   content.time.reset();
   for (std::size_t i = 0; i < layout.time.size();) {
     const int choice = layout.time[i].choice;
     double sum = 0.0, wrap = 0.0;
     bool whole = true;
     for (; i < layout.time.size() && layout.time[i].choice == choice; ++i) {
-      const auto at = place_of(layout.time[i].number, frame.size(), places);
-      whole = whole && at;
-      if (at) sum += value_of(layout.time[i].number, unsigned_bytes(frame) + *at) * layout.time[i].factor;
+      const auto value = frame.value(layout.time[i].number, content.unreadable);
+      whole = whole && value;
+      if (value) sum += *value * layout.time[i].factor;
       wrap = std::max(wrap, layout.time[i].wrap);
     }
     if (!whole || !(std::abs(sum) < 1e12)) continue;  // no clock counts longer
@@ -103,7 +157,8 @@ void read_time_of(const FrameLayout& layout, std::string_view frame, const ItemP
 }  // namespace
 
 bool locate(const FrameLayout& layout, std::string_view frame, ItemPlaces& places) {
-  std::fill_n(places.begin(), layout.items.size(), ItemPlace{});
+  std::fill_n(places.begin(), layout.items.size(), ItemPlace{-1, 0});
+  if (layout.text) return locate_cells(layout, frame, places);
   if (layout.list) return locate_list(layout, frame, places);
   return layout.masks.empty() || locate_masked(layout, frame, places);
 }
@@ -120,6 +175,7 @@ std::optional<std::size_t> place_of(const FrameNumber& number, std::size_t lengt
 }
 
 std::optional<std::size_t> length_of(const FrameLayout& layout, std::string_view bytes) {
+  if (layout.text) return length_of_line(layout, bytes);
   const auto has = [&](const FrameNumber& number) {
     return bytes.size() >= static_cast<std::size_t>(number.at + number.bytes);
   };
@@ -153,6 +209,7 @@ bool begins(const FrameLayout& layout, std::string_view bytes) {
 }
 
 bool sound(const FrameLayout& layout, std::string_view frame) {
+  if (layout.text) return sound_line(layout, frame);
   if (!frame.ends_with(layout.end)) return false;
   for (const FrameChecksum& check : layout.checks)
     if (!has_room(check, frame.size()) || !holds(check, frame)) return false;
@@ -168,12 +225,11 @@ void read_content(const FrameCodec& codec, std::size_t frame, std::string_view b
   std::ranges::fill(content.present, static_cast<unsigned char>(0));
   ItemPlaces places;
   locate(layout, bytes, places);
-  read_fields(layout, bytes, places, content);
-  content.counter.reset();
-  if (layout.counter)
-    if (const auto at = place_of(layout.counter->number, bytes.size(), places))
-      content.counter = natural_of(layout.counter->number, unsigned_bytes(bytes) + *at) % layout.counter->modulus;
-  read_time_of(layout, bytes, places, content);
+  const LocatedFrame located{bytes, places};
+  content.unreadable = 0;
+  read_fields(layout, located, content);
+  read_counter_of(layout, located, content);
+  read_time_of(layout, located, content);
 }
 
 }  // namespace tumble::codec

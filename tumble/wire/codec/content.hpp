@@ -11,9 +11,9 @@ namespace tumble::codec {
 
 inline constexpr std::size_t most_items = 128;  ///< of a layout
 
-/// Where an item of a frame is.
+/// Where an item of a frame is, or a cell of a line. No values of its own: `locate` sets those that a layout has.
 struct ItemPlace {
-  int at = -1, size = 0;  ///< [byte]; at -1: the frame has no such item
+  int at, size;  ///< [byte]; at -1: the frame has no such item
 };
 using ItemPlaces = std::array<ItemPlace, most_items>;
 

@@ -1,3 +1,5 @@
+#include "tumble/wire/codec/encode.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +12,52 @@
 
 namespace tumble {
 
+namespace codec {
+
+std::optional<std::uint64_t> bits_for(const FrameNumber& number, double raw) {
+  if (number.kind == FrameNumber::Kind::real)
+    return number.bytes == 4 ? std::bit_cast<std::uint32_t>(static_cast<float>(raw))
+                             : std::bit_cast<std::uint64_t>(raw);
+  const double whole = std::nearbyint(raw);
+  const bool natural = number.kind == FrameNumber::Kind::natural;
+  const double top = std::ldexp(1.0, natural ? number.bits : number.bits - 1);
+  if (!(whole >= (natural ? 0.0 : -top) && whole < top)) return std::nullopt;
+  return natural ? static_cast<std::uint64_t>(whole) : static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
+}
+
+double raw_of(const FrameField& field, double value) {
+  const double near = (value - field.zero) / field.factor;
+  double up = near, down = near;
+  for (int i = 0; i < 4; ++i) {
+    if (up * field.factor + field.zero == value) return up;
+    if (down * field.factor + field.zero == value) return down;
+    up = std::nextafter(up, HUGE_VAL);
+    down = std::nextafter(down, -HUGE_VAL);
+  }
+  return near;
+}
+
+std::vector<const FrameField*> chosen_fields(const FrameLayout& layout, const FrameContent& content) {
+  std::vector<const FrameField*> chosen;
+  std::vector<bool> done(content.present.size());
+  for (const FrameField& field : layout.fields) {
+    if (!content.present[field.channel] || done[field.channel]) continue;
+    if (field.when && field.when->modulus > 0 && layout.counter && content.counter &&
+        *content.counter % field.when->modulus != field.when->equals)
+      continue;
+    done[field.channel] = true;
+    chosen.push_back(&field);
+  }
+  return chosen;
+}
+
+}  // namespace codec
+
 namespace {
+
+using codec::bits_for;
+using codec::chosen_fields;
+using codec::raw_of;
 
 /// A frame while it is put together.
 struct FrameDraft {
@@ -29,46 +76,6 @@ struct FrameDraft {
 [[noreturn]] void refuse_value(const FrameDraft& draft, const std::string& what, const std::string& why) {
   throw Error(Error::Kind::bad_input,
               fmt::format("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
-}
-
-/// The bits of `raw` as the number holds it; nothing where it does not fit.
-std::optional<std::uint64_t> bits_for(const FrameNumber& number, double raw) {
-  if (number.kind == FrameNumber::Kind::real)
-    return number.bytes == 4 ? std::bit_cast<std::uint32_t>(static_cast<float>(raw))
-                             : std::bit_cast<std::uint64_t>(raw);
-  const double whole = std::nearbyint(raw);
-  const bool natural = number.kind == FrameNumber::Kind::natural;
-  const double top = std::ldexp(1.0, natural ? number.bits : number.bits - 1);
-  if (!(whole >= (natural ? 0.0 : -top) && whole < top)) return std::nullopt;
-  return natural ? static_cast<std::uint64_t>(whole) : static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
-}
-
-/// Of the numbers beside value/factor, the one that gives exactly this value.
-double raw_of(const FrameField& field, double value) {
-  const double near = (value - field.zero) / field.factor;
-  double up = near, down = near;
-  for (int i = 0; i < 4; ++i) {
-    if (up * field.factor + field.zero == value) return up;
-    if (down * field.factor + field.zero == value) return down;
-    up = std::nextafter(up, HUGE_VAL);
-    down = std::nextafter(down, -HUGE_VAL);
-  }
-  return near;
-}
-
-/// The field that carries each channel of the content: the first one that can.
-std::vector<const FrameField*> chosen_fields(const FrameLayout& layout, const FrameContent& content) {
-  std::vector<const FrameField*> chosen;
-  std::vector<bool> done(content.present.size());
-  for (const FrameField& field : layout.fields) {
-    if (!content.present[field.channel] || done[field.channel]) continue;
-    if (field.when && field.when->modulus > 0 && layout.counter && content.counter &&
-        *content.counter % field.when->modulus != field.when->equals)
-      continue;
-    done[field.channel] = true;
-    chosen.push_back(&field);
-  }
-  return chosen;
 }
 
 /// Which items of the layout the content needs, in their order.
@@ -185,6 +192,7 @@ bool make_true(FrameDraft& draft, const FrameCondition& condition) {
 
 std::string encode_frame(const FrameCodec& codec, const FrameContent& content, std::string_view base) {
   const FrameLayout& layout = codec.frames.at(content.frame);
+  if (layout.text) return codec::encode_line(codec, content, base);
   FrameDraft draft{codec, layout, std::string(base)};
   draft.from_base = !base.empty();
   const auto fields = chosen_fields(layout, content);

@@ -29,15 +29,19 @@ inline std::uint64_t natural_of(const FrameNumber& number, const unsigned char* 
   return word_of(from, number.bytes, number.big) >> number.shift & mask_of(number.bits);
 }
 
-/// Its value [1], before any scale.
-inline double value_of(const FrameNumber& number, const unsigned char* from) {
-  const std::uint64_t bits = natural_of(number, from);
+/// The value [1] that the bits of the number mean, before any scale.
+inline double value_of_bits(const FrameNumber& number, std::uint64_t bits) {
   if (number.kind == FrameNumber::Kind::natural) return static_cast<double>(bits);
   if (number.kind == FrameNumber::Kind::real)
     return number.bytes == 4 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))
                              : std::bit_cast<double>(bits);
   const int above = 64 - number.bits;
   return static_cast<double>(static_cast<std::int64_t>(bits << above) >> above);
+}
+
+/// Its value [1], before any scale.
+inline double value_of(const FrameNumber& number, const unsigned char* from) {
+  return value_of_bits(number, natural_of(number, from));
 }
 
 /// Writes the bits of the number; what stands beside them in its bytes stays.

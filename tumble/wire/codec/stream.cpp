@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tumble/wire/codec/content.hpp"
+#include "tumble/wire/codec/line.hpp"
 #include "tumble/wire/codec/number.hpp"
 #include "tumble/wire/frames.hpp"
 
@@ -11,10 +12,17 @@ namespace {
 
 constexpr unsigned char may_begin = 1, may_stand_between = 2;
 
-/// Every byte that a byte with `mask` fixed may be.
-void note_first_bytes(unsigned char byte, unsigned char mask, std::vector<unsigned char>& first) {
+/// Frames beside garbage that are not used where nothing but a counter shows them: of garbage 4^-4 counts as far.
+constexpr std::size_t unproven_frames = 3;
+
+/// Every byte with which a frame of the layout may begin, and the end of a line, which may stand between frames.
+void note_first_bytes(const FrameLayout& layout, std::vector<unsigned char>& first) {
+  const unsigned byte = layout.sync.empty() ? 0 : static_cast<unsigned char>(layout.sync[0]);
+  const unsigned mask = layout.sync.empty() ? 0 : static_cast<unsigned char>(layout.sync_mask[0]);
   for (unsigned value = 0; value < 256; ++value)
-    if (((value ^ byte) & mask) == 0) first[value] |= may_begin;
+    if (((value ^ byte) & mask) == 0 && (!layout.text || codec::is_of_line(static_cast<unsigned char>(value))))
+      first[value] |= may_begin;
+  if (layout.text) first['\r'] |= may_stand_between, first['\n'] |= may_stand_between;
 }
 
 void note(FrameIncident& incident, std::uint64_t offset) {
@@ -26,8 +34,7 @@ void note(FrameIncident& incident, std::uint64_t offset) {
 FrameStream::FrameStream(const FrameCodec& codec) : codec_(&codec), first_(256), carries_(codec.frames.size()) {
   for (std::size_t i = 0; i < codec.frames.size(); ++i) {
     const FrameLayout& layout = codec.frames[i];
-    note_first_bytes(static_cast<unsigned char>(layout.sync[0]), static_cast<unsigned char>(layout.sync_mask[0]),
-                     first_);
+    note_first_bytes(layout, first_);
     carries_[i] = !layout.fields.empty();
     counted_ = counted_ || layout.counter.has_value();
   }
@@ -47,7 +54,8 @@ void FrameStream::feed(std::string_view bytes, const FrameSink& sink) {
 void FrameStream::finish(const FrameSink& sink) {
   const std::size_t rest = pending_.size();
   const std::uint64_t begin = base_, good = counts_.good;
-  const bool cut = rest > 0 && begin == expected_;
+  // A frame that is found by its counter may have waited for those behind it.
+  const bool cut = rest > 0 && begin == expected_ && candidate_at(0, true).state != State::good;
   if (cut) accounted_ = begin + rest;
   work(true, sink);
   if (cut && counts_.good == good)
@@ -57,25 +65,100 @@ void FrameStream::finish(const FrameSink& sink) {
 }
 
 FrameStream::Candidate FrameStream::candidate_at(std::size_t at, bool last) const {
-  using State = Candidate::State;
   const std::string_view rest = std::string_view(pending_).substr(at);
   Candidate found;
   for (std::size_t i = 0; i < codec_->frames.size(); ++i) {
     const FrameLayout& layout = codec_->frames[i];
-    if (!codec::begins(layout, rest)) continue;
+    if (layout.counter && layout.counter->lock > 0) {
+      if (const Candidate counted = counted_at(i, at, last); counted.state != State::none) return counted;
+      continue;
+    }
+    if (!codec::begins(layout, rest) || (layout.text && !may_begin_line(layout, at))) continue;
     const auto length =
         rest.size() < layout.sync.size() ? std::optional<std::size_t>(0) : codec::length_of(layout, rest);
     if (!length) continue;
-    // A frame without a checksum counts if another one follows it, or nothing.
-    const std::size_t needed = *length + (layout.checks.empty() ? 1 : 0);
+    // Bytes without a checksum count if another frame follows them, or nothing.
+    const bool certain = !layout.checks.empty() || layout.text;
+    const std::size_t needed = *length + (certain ? 0 : 1);
     if ((*length == 0 || rest.size() < needed) && !last) return {State::waits, i, 0};
     if (*length == 0 || rest.size() < *length) continue;
-    const bool followed =
-        !layout.checks.empty() || rest.size() == *length || first_[static_cast<unsigned char>(rest[*length])] != 0;
+    const bool followed = certain || rest.size() == *length || first_[static_cast<unsigned char>(rest[*length])] != 0;
     if (followed && codec::sound(layout, rest.substr(0, *length))) return {State::good, i, *length};
     if (found.state == State::none) found = {State::damaged, i, *length};
   }
   return found;
+}
+
+/// Frames from `at` on that are found by their counter alone.
+struct CountedRun {
+  const FrameLayout& layout;
+  std::string_view bytes;
+  bool last;  ///< no more bytes follow
+
+  using State = FrameStream::State;
+
+  std::size_t available() const { return bytes.size() / static_cast<std::size_t>(layout.length); }
+
+  std::uint64_t counter(std::size_t k) const {
+    const std::size_t at =
+        k * static_cast<std::size_t>(layout.length) + static_cast<std::size_t>(layout.counter->number.at);
+    return codec::natural_of(layout.counter->number, reinterpret_cast<const unsigned char*>(bytes.data()) + at) %
+           layout.counter->modulus;
+  }
+
+  bool follows(std::uint64_t now, std::uint64_t before) const {
+    return now == (before + layout.counter->step) % layout.counter->modulus;
+  }
+
+  /// Whether as many frames as the lock needs count from the k-th on; `at_end` where the stream ends before.
+  State counts_from(std::size_t k, State at_end) const {
+    const std::size_t end = k + static_cast<std::size_t>(layout.counter->lock);
+    for (std::size_t i = k + 1; i < end; ++i) {
+      if (i >= available()) return last ? at_end : State::waits;
+      if (!follows(counter(i), counter(i - 1))) return State::none;
+    }
+    return State::good;
+  }
+
+  /// Whether the first frame, which counts on from the one before it, is no garbage that happens to: the next ones
+  /// count on as well, or one is lost or damaged and those behind it lie as before.
+  State is_confirmed() const {
+    for (std::size_t i = 1; i <= unproven_frames; ++i) {
+      if (i >= available()) return last ? State::good : State::waits;
+      if (follows(counter(i), counter(i - 1))) continue;
+      for (const std::size_t k : {i, i + 1})
+        if (const State state = counts_from(k, State::good); state != State::none) return state;
+      return State::none;
+    }
+    return State::good;
+  }
+};
+
+FrameStream::Candidate FrameStream::counted_at(std::size_t frame, std::size_t at, bool last) const {
+  const FrameLayout& layout = codec_->frames[frame];
+  const CountedRun run{layout, std::string_view(pending_).substr(at), last};
+  if (run.available() == 0) return {last ? State::none : State::waits, frame, 0};
+  const bool counts_on = counter_ && base_ + at == expected_ && run.follows(run.counter(0), *counter_);
+  return {counts_on ? run.is_confirmed() : run.counts_from(0, State::none), frame,
+          static_cast<std::size_t>(layout.length)};
+}
+
+/// Garbage before a frame that is found by its counter alone may count as well: the first ones behind it are not used.
+bool FrameStream::is_unproven(std::size_t at, const Candidate& found) {
+  const auto& counter = codec_->frames[found.frame].counter;
+  if (!counter || counter->lock == 0 || bad_bytes_ <= found.length) return false;
+  const std::uint64_t offset = base_ + at;
+  if (offset > proven_) proven_ = offset + unproven_frames * found.length;
+  return offset != proven_;
+}
+
+/// Whether a line may begin here: anywhere if it has a head, else behind a frame or the end of a line. The begin of the
+/// stream may lie in the middle of a line, which only a checksum would show.
+bool FrameStream::may_begin_line(const FrameLayout& layout, std::size_t at) const {
+  if (!layout.sync.empty()) return true;
+  if (base_ + at == 0) return !layout.checks.empty();
+  if (counts_.good > 0 && base_ + at == expected_) return true;
+  return (at > 0 ? pending_[at - 1] : before_) == layout.end.back();
 }
 
 void FrameStream::skip(std::size_t at) {
@@ -99,19 +182,20 @@ void FrameStream::work(bool last, const FrameSink& sink) {
       continue;
     }
     const Candidate found = candidate_at(at, last);
-    if (found.state == Candidate::State::waits) break;
-    if (found.state == Candidate::State::good) {
+    if (found.state == State::waits) break;
+    if (found.state == State::good && !is_unproven(at, found)) {
       accept(at, found, sink);
       at += found.length;
       continue;
     }
-    if (found.state == Candidate::State::damaged && base_ + at == expected_ && expected_ >= accounted_) {
+    if (found.state == State::damaged && base_ + at == expected_ && expected_ >= accounted_) {
       note(counts_.damaged, expected_);
       accounted_ = expected_ += found.length;
       in_run_ = false;
     }
     skip(at++);
   }
+  if (at > 0) before_ = pending_[at - 1];
   pending_.erase(0, at);
   base_ += at;
 }
@@ -139,6 +223,10 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
   ++counts_.channel_frames;
   for (std::size_t i = 0; frame_.content.not_good >> i != 0; ++i)
     if (frame_.content.not_good >> i & 1u) note(counts_.not_good[found.frame][i], frame_.offset);
+  if (frame_.content.unreadable > 0) {
+    note(counts_.unreadable, frame_.offset);
+    counts_.unreadable.count += static_cast<std::uint64_t>(frame_.content.unreadable) - 1;
+  }
   if (!main_) main_ = found.frame;
   if (begun && (counted_ ? layout.counter.has_value() : *main_ == found.frame)) frame_.sequence += 1 + *lost;
   unwrap_time();
@@ -153,18 +241,18 @@ std::optional<std::uint64_t> FrameStream::lost_before(std::string_view bytes, st
   counter_ = now;
   const bool same = before && *before == now && last_bytes_ == bytes;
   last_bytes_ = bytes;
-  if (same) return std::nullopt;
   if (!before) return 0;
   const std::uint64_t advance = (now + modulus - *before) % modulus;
   std::uint64_t step = layout.counter->step;
-  if (step == 0) {
+  if (step == 0 && !same) {
     if (advance == step_seen_ && (step_ == 0 || advance < step_)) step_ = advance;
     step_seen_ = advance;
-    step = step_;
   }
+  if (step == 0) step = step_;
+  const std::uint64_t round = step == 0 ? modulus : std::max<std::uint64_t>(modulus / step, 1);  // then it is the same
+  if (same && lost_by_bytes + 1 < round) return std::nullopt;
   if (step == 0) return lost_by_bytes;
-  const std::uint64_t round = std::max<std::uint64_t>(modulus / step, 1);  // frames after which the counter is the same
-  if (advance == 0 && lost_by_bytes + 1 < round) return lost_by_bytes;     // a counter that stands
+  if (advance == 0 && lost_by_bytes + 1 < round) return lost_by_bytes;  // a counter that stands
   std::uint64_t lost = (advance == 0 ? round : std::max<std::uint64_t>(advance / step, 1)) - 1;
   if (lost_by_bytes > lost + round / 2) lost += (lost_by_bytes - lost + round / 2) / round * round;
   return lost;

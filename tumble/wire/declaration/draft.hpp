@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tumble/core/tables/section.hpp"
+#include "tumble/units/error.hpp"
 #include "tumble/wire/declaration/scale.hpp"
 #include "tumble/wire/frames.hpp"
 
@@ -34,10 +35,29 @@ bool order_of(tables::Section& section, bool around);
 /// The tables at `key`: one, or a list of them.
 std::vector<const toml::table*> tables_at(tables::Section& section, std::string_view key);
 
-/// One number from the keys at, type, bits and order; `type` where that key is absent.
-FrameNumber number_of(tables::Section& section, bool big, std::string_view type);
+/// Runs `parse`; what it throws becomes a problem of the key.
+template <class Parse>
+void parse_at(tables::Section& section, std::string_view key, Parse parse) {
+  try {
+    parse();
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+  }
+}
 
-/// The items that a number stands in, from the keys id or bit: indices into layout.items, -1 for the frame itself.
+/// One number from the keys at, type, bits and order, of a line type, bits and digits; `type` where that key is absent.
+FrameNumber number_of(tables::Section& section, bool big, std::string_view type, const FrameLayout& layout);
+
+/// The cell of a line from the keys column, or at and width; `offset` columns or bytes further. Index of its item.
+int cell_of(tables::Section& section, FrameLayout& layout, int offset);
+
+/// Whether the frame is a line of text; then its head, end and delimiter.
+bool read_line(tables::Section& section, FrameLayout& layout);
+/// The columns, once all cells are known.
+void close_line(tables::Section& section, FrameLayout& layout);
+
+/// The items that a number stands in, from the keys id or bit: indices into layout.items, -1 for the frame itself. Of a
+/// line its cell.
 std::vector<int> items_of(tables::Section& section, FrameLayout& layout);
 
 /// Sees to it that the number lies in its item or in the frame.

@@ -11,21 +11,49 @@ namespace {
 
 constexpr int longest_frame = 8192;  ///< [byte]
 
-void read_sync(tables::Section& section, FrameLayout& layout) {
-  try {
-    if (const auto text = section.text("sync")) {
+/// {by = "counter", frames = 10}: how many frames in a row must count.
+int read_lock(tables::Section& section, FrameLayout& layout, Draft& draft) {
+  const auto* table = section.table("sync");
+  if (!table) return 0;
+  tables::Section lock(*table, "sync", draft.problems);
+  if (lock.text("by").value_or("") != "counter") lock.problem_at("by", "\"counter\" is expected");
+  const int frames = lock.integer("frames").value_or(10);
+  if (frames < 4 || frames > 1000) lock.problem_at("frames", "4 to 1000 frames that count are expected");
+  lock.close();
+  layout.sync.clear();
+  layout.sync_mask.clear();
+  return frames;
+}
+
+/// The first and the last bytes. Returns how many frames in a row must count, where their counter is in place of these.
+int read_sync(tables::Section& section, FrameLayout& layout, Draft& draft) {
+  const auto* node = section.find("sync");
+  const int lock = node && node->is_table() ? read_lock(section, layout, draft) : 0;
+  parse_at(section, "sync", [&] {
+    if (const auto text = lock == 0 && node ? section.text("sync") : std::nullopt) {
       layout.sync_mask.clear();
       layout.sync = parse_hex(*text, &layout.sync_mask);
     }
     if (const auto text = section.text("end")) layout.end = parse_hex(*text);
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at("sync", problem);
-  }
-  if (layout.sync.empty()) {
+  });
+  if (layout.sync.empty() && lock == 0) {
     section.missing("sync", "\"FE 81 FF 55\"");
     layout.sync = layout.sync_mask = std::string(1, '\xff');
   }
-  if (layout.sync_mask.front() == '\0') section.problem_at("sync", "the first byte must not be ..");
+  if (!layout.sync_mask.empty() && layout.sync_mask.front() == '\0')
+    section.problem_at("sync", "the first byte must not be ..");
+  return lock;
+}
+
+/// Frames that are found by their counter are all of one length, and have it at one place.
+void lock_by_counter(tables::Section& section, int lock, FrameLayout& layout) {
+  if (lock == 0) return;
+  if (!layout.counter || layout.counter->step == 0 || layout.counter->number.item >= 0 || layout.counter->number.at < 0)
+    section.problem_at("sync", "frames found by their counter need counter = {at = ...} with a step that is known");
+  else
+    layout.counter->lock = lock;
+  if (layout.length_number || !layout.masks.empty() || layout.list)
+    section.problem_at("sync", "frames found by their counter have a fixed length");
 }
 
 void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
@@ -42,7 +70,7 @@ void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft&
   layout.length = length.integer("least").value_or(static_cast<int>(layout.sync.size()));
   layout.longest = length.integer("longest").value_or(512);
   layout.length_add = static_cast<int>(std::clamp<long long>(whole_of(length, "add").value_or(0), -512, 512));
-  layout.length_number = number_of(length, big, "u8");
+  layout.length_number = number_of(length, big, "u8", layout);
   const FrameNumber& number = *layout.length_number;
   layout.length = std::max({layout.length, number.at + number.bytes, layout.length_add});
   if (number.at < 0 || number.kind != FrameNumber::Kind::natural)
@@ -82,7 +110,7 @@ void read_masks(tables::Section& section, bool big, FrameLayout& layout, Draft& 
   layout.masks.clear();
   for (const auto* table : tables) {
     tables::Section mask(*table, "masks", draft.problems);
-    FrameMask read{number_of(mask, big, "u16"), mask.integers("sizes")};
+    FrameMask read{number_of(mask, big, "u16", layout), mask.integers("sizes")};
     if (read.number.at < 0 || read.number.kind != FrameNumber::Kind::natural || read.number.bits > 63)
       mask.problem_at("at", "a natural number of up to 63 bits, counted from the begin of the frame, is expected");
     if (read.sizes.empty() || read.sizes.size() > static_cast<std::size_t>(std::min(read.number.bits, 63)))
@@ -105,6 +133,20 @@ void read_masks(tables::Section& section, bool big, FrameLayout& layout, Draft& 
   layout.longest = 2048;
 }
 
+/// How a frame of bytes begins and ends, and what it is made of. Returns what read_sync does.
+int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  const int lock = read_sync(section, layout, draft);
+  read_length(section, big, layout, draft);
+  read_list(section, big, layout, draft);
+  read_masks(section, big, layout, draft);
+  const int least = std::max(static_cast<int>(layout.sync.size() + layout.end.size()), 1);
+  if (layout.length < least || layout.length > longest_frame) {
+    section.problem(fmt::format("length is needed, {} to {} bytes", least, longest_frame));
+    layout.length = std::clamp(layout.length, std::min(least, longest_frame), longest_frame);
+  }
+  return lock;
+}
+
 /// The frame of that name, of those before, as it is.
 FrameLayout like(tables::Section& section, const Draft& draft) {
   const auto name = section.text("like");
@@ -124,21 +166,15 @@ void read_layout(const toml::table& table, Draft& draft) {
   section.find("name");
   layout.name = title.empty() ? std::to_string(draft.codec.frames.size() + 1) : title;
   const bool big = order_of(section, draft.big);
-  read_sync(section, layout);
-  read_length(section, big, layout, draft);
-  read_list(section, big, layout, draft);
-  read_masks(section, big, layout, draft);
-  if (layout.length < static_cast<int>(layout.sync.size() + layout.end.size()) || layout.length < 1 ||
-      layout.length > longest_frame) {
-    section.problem(
-        fmt::format("length is needed, {} to {} bytes", layout.sync.size() + layout.end.size(), longest_frame));
-    layout.length = std::clamp(layout.length, static_cast<int>(layout.sync.size() + layout.end.size()), longest_frame);
-  }
+  const bool line = read_line(section, layout);
+  const int lock = line ? 0 : read_bytes(section, big, layout, draft);
   read_checks(section, big, layout, draft);
   read_channels(section, big, layout, draft);
   read_counter(section, big, layout, draft);
   read_time(section, big, layout, draft);
   read_statuses(section, big, layout, draft);
+  if (line) close_line(section, layout);
+  lock_by_counter(section, lock, layout);
   if (layout.sync.size() > 512 || layout.end.size() > 64) section.problem("sync or end is too long");
   section.close();
   draft.codec.frames.push_back(layout);

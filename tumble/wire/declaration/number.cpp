@@ -48,6 +48,29 @@ void read_bits(tables::Section& section, FrameNumber& number) {
   number.bits = high - low + 1;
 }
 
+/// A number of a line: "decimal", or a type with decimal or hexadecimal digits.
+FrameNumber number_of_line(tables::Section& section, std::string_view type) {
+  FrameNumber number;
+  const auto text = section.text("type").value_or(std::string(type));
+  const auto digits = section.text("digits").value_or("decimal");
+  if (digits != "decimal" && digits != "hex") section.problem_at("digits", "\"decimal\" or \"hex\" is expected");
+  number.form = digits == "hex" ? FrameNumber::Form::hex : FrameNumber::Form::decimal;
+  const bool known = text != "decimal" && parse_type(text, number);
+  const bool real = number.kind == FrameNumber::Kind::real;
+  if (text == "decimal" && digits == "decimal") {
+    number.kind = FrameNumber::Kind::real;
+    number.bytes = 8;
+    number.bits = 64;
+  } else if (!known || (real && digits != "hex")) {
+    section.problem_at("type", fmt::format("'{}' is no type of a cell; decimal (any number), u8, i16, u32 are, and f32 "
+                                           "and f64 with digits = \"hex\"",
+                                           text));
+    number.kind = FrameNumber::Kind::natural;
+  }
+  read_bits(section, number);
+  return number;
+}
+
 int item_of(tables::Section& section, std::string_view key, std::uint64_t id, FrameLayout& layout) {
   const auto found = std::ranges::find(layout.items, id, &FrameItem::id);
   if (found != layout.items.end()) return static_cast<int>(found - layout.items.begin());
@@ -114,7 +137,8 @@ std::vector<const toml::table*> tables_at(tables::Section& section, std::string_
   return found;
 }
 
-FrameNumber number_of(tables::Section& section, bool big, std::string_view type) {
+FrameNumber number_of(tables::Section& section, bool big, std::string_view type, const FrameLayout& layout) {
+  if (layout.text) return number_of_line(section, type);
   FrameNumber number;
   const auto text = section.text("type").value_or(std::string(type));
   if (!parse_type(text, number))
@@ -133,6 +157,7 @@ FrameNumber number_of(tables::Section& section, bool big, std::string_view type)
 }
 
 std::vector<int> items_of(tables::Section& section, FrameLayout& layout) {
+  if (layout.text) return {cell_of(section, layout, 0)};
   std::vector<int> items;
   const char* const key = layout.masks.empty() ? "id" : "bit";
   const auto* node = section.find(key);
@@ -153,6 +178,7 @@ std::vector<int> items_of(tables::Section& section, FrameLayout& layout) {
 }
 
 void place_number(tables::Section& section, const FrameNumber& number, FrameLayout& layout) {
+  if (layout.text) return;
   if (number.item >= 0) {
     FrameItem& item = layout.items[static_cast<std::size_t>(number.item)];
     if (number.at < 0) section.problem_at("at", "in an item the bytes count from its begin, from 0");

@@ -1,11 +1,10 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/units/error.hpp"
-#include "tumble/wire/codec/checksum.hpp"
+#include "tumble/wire/codec/line.hpp"
 #include "tumble/wire/codec/number.hpp"
 #include "tumble/wire/declaration/draft.hpp"
 
@@ -15,119 +14,28 @@ namespace {
 
 using tables::Section;
 
-/// Runs `parse`; what it throws becomes a problem of the key.
-template <class Parse>
-void parse_at(Section& section, std::string_view key, Parse parse) {
-  try {
-    parse();
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at(key, problem);
-  }
-}
-
-std::uint32_t hex_of(Section& section, std::string_view key, int width) {
-  const auto text = section.text(key);
-  if (!text) return 0;
-  std::uint32_t value = 0;
-  parse_at(section, key, [&] {
-    std::string digits(*text);
-    if (digits.size() % 2 != 0) digits.insert(0, 1, '0');
-    const std::string bytes = parse_hex(digits);
-    if (bytes.empty() || bytes.size() > static_cast<std::size_t>(width / 8))
-      throw Error(Error::Kind::bad_input, fmt::format("{} hexadecimal digits are expected", width / 4));
-    for (const unsigned char byte : bytes) value = value << 8 | byte;
-  });
-  return value;
-}
-
-void read_ranges(Section& section, FrameChecksum& check) {
-  const auto end_of = [](const toml::node& node) -> std::optional<int> {
-    if (const auto* integer = node.as_integer(); integer && std::abs(integer->get()) <= 8192)
-      return static_cast<int>(integer->get());
-    if (const auto* text = node.as_string(); text && text->get() == "end") return 0;
-    return std::nullopt;
-  };
-  const auto add = [&](const toml::node& node) {
-    const auto* pair = node.as_array();
-    const bool two = pair && pair->size() == 2;
-    const auto from = two ? end_of((*pair)[0]) : std::nullopt, to = two ? end_of((*pair)[1]) : std::nullopt;
-    if (from && to)
-      check.over.emplace_back(*from, *to);
-    else
-      section.problem_at("over",
-                         "the first byte and the byte after the last are expected, [0, 32], [2, -2] or "
-                         "[6, \"end\"], or a list of these");
-  };
-  const auto* node = section.find("over");
-  if (!node) return section.missing("over", "[0, -4]");
-  const auto* array = node->as_array();
-  if (array && !array->empty() && (*array)[0].is_array())
-    for (const auto& element : *array) add(element);
-  else
-    add(*node);
-}
-
-/// The words of `kind`, and the width that each has where nothing else is said.
-bool set_kind(const std::string& kind, FrameChecksum& check) {
-  using Kind = FrameChecksum::Kind;
-  if (kind == "crc")
-    check.kind = Kind::crc, check.width = 16;
-  else if (kind == "sum")
-    check.kind = Kind::sum, check.width = 8;
-  else if (kind == "xor")
-    check.kind = Kind::exclusive_or, check.width = 8;
-  else if (kind == "fletcher")
-    check.kind = Kind::fletcher, check.width = 16, check.big = true;
-  else
-    return false;
-  return true;
-}
-
-void read_check(const toml::table& table, bool big, FrameLayout& layout, Draft& draft) {
-  Section section(table, "check", draft.problems);
-  FrameChecksum check;
-  if (!set_kind(section.text("kind").value_or("crc"), check))
-    section.problem_at("kind", "\"crc\", \"sum\", \"xor\" or \"fletcher\" is expected");
-  check.big = order_of(section, check.kind == FrameChecksum::Kind::fletcher || big);
-  const auto width = section.integer("width").value_or(check.width);
-  if (width == 8 || width == 16 || width == 24 || width == 32)
-    check.width = width;
-  else
-    section.problem_at("width", "8, 16, 24 or 32 bits are expected");
-  check.init = hex_of(section, "init", check.width);
-  if (check.kind == FrameChecksum::Kind::crc) {
-    check.poly = hex_of(section, "poly", check.width);
-    if (!section.find("poly")) section.missing("poly", "\"1021\"");
-    check.xorout = hex_of(section, "xorout", check.width);
-    if (const auto* node = section.find("reflected")) check.reflected = node->value_or(false);
-    check.pad = section.integer("pad").value_or(0);
-    if (check.pad > 8) section.problem_at("pad", "at most 8 bytes");
-  }
-  if (check.kind == FrameChecksum::Kind::sum) {
-    if (const auto* node = section.find("negated")) check.negated = node->value_or(false);
-    check.words = section.integer("words").value_or(1);
-    if (check.words != 1 && check.words != 2 && check.words != 4)
-      section.problem_at("words", "words of 1, 2 or 4 bytes are expected"), check.words = 1;
-  }
-  read_ranges(section, check);
-  check.at = static_cast<int>(std::clamp(whole_of(section, "at").value_or(0), -9000ll, 9000ll));
-  if (!section.find("at")) section.missing("at", "-4");
-  if (!codec::has_room(check, static_cast<std::size_t>(layout.length)))
-    section.problem(fmt::format("it does not lie in a frame of {} bytes", layout.length));
-  check.pad = std::min(check.pad, 8);
-  check.table = codec::crc_table(check);
-  section.close();
-  layout.checks.push_back(check);
+/// The cell holds letters, which should be `word`.
+void become_word(Section& section, const std::string& word, FrameCondition& condition) {
+  if (word.empty() || word.size() > 8) section.problem_at("equals", "a word of 1 to 8 letters is expected");
+  condition.number.form = FrameNumber::Form::word;
+  condition.number.bytes = 8;
+  condition.number.bits = 64;
+  condition.number.shift = 0;
+  condition.equals = codec::word_bits(word);
 }
 
 FrameCondition condition_in(Section& section, int item, bool big, FrameLayout& layout) {
   FrameCondition condition;
-  condition.number = number_of(section, big, "u8");
+  condition.number = number_of(section, big, layout.text ? "u32" : "u8", layout);
   const auto items = items_of(section, layout);
   condition.number.item = items.front() >= 0 ? items.front() : item;
   place_number(section, condition.number, layout);
-  condition.equals = static_cast<std::uint64_t>(section.integer("equals").value_or(0));
-  if (!section.find("equals")) section.missing("equals", "1");
+  const auto* equals = section.find("equals");
+  if (!equals) section.missing("equals", "1");
+  if (layout.text && equals && equals->is_string())
+    become_word(section, equals->value_or(std::string()), condition);
+  else
+    condition.equals = static_cast<std::uint64_t>(section.integer("equals").value_or(0));
   condition.modulus = static_cast<std::uint64_t>(section.integer("modulo").value_or(0));
   if (condition.number.kind != FrameNumber::Kind::natural) section.problem_at("type", "a natural number is expected");
   if (condition.equals > codec::mask_of(condition.number.bits))
@@ -171,10 +79,11 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
     if (name.empty() || name.find_first_of(" ,;\t\n\"[]") != std::string::npos)
       section.problem_at("name", fmt::format("'{}' is no name of a channel; letters, digits, . and _ are", name));
   FrameField field;
-  field.number = number_of(section, big, "u8");
-  if (!section.find("type")) section.missing("type", "\"f32\"");
+  field.number = number_of(section, big, layout.text ? "decimal" : "u8", layout);
+  if (!section.find("type") && !layout.text) section.missing("type", "\"f32\"");
   const auto items = items_of(section, layout);
-  const int step = section.integer("step").value_or(field.number.bytes);
+  const int size = layout.text ? layout.text->cells[static_cast<std::size_t>(items[0])].width : field.number.bytes;
+  const int step = section.integer("step").value_or(std::max(size, 1));
   Scale scale;
   Unit shown;
   parse_at(section, "scale", [&] { scale = parse_scale(section.text("scale").value_or("1"), draft.scales); });
@@ -194,9 +103,9 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
   for (const int item : items)
     for (std::size_t i = 0; i < names.size(); ++i) {
       FrameField one = field;
-      one.number.item = item;
-      one.number.at += static_cast<int>(i) * step;
-      if (one.when && one.when->number.item >= 0 && item >= 0) one.when->number.item = item;
+      one.number.item = layout.text ? cell_of(section, layout, static_cast<int>(i) * step) : item;
+      if (!layout.text) one.number.at += static_cast<int>(i) * step;
+      if (!layout.text && one.when && one.when->number.item >= 0 && item >= 0) one.when->number.item = item;
       one.channel = channel_index(section, names[i], scale, shown, draft);
       place_number(section, one.number, layout);
       layout.fields.push_back(one);
@@ -205,12 +114,6 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
 }
 
 }  // namespace
-
-void read_checks(Section& section, bool big, FrameLayout& layout, Draft& draft) {
-  const auto tables = tables_at(section, "check");
-  if (!tables.empty()) layout.checks.clear();
-  for (const auto* table : tables) read_check(*table, big, layout, draft);
-}
 
 void read_channels(Section& section, bool big, FrameLayout& layout, Draft& draft) {
   for (const auto* table : tables_at(section, "channel")) read_channel(*table, big, layout, draft);
@@ -245,7 +148,7 @@ void read_counter(Section& around, bool big, FrameLayout& layout, Draft& draft) 
   if (!table) return;
   Section section(*table, "counter", draft.problems);
   FrameCounter counter;
-  counter.number = number_of(section, big, "u8");
+  counter.number = number_of(section, big, "u8", layout);
   counter.number.item = items_of(section, layout).front();
   place_number(section, counter.number, layout);
   if (counter.number.kind != FrameNumber::Kind::natural || counter.number.bits > 32)
@@ -273,7 +176,7 @@ void read_time(Section& around, bool big, FrameLayout& layout, Draft& draft) {
   for (const auto* table : tables) {
     Section section(*table, "time", draft.problems);
     FrameTime part;
-    part.number = number_of(section, big, "u32");
+    part.number = number_of(section, big, layout.text ? "decimal" : "u32", layout);
     part.number.item = items_of(section, layout).front();
     place_number(section, part.number, layout);
     if (!section.find("scale")) section.missing("scale", "\"1 us\"");

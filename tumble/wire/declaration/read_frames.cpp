@@ -131,6 +131,24 @@ void read_vector_values(Section& section, FrameVector& vector, Draft& draft) {
   }
 }
 
+/// Bytes in hexadecimal digits, or a line; the end that its frame declares is added to a line.
+void read_vector_bytes(Section& section, FrameVector& vector, const Draft& draft) {
+  const auto line = section.text("line");
+  declaration::parse_at(section, "hex",
+                        [&] { vector.bytes = declaration::parse_hex(section.text("hex").value_or("")); });
+  if (!line && !section.find("hex"))
+    section.missing("hex", "\"FE 81 FF 55 ...\", or line = \"...\" for a line of text");
+  if (line && section.find("hex")) section.problem("hex or line: a vector has one of these");
+  if (!line) return;
+  vector.bytes = *line;
+  if (line->ends_with('\n') || line->ends_with('\r')) return;
+  for (const FrameLayout& layout : draft.codec.frames)
+    if (layout.text && line->starts_with(layout.sync)) {
+      vector.bytes += layout.end;
+      return;
+    }
+}
+
 void read_vector(const toml::table& table, const std::string& variants, Draft& draft) {
   Section section(table, "[[vector]]", draft.problems);
   FrameVector vector;
@@ -139,12 +157,7 @@ void read_vector(const toml::table& table, const std::string& variants, Draft& d
   if (const auto* node = section.find("made_by_hand")) vector.made_by_hand = node->value_or(false);
   vector.variant = section.text("variant").value_or("");
   if (vector.source.empty() && !vector.made_by_hand) section.missing("source", "\"manual, page 12\"");
-  try {
-    vector.bytes = declaration::parse_hex(section.text("hex").value_or(""));
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at("hex", problem);
-  }
-  if (!section.find("hex")) section.missing("hex", "\"FE 81 FF 55 ...\"");
+  read_vector_bytes(section, vector, draft);
   if (const auto counter = section.integer("counter")) vector.counter = static_cast<std::uint64_t>(*counter);
   if (const auto* node = section.find("time"))
     vector.time = stated_value(section, "time", *node, Unit::parse("s"), false);
@@ -159,6 +172,9 @@ std::string joined(const std::vector<std::string>& variants) { return fmt::forma
 
 void require_uses(Draft& draft) {
   if (draft.codec.frames.empty()) draft.problems.all.push_back(draft.problems.file + ": there is no [[frame]]");
+  const auto counted = [](const FrameLayout& layout) { return layout.counter && layout.counter->lock > 0; };
+  if (draft.codec.frames.size() > 1 && std::ranges::any_of(draft.codec.frames, counted))
+    draft.problems.all.push_back(draft.problems.file + ": a frame that is found by its counter is the only [[frame]]");
   if (draft.codec.frames.size() > 64) draft.problems.all.push_back(draft.problems.file + ": more than 64 [[frame]]");
   if (!draft.codec.frames.empty() && draft.codec.channels.empty())
     draft.problems.all.push_back(draft.problems.file + ": no frame has a channel");
@@ -185,11 +201,8 @@ FrameCodec read_frames(std::string_view text, const std::string& file, const std
   codec.rate = root.quantity("rate", Unit::parse("Hz")).value_or(0.0);
   if (!(codec.rate >= 0.0 && codec.rate < 1e9)) root.problem_at("rate", "must be above zero");
   draft.big = declaration::order_of(root, false);
-  try {
-    codec.between = declaration::parse_hex(root.text("between").value_or(""));
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) root.problem_at("between", problem);
-  }
+  declaration::parse_at(root, "between",
+                        [&] { codec.between = declaration::parse_hex(root.text("between").value_or("")); });
   read_link(root, draft);
   read_scales(root.table("scale"), draft);
   read_variants(root, variants, draft);

@@ -18,6 +18,7 @@ struct AxisCorrection {
 
   /// The results state the offset: a drift with temperature alone leaves that of the vehicle as it is.
   bool states_offset() const { return calibrated && (offset != 0.0 || temperature.empty()); }
+  bool states_scale() const { return states_offset() || (calibrated && scale != 1.0); }
 };
 
 /// Of a triad without misalignment. Problems: a polynomial of more than three powers, one without a range.

@@ -94,42 +94,6 @@ OneNoise one_noise(const TriadCalibration& triad, const Settings& settings) {
 
 namespace {
 
-FourNoises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, bool walks) {
-  const FourNoises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
-  std::vector<std::string> problems;
-  const auto need = [&](bool gyro, double found, double AxisNoise::*value, const char* option, const char* unit) {
-    add_missing(gyro ? calibration.gyros : calibration.accelerometers, found, value, option, unit, consumer, problems);
-  };
-  need(true, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)");
-  need(false, all.accelerometer.white, &AxisNoise::white, "accelerometer_white", "(m/s)/sqrt(h)");
-  if (walks) {
-    need(true, all.gyro.walk, &AxisNoise::walk, "gyro_walk", "deg/h/sqrt(h)");
-    need(false, all.accelerometer.walk, &AxisNoise::walk, "accelerometer_walk", "ug/sqrt(h)");
-  }
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  return all;
-}
-
-}  // namespace
-
-FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
-  return noises_of(calibration, settings, consumer, false);
-}
-
-FourNoises four_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
-  return noises_of(calibration, settings, consumer, true);
-}
-
-Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise) {
-  Vector3 out;
-  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(triad.noise[i].*value) ? otherwise : triad.noise[i].*value;
-  return out;
-}
-
-Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }
-
-namespace {
-
 /// [Hz] of the records of all axes whose noise is known; NaN where one is not known, or they differ.
 double rate_of_records(const ImuCalibration& calibration) {
   double common = AxisNoise::none;
@@ -144,11 +108,34 @@ double rate_of_records(const ImuCalibration& calibration) {
 
 }  // namespace
 
-double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
-  if (settings.has("rate")) return settings.number("rate");
-  if (const double rate = rate_of_records(calibration); std::isfinite(rate)) return rate;
-  throw Error(Error::Kind::bad_input, fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
+Noises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, NoiseNeeds needs) {
+  Noises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
+  std::vector<std::string> problems;
+  const auto need = [&](bool gyro, double found, double AxisNoise::*value, const char* option, const char* unit) {
+    add_missing(gyro ? calibration.gyros : calibration.accelerometers, found, value, option, unit, consumer, problems);
+  };
+  need(true, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)");
+  need(false, all.accelerometer.white, &AxisNoise::white, "accelerometer_white", "(m/s)/sqrt(h)");
+  if (needs.walks) {
+    need(true, all.gyro.walk, &AxisNoise::walk, "gyro_walk", "deg/h/sqrt(h)");
+    need(false, all.accelerometer.walk, &AxisNoise::walk, "accelerometer_walk", "ug/sqrt(h)");
+  }
+  if (needs.rate) {
+    all.rate = settings.has("rate") ? settings.number("rate") : rate_of_records(calibration);
+    if (!std::isfinite(all.rate))
+      problems.push_back(fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return all;
 }
+
+Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise) {
+  Vector3 out;
+  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(triad.noise[i].*value) ? otherwise : triad.noise[i].*value;
+  return out;
+}
+
+Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }
 
 std::string topic_of(const Settings& settings) {
   const std::string& topic = settings.word("rostopic");

@@ -36,22 +36,24 @@ struct OneNoise {
 /// Axes whose white noise is known but no walk count as 0 where another one has a walk.
 OneNoise one_noise(const TriadCalibration& triad, const Settings& settings);
 
-/// N and K of both triads, all of which must be there and above 0. Throws Error::bad_input with what is missing and how
-/// to give it.
-struct FourNoises {
-  OneNoise gyro, accelerometer;
+/// Parts of the noise that a consumer wants in addition to N of both triads.
+struct NoiseNeeds {
+  bool walks = false;  ///< K of both triads
+  bool rate = false;   ///< of the samples
 };
-FourNoises four_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
-/// N of both triads; K may be missing.
-FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
+struct Noises {
+  OneNoise gyro, accelerometer;
+  double rate = AxisNoise::none;  ///< [Hz]: the option `rate`, else that of the records of the noise
+};
+/// Noise for a consumer. Each needed part must be there and above 0. Throws Error::bad_input with all that is missing
+/// and how to give it.
+Noises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, NoiseNeeds needs);
 
 /// One value [its unit] of each axis; `otherwise` where an axis does not state it.
 Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise = 0.0);
 
-/// The option `rate` without a default, and the rate [Hz]: its value, else that of the records of the noise. Throws
-/// Error::bad_input where neither is known.
+/// The option `rate` without a default.
 Option rate_option(const char* description);
-double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
 
 /// The setting `rostopic`. Throws Error::bad_input where it is not the name of a topic.
 std::string topic_of(const Settings& settings);
