@@ -59,7 +59,7 @@ Verb stop_verb() {
   auto wanted = std::make_shared<std::string>();
   return {"stop",
           "Stop a run from another terminal: the rig goes to its safe state",
-          {{"RUN", wanted.get(), "folder of the run; may be left out where only one is going on"}},
+          {{"RUN", wanted.get(), "folder of the run; may be omitted where only one is active"}},
           "Example:\n"
           "  tumble stop run-0173\n",
           [wanted](const Terminal&) { return run(*wanted); }};
