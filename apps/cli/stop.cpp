@@ -39,9 +39,10 @@ int run(const std::string& wanted) {
   using namespace std::chrono_literals;
   const LeaseHolder run = chosen(wanted);
   if (kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
-    throw Error(Error::Kind::bad_file, fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
-                                                   "another user",
-                                                   run.run, run.process));
+    throw Error(Error::Kind::bad_file,
+                fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
+                            "another user",
+                            run.run, run.process));
   for (int tenths = 0; tenths < 1200; ++tenths) {
     if (!goes_on(run)) {
       print(fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
