@@ -34,7 +34,7 @@ install(FILES ${PROJECT_BINARY_DIR}/generated/tumble/version.hpp DESTINATION ${C
 
 if(TUMBLE_PROGRAM)
   install(TARGETS tumble_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(DIRECTORY plans instruments controllers DESTINATION ${CMAKE_INSTALL_DATADIR}/tumble)
+  install(DIRECTORY plans instruments controllers stations DESTINATION ${CMAKE_INSTALL_DATADIR}/tumble)
   # What the program says of itself to shells and to man.
   set(words ${PROJECT_BINARY_DIR}/share)
   file(MAKE_DIRECTORY ${words})

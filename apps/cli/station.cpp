@@ -28,14 +28,15 @@ std::string said(const ControllerReply& reply) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.what != "check")
-    throw Error(Error::Kind::bad_input, "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
+    throw Error(Error::Kind::bad_input,
+                "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
   Station station = load_station(arguments.station);
   const StationParts parts = parts_of(station);
   const double begin = wall_time();
   LinkWires links(station, [begin] { return wall_time() - begin; });
   using Align = TextColumn::Align;
-  TextColumn devices{"device", "", {}, Align::left}, verbs{"asked", "", {}, Align::left}, answers{"answer", "", {}, Align::left},
-      times{"ms", "", {}};
+  TextColumn devices{"device", "", {}, Align::left}, verbs{"asked", "", {}, Align::left},
+      answers{"answer", "", {}, Align::left}, times{"ms", "", {}};
   bool good = true;
   for (const DeviceAnswer& answer : talk_to(station, parts, links.wires())) {
     devices.cells.push_back(answer.device);
@@ -49,10 +50,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (station.instruments[i].frames.empty()) continue;
     devices.cells.push_back(station.instruments[i].slot);
     verbs.cells.emplace_back("stream, 1 s");
-    answers.cells.push_back(fmt::format("{} frames, {} damaged, {} bytes of nothing known", counts[i].good,
-                                        counts[i].damaged.count, counts[i].skipped_bytes));
+    const bool silent = counts[i].good == 0 && counts[i].damaged.count == 0 && counts[i].skipped_bytes == 0;
+    const bool may_be_off = silent && station.power.device;  // a run switches it on
+    answers.cells.push_back(may_be_off ? fmt::format("silent; {} switches it on when a run begins",
+                                                     station.devices[*station.power.device].name)
+                                       : fmt::format("{} frames, {} damaged, {} bytes of nothing known", counts[i].good,
+                                                     counts[i].damaged.count, counts[i].skipped_bytes));
     times.cells.emplace_back();
-    good = good && counts[i].good > 0;
+    good = good && (counts[i].good > 0 || may_be_off);
   }
   print(text_table({devices, verbs, answers, times}, terminal.width));
   print(good ? "\nall devices answer; nothing was moved\n" : "\nsome devices do not answer; nothing was moved\n");

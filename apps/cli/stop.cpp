@@ -39,9 +39,10 @@ int run(const std::string& wanted) {
   using namespace std::chrono_literals;
   const LeaseHolder run = chosen(wanted);
   if (kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
-    throw Error(Error::Kind::bad_file, fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
-                                                   "another user",
-                                                   run.run, run.process));
+    throw Error(Error::Kind::bad_file,
+                fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
+                            "another user",
+                            run.run, run.process));
   for (int tenths = 0; tenths < 1200; ++tenths) {
     if (!goes_on(run)) {
       print(fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
@@ -59,7 +60,7 @@ Verb stop_verb() {
   auto wanted = std::make_shared<std::string>();
   return {"stop",
           "Stop a run from another terminal: the rig goes to its safe state",
-          {{"RUN", wanted.get(), "folder of the run; may be left out where only one is going on"}},
+          {{"RUN", wanted.get(), "folder of the run; may be omitted where only one is active"}},
           "Example:\n"
           "  tumble stop run-0173\n",
           [wanted](const Terminal&) { return run(*wanted); }};

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <csignal>
-#include <limits>
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
@@ -34,10 +33,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const StationParts parts = parts_of(station);
   const double speed = speed_of(arguments.speed);
   VirtualBench bench(plan, station, parts, arguments.seed,
-                     timed_faults(faults_of(arguments.faults), arguments.seed, std::numeric_limits<double>::infinity()));
+                     timed_faults(faults_of(arguments.faults), arguments.seed, random_faults_until(plan)));
   bench.put(mounted_for(plan, station));
   const double begin = wall_time();
-  BenchServer server(bench, station, [begin, speed] { return speed * (wall_time() - begin); }, speed);
+  BenchServer server(
+      bench, station, [begin, speed] { return speed * (wall_time() - begin); }, speed);
   std::vector<std::string> names;
   for (const auto& device : station.devices) names.push_back(device.name);
   for (const auto& instrument : station.instruments) names.push_back(instrument.slot);

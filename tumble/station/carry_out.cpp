@@ -39,7 +39,8 @@ class Conductor {
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
       const std::size_t link = recorder_.add_link({.name = station.devices[d].name});
-      devices_.push_back({DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
+      devices_.push_back(
+          {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
     begin_ = wires_.now();
@@ -117,7 +118,8 @@ class Conductor {
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
-    for (const ControllerReply& reply : replies) take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+    for (const ControllerReply& reply : replies)
+      take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
   }
 
   /// What nobody sends: time, orders, the state of the disk.
@@ -187,10 +189,10 @@ class Conductor {
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
     recorder_.journal(row);
     if (record.on && company_.note)
-      company_.note({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
-                                            record.label,
-                                            record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
-                    wires_.now() - begin_);
+      company_.note(
+          {"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
+                                  record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
+          wires_.now() - begin_);
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
@@ -254,8 +256,8 @@ RunView Conductor::view(double now) const {
   if (state_.recording) view.left -= std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
   for (std::size_t a = 0; a < state_.axes.size(); ++a) {
     const AxisProgress& axis = state_.axes[a];
-    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value, axis.position,
-                         axis.rate, axis.temperature});
+    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
+                         axis.position, axis.rate, axis.temperature});
   }
   for (std::size_t i = 0; i < streams_.size(); ++i) {
     if (!streams_[i]) continue;

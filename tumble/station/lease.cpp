@@ -53,7 +53,8 @@ void write_holder(int file, const std::string& content) {
 std::vector<std::pair<std::string, std::string>> links_of(const Station& station) {
   std::vector<std::pair<std::string, std::string>> links;
   for (const StationDevice& device : station.devices)
-    if (!device.link.empty() && std::ranges::find(links, device.link, [](const auto& one) { return one.second; }) == links.end())
+    if (!device.link.empty() &&
+        std::ranges::find(links, device.link, [](const auto& one) { return one.second; }) == links.end())
       links.emplace_back(device.name, device.link);
   return links;
 }
@@ -67,7 +68,8 @@ Lease::Lease(const Station& station, const std::string& run) {
     const fs::path path = folder() / sha256_of(link).substr(0, 32);
     const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (file < 0) {
-      problems.push_back(fmt::format("{}: its lease '{}' cannot be opened: {}", name, path.string(), std::strerror(errno)));
+      problems.push_back(
+          fmt::format("{}: its lease '{}' cannot be opened: {}", name, path.string(), std::strerror(errno)));
       continue;
     }
     fchmod(file, 0666);  // also for other users; refused where it is theirs

@@ -21,7 +21,9 @@ Station station_at(const std::string& link) {
 }
 
 /// A link that no other test has.
-std::string own_link(const char* name) { return "tcp:lease." + std::string(name) + ":" + std::to_string(getpid() % 60000 + 1); }
+std::string own_link(const char* name) {
+  return "tcp:lease." + std::string(name) + ":" + std::to_string(getpid() % 60000 + 1);
+}
 
 TEST(Lease, ASecondRunIsRefusedAndTheFirstIsNamed) {
   const Station station = station_at(own_link("second"));

@@ -92,9 +92,11 @@ LinkWires::~LinkWires() = default;
 
 Wires LinkWires::wires() {
   return {.now = inner_->clock,
-          .send = [this](std::size_t wire, std::string_view bytes) {
-            if (wire < inner_->all.size() && inner_->all[wire].link) inner_->links.send(*inner_->all[wire].link, bytes);
-          },
+          .send =
+              [this](std::size_t wire, std::string_view bytes) {
+                if (wire < inner_->all.size() && inner_->all[wire].link)
+                  inner_->links.send(*inner_->all[wire].link, bytes);
+              },
           .wait = [this](double until) { return inner_->wait(until); }};
 }
 

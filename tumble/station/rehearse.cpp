@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
 #include "tumble/station/made_station.hpp"
@@ -50,7 +49,8 @@ std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const St
 /// Time goes on only when the disk has kept up, because a rehearsal is faster than any disk, and as `pace` says.
 Wires held_back(Wires wires, Recorder& recorder, const std::function<void(double)>& pace) {
   constexpr std::uint64_t ahead = std::uint64_t{1} << 23;  // bytes
-  auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace, written = std::uint64_t{0}](double until) mutable {
+  auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace,
+               written = std::uint64_t{0}](double until) mutable {
     if (pace) pace(now());
     if (const std::uint64_t bytes = recorder.load().bytes; bytes > written + ahead) {
       recorder.flush();
@@ -72,14 +72,15 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     throw Error(Error::Kind::bad_input, std::move(problems));
   const auto course = course_of(rehearsal.plan, station, units);
   VirtualBench bench(rehearsal.plan, station, parts, rehearsal.seed,
-                     timed_faults(rehearsal.faults, rehearsal.seed, std::numeric_limits<double>::infinity()));
+                     timed_faults(rehearsal.faults, rehearsal.seed, random_faults_until(rehearsal.plan)));
   if (rehearsal.station) make_run_folder(rehearsal.folder, rehearsal.plan, station);
 
   RunCompany company = rehearsal.company;
   std::vector<decltype(RunEvent::what)> answers;
   if (!company.ask) {
     company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-      const bool again = ++asked[subject_of(prompt)] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
+      const bool again = ++asked[subject_of(prompt)] > most_repeats &&
+                         std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
       answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
     };
     company.orders = [&] { return std::exchange(answers, {}); };
@@ -99,7 +100,8 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   try {
     rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
   } catch (const Error& error) {
-    if (error.kind != Error::Kind::bad_data || rehearsed.end.ending == RunEnding::complete) throw;  // it ended too early
+    if (error.kind != Error::Kind::bad_data || rehearsed.end.ending == RunEnding::complete)
+      throw;  // it ended too early
   }
   return rehearsed;
 }

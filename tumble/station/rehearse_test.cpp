@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -54,18 +56,37 @@ TEST(Rehearse, AScaleFactorTestEndsCompleteAndFindsTheTruth) {
 
 TEST(Rehearse, TheSameSeedGivesTheSameRecording) {
   const ScratchFolder first, second;
-  const auto one = rehearse(rehearsal_of("gyro_scale_factor", first)), other = rehearse(rehearsal_of("gyro_scale_factor", second));
+  const auto one = rehearse(rehearsal_of("gyro_scale_factor", first)),
+             other = rehearse(rehearsal_of("gyro_scale_factor", second));
   EXPECT_EQ(one.recordings.at(0).sha256, other.recordings.at(0).sha256);
 }
 
 TEST(Rehearse, ALinkThatIsCutEndsTheRunSafely) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
-  rehearsal.faults = {{.kind = FaultKind::drop_link, .name = "cable", .about = "table", .at = 200.0, .ends = "faulted"}};
+  rehearsal.faults = {
+      {.kind = FaultKind::drop_link, .name = "cable", .about = "table", .at = 200.0, .ends = "faulted"}};
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_NE(rehearsed.end.ending, RunEnding::complete);
   EXPECT_LT(rehearsed.simulated, 230.0);
   EXPECT_FALSE(rehearsed.recordings.empty()) << "what was recorded is kept";
+}
+
+TEST(Rehearse, FaultsAtRandomComeToAnEnd) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
+  rehearsal.plan.schedule.resize(2);
+  rehearsal.faults = {
+      {.kind = FaultKind::lost_frames, .about = "unit", .random = 0.1, .lasts = 1.0, .by = 0.5, .ends = "complete"}};
+  EXPECT_EQ(rehearse(rehearsal).end.ending, RunEnding::complete);
+}
+
+TEST(Rehearse, ARefusedOneLeavesNoFolder) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
+  rehearsal.station = load_station(TUMBLE_SOURCE_DIR "/stations/sine_vibration.toml");
+  EXPECT_THROW(rehearse(rehearsal), Error);
+  EXPECT_FALSE(std::filesystem::exists(rehearsal.folder));
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   company.orders = [] { return std::vector<decltype(RunEvent::what)>{RunOrder{RunOrder::Kind::stop, "takeover"}}; };
   const RunEnd end = carry_out(start_state(course), parts, wires, recorder, company);
   if (end.ending == RunEnding::faulted)
-    throw Error(Error::Kind::bad_file, "a run before this one was killed, and the rig cannot be brought to its safe state: " +
-                                           end.text);
+    throw Error(Error::Kind::bad_file,
+                "a run before this one was killed, and the rig cannot be brought to its safe state: " + end.text);
 }
 
 /// Other programs need their time however fast the clock of a virtual rig goes: what is waited for them is in time of
@@ -66,8 +66,8 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   note_facts(recorder, run.plan, *course, run.who);
   if (!run.accept_expired.empty())
     recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
-  const RunEnd end = carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder,
-                               run.company);
+  const RunEnd end =
+      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, run.company);
   if (end.ending != RunEnding::faulted) lease.end();
   return end;
 }

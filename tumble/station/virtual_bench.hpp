@@ -16,6 +16,9 @@
 
 namespace tumble {
 
+/// Until when faults at random are drawn [s]: twice the schedule and a day, which waiting and attempts do not exceed.
+double random_faults_until(const Plan& plan);
+
 /// The other end of all wires of a station: controllers that speak by the same declarations, with the virtual rig of a
 /// plan behind them, and instruments that send frames. Pure: it has a simulated clock, which others move.
 class VirtualBench {

@@ -50,12 +50,16 @@ void answer_rate(Asked& asked) { asked.order({.kind = Kind::rate, .value = asked
 
 void answer_sine(Asked& asked) {
   const double amplitude = asked.need("amplitude"), frequency = asked.need("frequency");
-  asked.order({.kind = Kind::sine, .amplitude = amplitude, .frequency = frequency, .phase = asked.value_or("phase", 0.0)});
+  asked.order(
+      {.kind = Kind::sine, .amplitude = amplitude, .frequency = frequency, .phase = asked.value_or("phase", 0.0)});
 }
 
 void answer_sweep(Asked& asked) {
   const double amplitude = asked.need("amplitude"), from = asked.need("frequency"), to = asked.need("to_frequency");
-  asked.order({.kind = Kind::sweep, .amplitude = amplitude, .frequency = from, .to_frequency = to,
+  asked.order({.kind = Kind::sweep,
+               .amplitude = amplitude,
+               .frequency = from,
+               .to_frequency = to,
                .lasts = asked.need("duration")});
 }
 
@@ -154,16 +158,19 @@ void acknowledge(Asked&) {}
 
 const std::map<std::string, void (*)(Asked&), std::less<>>& verbs() {
   static const std::map<std::string, void (*)(Asked&), std::less<>> all{
-      {"identify", answer_identify},  {"take", acknowledge},          {"release", acknowledge},
-      {"enable", answer_enable},      {"disable", answer_disable},    {"home", answer_home},
-      {"rate", answer_rate},          {"position", answer_position},  {"sine", answer_sine},
-      {"sweep", answer_sweep},        {"random", answer_random},
-      {"stop", answer_stop},          {"read", acknowledge},          {"state", answer_state},
-      {"clear_fault", answer_clear},  {"set_temperature", answer_temperature},
-      {"set_ramp", answer_ramp},      {"start", answer_start},        {"hold", answer_stop},
-      {"off", answer_off},            {"resume", answer_start},       {"set_point", acknowledge},
-      {"alarm", acknowledge},         {"set_voltage", acknowledge},   {"set_current", acknowledge},
-      {"set_limits", acknowledge}};
+      {"identify", answer_identify}, {"take", acknowledge},
+      {"release", acknowledge},      {"enable", answer_enable},
+      {"disable", answer_disable},   {"home", answer_home},
+      {"rate", answer_rate},         {"position", answer_position},
+      {"sine", answer_sine},         {"sweep", answer_sweep},
+      {"random", answer_random},     {"stop", answer_stop},
+      {"read", acknowledge},         {"state", answer_state},
+      {"clear_fault", answer_clear}, {"set_temperature", answer_temperature},
+      {"set_ramp", answer_ramp},     {"start", answer_start},
+      {"hold", answer_stop},         {"off", answer_off},
+      {"resume", answer_start},      {"set_point", acknowledge},
+      {"alarm", acknowledge},        {"set_voltage", acknowledge},
+      {"set_current", acknowledge},  {"set_limits", acknowledge}};
   return all;
 }
 

@@ -1,5 +1,3 @@
-#include "tumble/station/virtual_rig.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "tumble/sim/power_up.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/station/virtual_rig.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -25,7 +24,8 @@ std::vector<Plan> plans_to_carry_out() {
     const double most = 5e4 / oversampling_of(plan) / plan.sample_rate;  // [s]
     double time = 0.0;
     std::size_t segments = 0;
-    while (segments < plan.schedule.size() && (segments == 0 || time < most)) time += plan.schedule[segments++].duration;
+    while (segments < plan.schedule.size() && (segments == 0 || time < most))
+      time += plan.schedule[segments++].duration;
     plan.schedule.resize(segments);
     plans.push_back(std::move(plan));
   }

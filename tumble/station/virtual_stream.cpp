@@ -31,9 +31,11 @@ std::string zero_frame(int length) {
   std::memcpy(bytes.data(), "TVRF", 4);
   bytes[16] = 1;
   const auto crc = crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(length - crc_size));
-  for (int i = 0; i < crc_size; ++i) bytes[static_cast<std::size_t>(length - crc_size + i)] = static_cast<char>(crc >> 8 * i);
+  for (int i = 0; i < crc_size; ++i)
+    bytes[static_cast<std::size_t>(length - crc_size + i)] = static_cast<char>(crc >> 8 * i);
   std::string hex;
-  for (const char byte : bytes) hex += fmt::format("{}{:02X}", hex.empty() ? "" : " ", static_cast<unsigned char>(byte));
+  for (const char byte : bytes)
+    hex += fmt::format("{}{:02X}", hex.empty() ? "" : " ", static_cast<unsigned char>(byte));
   return hex;
 }
 
@@ -53,7 +55,8 @@ void spoil(const FrameStatus& status, std::string& bytes) {
   if (number.item >= 0) return;
   const int at = number.at < 0 ? static_cast<int>(bytes.size()) + number.at : number.at;
   const int byte = number.shift / 8, place = number.big ? at + number.bytes - 1 - byte : at + byte;
-  bytes[static_cast<std::size_t>(place)] = static_cast<char>(bytes[static_cast<std::size_t>(place)] ^ 1 << number.shift % 8);
+  bytes[static_cast<std::size_t>(place)] =
+      static_cast<char>(bytes[static_cast<std::size_t>(place)] ^ 1 << number.shift % 8);
 }
 
 }  // namespace
@@ -67,12 +70,13 @@ std::string frames_for(const Plan& plan) {
       "check = {{kind = \"crc\", width = 32, poly = \"04C11DB7\", init = \"FFFFFFFF\", xorout = \"FFFFFFFF\", "
       "reflected = true, over = [0, -4], at = -4}}\ncounter = {{at = 4, type = \"u32\"}}\n"
       "time = {{at = 8, type = \"u64\", scale = \"1 ns\"}}\n"
-      "status = [{{at = 16, type = \"u8\", bits = 0, equals = 1, text = \"the instrument is in order\"}}]\nchannel = [\n",
+      "status = [{{at = 16, type = \"u8\", bits = 0, equals = 1, text = \"the instrument is in order\"}}]\nchannel = "
+      "[\n",
       plan.instrument_model, plan.rig_kind, plan.sample_rate, length);
   int at = head;
   for (const auto& channel : channels) {
-    text += fmt::format("  {{name = \"{}\", at = {}, type = \"f64\", scale = \"1 {}\", unit = \"{}\"}},\n", channel.name,
-                        at, name(channel.unit.dimension()), channel.unit.text());
+    text += fmt::format("  {{name = \"{}\", at = {}, type = \"f64\", scale = \"1 {}\", unit = \"{}\"}},\n",
+                        channel.name, at, name(channel.unit.dimension()), channel.unit.text());
     at += real_size;
   }
   text += fmt::format("]\n\n[[vector]]\nmade_by_hand = true\nhex = \"{}\"\ncounter = 0\ntime = \"0 s\"\nvalues = {{",
@@ -113,8 +117,8 @@ std::string VirtualStream::frame(const VirtualSamples& samples, std::size_t k, d
     const Channel* source = source_of(channel.name, samples);
     if (!source) continue;
     if (!(source->unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_input, fmt::format("{}: {} is in {}, but the rig gives {}", codec_.name, channel.name,
-                                                      channel.unit.text(), source->unit.text()));
+      throw Error(Error::Kind::bad_input, fmt::format("{}: {} is in {}, but the rig gives {}", codec_.name,
+                                                      channel.name, channel.unit.text(), source->unit.text()));
     double value = source->values[k];
     if (const auto frozen = frozen_.find(channel.name); frozen != frozen_.end()) {
       if (!frozen->second) frozen->second = value;

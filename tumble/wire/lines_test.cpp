@@ -272,7 +272,7 @@ TEST(Lines, AreDecodedInPiecesAsInOneForHostileBytes) {
     for (int i = 0; i < 2000; ++i) {
       SCOPED_TRACE(codec.title + ", mutation " + std::to_string(i));
       expect_same_in_pieces(codec, spoiled(stream, random), 1 + random() % 40);
-      if (testing::Test::HasFatalFailure()) return;
+      if (::testing::Test::HasFatalFailure()) return;
     }
   }
 }

@@ -46,7 +46,8 @@ StationParts parts_of(Station& station) {
   std::vector<std::string> problems;
   for (StationDevice& device : station.devices)
     collect(problems, device.name, [&] {
-      parts.controllers.push_back(controller_of_device(device, std::filesystem::path(station.file).parent_path().string()));
+      parts.controllers.push_back(
+          controller_of_device(device, std::filesystem::path(station.file).parent_path().string()));
       device.verbs.clear();
       device.once.clear();
       for (const ControllerCommand& command : parts.controllers.back().commands) {
