@@ -7,6 +7,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "tumble/station/carry_out/device_line.hpp"
@@ -39,10 +40,16 @@ class Conductor {
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
       const std::size_t link = recorder_.add_link({.name = station.devices[d].name});
-      devices_.push_back({DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
+      devices_.push_back(
+          {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
     begin_ = wires_.now();
+    for (const StationInterlock& interlock : station.interlocks)
+      for (const auto& term : interlock.require.terms) watched_.insert(term.channel);
+    for (const StationAxis& axis : station.axes)
+      if (!axis.settle.channel.empty()) watched_.insert(axis.settle.channel);
+    heard_.assign(streams_.size(), begin_);
     next_show_ = next_values_ = begin_;
   }
 
@@ -113,11 +120,14 @@ class Conductor {
     if (event.kind == LinkEvent::Kind::lost)
       return take(UnitFailed{station.instruments[i].slot, event.reason}, event.time);
     if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
+    heard_[i] = event.time;
     streams_[i]->receive(event.time, event.bytes);
+    if (!watched_.empty()) tell_watched(i, event.time);
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
-    for (const ControllerReply& reply : replies) take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+    for (const ControllerReply& reply : replies)
+      take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
   }
 
   /// What nobody sends: time, orders, the state of the disk.
@@ -130,12 +140,39 @@ class Conductor {
     }
     if (company_.orders)
       for (auto& order : company_.orders()) take(std::move(order), now);
-    if (now >= next_values_) tell_values(now);
+    if (now >= next_values_) {
+      look_for_silence(now);
+      tell_values(now);
+    }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     if (company_.show && now >= next_show_) {
       company_.show(view(now));
       next_show_ = now + company_.show_every;
     }
+  }
+
+  /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
+  void look_for_silence(double now) {
+    if (!state_.recording) return;
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      if (!streams_[i] || !state_.recording) continue;
+      const StationInstrument& instrument = state_.course->station.instruments[i];
+      const double since = std::max(heard_[i], state_.recording_began);
+      if (now - since <= silence_of(instrument)) continue;
+      heard_[i] = never;  // it is said once
+      take(UnitFailed{instrument.slot, fmt::format("nothing was received for {:.3g} s", now - since)}, now);
+    }
+  }
+
+  /// What interlocks and settle rules look at is told as soon as it has arrived.
+  void tell_watched(std::size_t i, double time) {
+    ChannelValues values;
+    for (const auto& shown : streams_[i]->shown()) {
+      if (shown.noise.count() == 0) continue;
+      std::string channel = state_.course->station.instruments[i].slot + "." + shown.channel.name;
+      if (watched_.contains(channel)) values.values.emplace(std::move(channel), shown.last);
+    }
+    if (!values.values.empty()) take(std::move(values), time);
   }
 
   void tell_values(double now) {
@@ -186,10 +223,10 @@ class Conductor {
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
     recorder_.journal(row);
     if (record.on && company_.note)
-      company_.note({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
-                                            record.label,
-                                            record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
-                    wires_.now() - begin_);
+      company_.note(
+          {"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
+                                  record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
+          wires_.now() - begin_);
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
@@ -231,6 +268,8 @@ class Conductor {
   const RunCompany& company_;
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
+  std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
+  std::vector<double> heard_;                                 ///< [s] by instrument: the last byte
   std::deque<RunEvent> events_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
@@ -252,8 +291,8 @@ RunView Conductor::view(double now) const {
   if (state_.recording) view.left -= std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
   for (std::size_t a = 0; a < state_.axes.size(); ++a) {
     const AxisProgress& axis = state_.axes[a];
-    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value, axis.position,
-                         axis.rate, axis.temperature});
+    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
+                         axis.position, axis.rate, axis.temperature});
   }
   for (std::size_t i = 0; i < streams_.size(); ++i) {
     if (!streams_[i]) continue;
@@ -284,6 +323,24 @@ std::vector<RunRow> journal_of(const std::string& run) {
       rows.push_back(station::row_of(item.event->json));
   });
   return rows;
+}
+
+double end_of(const std::string& run) {
+  double end = 0.0;
+  visit_store(run, [&](const StoreItem& item) { end = std::max(end, item.time); });
+  return end;
+}
+
+Wires shifted(Wires wires, double later) {
+  wires.now = [now = wires.now, later] { return now() + later; };
+  wires.wait = [wait = wires.wait, later](double until) {
+    double there = until - later;
+    while (there + later < until) there = std::nextafter(there, never);  // else that time would never come
+    auto events = wait(there);
+    for (LinkEvent& event : events) event.time += later;
+    return events;
+  };
+  return wires;
 }
 
 }  // namespace tumble

@@ -12,7 +12,8 @@ namespace {
 StationAxis::Kind kind_of(const Axis& axis) {
   const Unit unit = Unit::parse(axis.unit);
   if (unit.dimension() == Unit::parse("K").dimension()) return StationAxis::Kind::temperature;
-  return unit.dimension() == Unit::parse("rad").dimension() ? StationAxis::Kind::angle : StationAxis::Kind::acceleration;
+  return unit.dimension() == Unit::parse("rad").dimension() ? StationAxis::Kind::angle
+                                                            : StationAxis::Kind::acceleration;
 }
 
 SettleRule settle_rule(StationAxis::Kind kind) {
@@ -37,8 +38,8 @@ StationDevice device_for(const Axis& axis, StationAxis::Kind kind) {
   device.controller = chamber ? "espec_p300" : "scpi_like";
   if (kind == StationAxis::Kind::acceleration) device.settings = {{"amplitude_unit", "m/s^2"}};
   device.poll = chamber ? 5.0 : 0.1;
-  device.timeout = chamber ? 2.0 : 0.3;
-  device.lost_after = 3.0 * device.poll;
+  device.timeout = chamber ? 2.0 : 0.25;
+  device.lost_after = chamber ? 15.0 : 0.6;  // one reply that is lost is asked for again
   if (!chamber) device.prepare = {"enable"};
   return device;
 }
@@ -46,7 +47,8 @@ StationDevice device_for(const Axis& axis, StationAxis::Kind kind) {
 }  // namespace
 
 Station station_for(const Plan& plan) {
-  if (plan.rig_kind.empty()) throw Error(Error::Kind::bad_input, "the plan names no rig that could be rehearsed: [rig]");
+  if (plan.rig_kind.empty())
+    throw Error(Error::Kind::bad_input, "the plan names no rig that could be rehearsed: [rig]");
   Station station;
   station.name = "rehearsal";
   for (const Axis& axis : find_rig(plan.rig_kind).axes()) {

@@ -23,11 +23,11 @@ constexpr int most_repeats = 3;  ///< of one question, after which nobody would 
 /// The station of the run: that of the user, or one made for the plan, with its frames beside it.
 Station station_of(const Rehearsal& rehearsal) {
   if (rehearsal.station) {
-    make_run_folder(rehearsal.folder, rehearsal.plan, *rehearsal.station);
+    if (!rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, *rehearsal.station);
     return *rehearsal.station;
   }
   Station station = station_for(rehearsal.plan);
-  make_run_folder(rehearsal.folder, rehearsal.plan, station);
+  if (!rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, station);
   station.file = (fs::path(rehearsal.folder) / "station.toml").string();
   write_in_run(rehearsal.folder, std::string(made_frames_name), frames_for(rehearsal.plan));
   return station;
@@ -45,7 +45,8 @@ std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const St
 /// Time goes on only when the disk has kept up, because a rehearsal is faster than any disk, and as `pace` says.
 Wires held_back(Wires wires, Recorder& recorder, const std::function<void(double)>& pace) {
   constexpr std::uint64_t ahead = std::uint64_t{1} << 23;  // bytes
-  auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace, written = std::uint64_t{0}](double until) mutable {
+  auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace,
+               written = std::uint64_t{0}](double until) mutable {
     if (pace) pace(now());
     if (const std::uint64_t bytes = recorder.load().bytes; bytes > written + ahead) {
       recorder.flush();
@@ -73,7 +74,9 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   std::vector<decltype(RunEvent::what)> answers;
   if (!company.ask) {
     company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-      const bool again = ++asked[prompt.text] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
+      const std::string about = prompt.text.substr(0, prompt.text.find("': "));  // the segment: what it reads differs
+      const bool again =
+          ++asked[about] > most_repeats && std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
       answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
     };
     company.orders = [&] { return std::exchange(answers, {}); };
@@ -82,18 +85,28 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
 
   Rehearsed rehearsed;
   Disk disk;
+  const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
+  const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
+  if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
+    bench.put(mounted_for(rehearsal.plan, station));
+    bench.power(true);
+  }
   {
-    Recorder recorder(rehearsal.folder, disk);
+    RecorderOptions options;
+    options.resume = rehearsal.resume;
+    Recorder recorder(rehearsal.folder, rehearsal.disk ? *rehearsal.disk : disk, options);
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
-    const Wires wires = held_back(bench.wires(), recorder, rehearsal.pace);
-    rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
+    const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
+    rehearsed.end =
+        carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
     rehearsed.simulated = bench.now();
     rehearsed.axes = bench.readings();
   }
   try {
     rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
   } catch (const Error& error) {
-    if (error.kind != Error::Kind::bad_data || rehearsed.end.ending == RunEnding::complete) throw;  // it ended too early
+    if (error.kind != Error::Kind::bad_data || rehearsed.end.ending == RunEnding::complete)
+      throw;  // it ended too early
   }
   return rehearsed;
 }

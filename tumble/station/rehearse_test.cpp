@@ -54,14 +54,16 @@ TEST(Rehearse, AScaleFactorTestEndsCompleteAndFindsTheTruth) {
 
 TEST(Rehearse, TheSameSeedGivesTheSameRecording) {
   const ScratchFolder first, second;
-  const auto one = rehearse(rehearsal_of("gyro_scale_factor", first)), other = rehearse(rehearsal_of("gyro_scale_factor", second));
+  const auto one = rehearse(rehearsal_of("gyro_scale_factor", first)),
+             other = rehearse(rehearsal_of("gyro_scale_factor", second));
   EXPECT_EQ(one.recordings.at(0).sha256, other.recordings.at(0).sha256);
 }
 
 TEST(Rehearse, ALinkThatIsCutEndsTheRunSafely) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
-  rehearsal.faults = {{.kind = FaultKind::drop_link, .name = "cable", .about = "table", .at = 200.0, .ends = "faulted"}};
+  rehearsal.faults = {
+      {.kind = FaultKind::drop_link, .name = "cable", .about = "table", .at = 200.0, .ends = "faulted"}};
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_NE(rehearsed.end.ending, RunEnding::complete);
   EXPECT_LT(rehearsed.simulated, 230.0);

@@ -21,8 +21,8 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   company.orders = [] { return std::vector<decltype(RunEvent::what)>{RunOrder{RunOrder::Kind::stop, "takeover"}}; };
   const RunEnd end = carry_out(start_state(course), parts, wires, recorder, company);
   if (end.ending == RunEnding::faulted)
-    throw Error(Error::Kind::bad_file, "a run before this one was killed, and the rig cannot be brought to its safe state: " +
-                                           end.text);
+    throw Error(Error::Kind::bad_file,
+                "a run before this one was killed, and the rig cannot be brought to its safe state: " + end.text);
 }
 
 /// Other programs need their time however fast the clock of a virtual rig goes: what is waited for them is in time of
@@ -33,6 +33,7 @@ void wait_in_wall_time(Station& station, double speed) {
     device.lost_after *= speed;
     for (auto& [verb, timeout] : device.timeouts) timeout *= speed;
   }
+  for (StationInstrument& instrument : station.instruments) instrument.lost_after = silence_of(instrument) * speed;
   for (SafeCommand& command : station.safe) command.within *= speed;
 }
 
@@ -51,7 +52,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const auto course = course_of(run.plan, station, run.units);
   const auto rows = run.resume ? journal_of(run.folder) : std::vector<RunRow>{};
   // A run that goes on has times after those that it has recorded.
-  const double before = rows.empty() ? 0.0 : rows.back().time + 1.0;
+  const double before = run.resume ? end_of(run.folder) + 1.0 : 0.0;
   const double begin = run.clock();
   const auto clock = [&run, before, begin] { return before + run.speed * (run.clock() - begin); };
   Lease lease(station, run.folder);
@@ -66,8 +67,8 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   note_facts(recorder, run.plan, *course, run.who);
   if (!run.accept_expired.empty())
     recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
-  const RunEnd end = carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder,
-                               run.company);
+  const RunEnd end =
+      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, run.company);
   if (end.ending != RunEnding::faulted) lease.end();
   return end;
 }

@@ -86,10 +86,13 @@ struct VirtualBench::Inner {
   std::uint64_t order = 0;
   double now = 0.0, next_stream = stream_every;
   std::uint64_t streamed = 1;  ///< portions, of which the next is due then
-  bool faulty;  ///< frames are handed on one by one, since each may be hit
+  bool faulty;                 ///< frames are handed on one by one, since each may be hit
 
   Inner(const Plan& plan, std::uint64_t seed, const std::vector<VirtualFault>& timed)
-      : rig(plan, seed), faults(timed), spare(read_frames(frames_for(plan), "frames"), plan.sample_rate), faulty(!timed.empty()) {}
+      : rig(plan, seed),
+        faults(timed),
+        spare(read_frames(frames_for(plan), "frames"), plan.sample_rate),
+        faulty(!timed.empty()) {}
 
   VirtualStream& stream() { return streaming.empty() ? spare : streaming.front().stream; }
 
@@ -98,8 +101,7 @@ struct VirtualBench::Inner {
   }
 
   void deliver(std::size_t wire, LinkFaults& link, const std::string& bytes) {
-    for (TimedBytes& message : link.pass(now, bytes))
-      arrive(wire, message.time + on_the_way, std::move(message.bytes));
+    for (TimedBytes& message : link.pass(now, bytes)) arrive(wire, message.time + on_the_way, std::move(message.bytes));
   }
 
   /// All that the instruments have sent until now.
@@ -124,8 +126,8 @@ struct VirtualBench::Inner {
       const bool is_up = link.is_up(now);
       if (is_up == up[wire]) return;
       up[wire] = is_up;
-      arrivals.push({{is_up ? LinkEvent::Kind::up : LinkEvent::Kind::lost, wire, now, {}, "the other side closed it"},
-                     order++});
+      arrivals.push(
+          {{is_up ? LinkEvent::Kind::up : LinkEvent::Kind::lost, wire, now, {}, "the other side closed it"}, order++});
     };
     for (std::size_t d = 0; d < controlled.size(); ++d) look(d, controlled[d].faults);
     for (const Streaming& one : streaming) look(one.wire, one.faults);
@@ -156,7 +158,8 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
     for (const StationAxis& axis : station.axes) {
       if (axis.device != d) continue;
       if (std::ranges::find(axes, axis.name) == axes.end())
-        problems.push_back(fmt::format("the rig of the plan has no axis '{}', which {} drives", axis.name, one.device.name));
+        problems.push_back(
+            fmt::format("the rig of the plan has no axis '{}', which {} drives", axis.name, one.device.name));
       one.axes.emplace(axis.number, axis);
       if (one.device.axes.size() < static_cast<std::size_t>(axis.number))
         one.device.axes.resize(static_cast<std::size_t>(axis.number));
@@ -167,8 +170,7 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
   }
   for (std::size_t i = 0; i < station.instruments.size(); ++i)
     if (!station.instruments[i].frames.empty())
-      inner_->streaming.push_back({station.devices.size() + i,
-                                   VirtualStream(parts.streams[i].codec, plan.sample_rate),
+      inner_->streaming.push_back({station.devices.size() + i, VirtualStream(parts.streams[i].codec, plan.sample_rate),
                                    LinkFaults(faults, name_of_link(station.instruments[i]), seed)});
   inner_->up.assign(station.devices.size() + station.instruments.size(), true);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -214,6 +216,8 @@ void VirtualBench::put(const std::map<std::string, double>& axes) {
   if (const auto why = inner_->rig.carry_out(inner_->now, by_hand); !why.empty())
     throw Error(Error::Kind::bad_input, "it cannot be put there by hand: " + why);
 }
+
+void VirtualBench::power(bool on) { inner_->rig.power(inner_->now, on); }
 
 std::map<std::string, AxisReading> VirtualBench::readings() {
   std::map<std::string, AxisReading> readings;
