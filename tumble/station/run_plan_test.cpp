@@ -64,7 +64,7 @@ TEST(RunPlan, ASecondRunOnTheSameRigIsRefusedBeforeAnythingMoves) {
     EXPECT_NE(std::string(error.what()).find("is in use by the run"), std::string::npos) << error.what();
   }
   EXPECT_FALSE(std::filesystem::exists(second.folder)) << "nothing is begun";
-  EXPECT_EQ(rig.end().at("table").rate, 0.0);
+  EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   first.end();
 }
 
