@@ -1,3 +1,5 @@
+#include "tumble/station/rehearse.hpp"
+
 #include <fmt/format.h>
 
 #include <chrono>
@@ -7,7 +9,6 @@
 
 #include "run_display.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/rehearse.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -24,7 +25,7 @@ struct Arguments {
 /// "1 h 15 min", "12 min 3 s"
 std::string duration(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
-  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+  if (whole >= an_hour) return fmt::format("{} h {} min", whole / an_hour, whole % an_hour / 60);
   return whole >= 60 ? fmt::format("{} min {} s", whole / 60, whole % 60) : fmt::format("{} s", whole);
 }
 
@@ -60,7 +61,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     rehearsed = rehearse(rehearsal, {});
   }
   print(fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
-                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated), wall_time() - begin));
+                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
+                    wall_time() - begin));
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
   return rehearsed.end.ending == RunEnding::complete ? 0 : 3;
 }

@@ -114,8 +114,9 @@ double allowed_speed(const std::string& text, const Station& station) {
   const bool here = std::ranges::all_of(station.devices, is_here, &StationDevice::link) &&
                     std::ranges::all_of(station.instruments, is_here, &StationInstrument::link);
   if (speed == 1.0 || here) return speed;
-  throw Error(Error::Kind::bad_input,
-              "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
+  throw Error(
+      Error::Kind::bad_input,
+      "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
 }
 
 void print_timeline(const Plan& plan) {
@@ -143,7 +144,8 @@ int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
   display.end();
   print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
   if (end.ending != RunEnding::complete) {
-    note(terminal, fmt::format("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder, run.folder));
+    note(terminal, fmt::format("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder,
+                               run.folder));
     return 3;
   }
   Disk disk;
@@ -160,7 +162,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   run.date = today();
   run.speed = allowed_speed(arguments.speed, run.station);
   run.accept_expired = arguments.accept_expired;
-  run.folder = arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
+  run.folder =
+      arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
   if (!arguments.dry_run) return carry_on(run, terminal);
   Station station = run.station;
   parts_of(station);
@@ -199,22 +202,23 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
 
 Verb run_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"run",
-          "Carry out a plan at a station, and record it",
-          {{"PLAN", &arguments->plan, "plan file (.toml) with [rig] and [[schedule]]", true},
-           {"--station", &arguments->station, "station file (.toml): which controller on which link is which axis", true},
-           {"--unit", &arguments->units, "which unit is in which slot: SLOT=SERIAL; repeatable", true},
-           {"--operator", &arguments->who, "who carries it out", true},
-           {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
-           {"--speed", &arguments->speed,
-            "how fast the clock of the rig goes: other than 1 only against tumble virtual-rig --speed"},
-           {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
-           {"--accept-expired", &arguments->accept_expired,
-            "reason why equipment out of calibration may be used; it is recorded"}},
-          "Examples:\n"
-          "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" --dry-run\n"
-          "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" -o run-0173\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "run",
+      "Carry out a plan at a station, and record it",
+      {{"PLAN", &arguments->plan, "plan file (.toml) with [rig] and [[schedule]]", true},
+       {"--station", &arguments->station, "station file (.toml): which controller on which link is which axis", true},
+       {"--unit", &arguments->units, "which unit is in which slot: SLOT=SERIAL; repeatable", true},
+       {"--operator", &arguments->who, "who carries it out", true},
+       {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
+       {"--speed", &arguments->speed,
+        "how fast the clock of the rig goes: other than 1 only against tumble virtual-rig --speed"},
+       {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
+       {"--accept-expired", &arguments->accept_expired,
+        "reason why equipment out of calibration may be used; it is recorded"}},
+      "Examples:\n"
+      "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" --dry-run\n"
+      "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" -o run-0173\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 Verb resume_verb() {

@@ -26,13 +26,15 @@ std::string number_text(const std::optional<double>& value, const Unit& unit) {
 std::string axes_text(const RunView& view, std::size_t width) {
   using Align = TextColumn::Align;
   using Demand = AxisProgress::Demand;
-  TextColumn names{"axis", "", {}, Align::left}, demands{"demanded", "", {}}, positions{"at", "", {}}, rates{"rate", "", {}};
+  TextColumn names{"axis", "", {}, Align::left}, demands{"demanded", "", {}}, positions{"at", "", {}},
+      rates{"rate", "", {}};
   for (const auto& axis : view.axes) {
     names.cells.push_back(axis.name);
     const bool rate = axis.demand == Demand::rate;
     const bool none = axis.demand == Demand::none || axis.demand == Demand::rest;
     demands.cells.push_back(none ? "" : number_text(axis.demanded, shown_unit(axis.kind, rate)));
-    positions.cells.push_back(number_text(axis.temperature ? axis.temperature : axis.position, shown_unit(axis.kind, false)));
+    positions.cells.push_back(
+        number_text(axis.temperature ? axis.temperature : axis.position, shown_unit(axis.kind, false)));
     rates.cells.push_back(number_text(axis.rate, shown_unit(axis.kind, true)));
   }
   return names.cells.empty() ? "" : text_table({names, demands, positions, rates}, width);
@@ -56,15 +58,15 @@ std::string channels_text(const RunView& view, std::size_t width) {
 
 std::string hours_text(double seconds) {
   const auto whole = static_cast<long>(std::max(0.0, seconds));
-  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / an_hour, whole / 60 % 60, whole % 60);
 }
 
 void RunDisplay::show(const RunView& view) {
   if (!terminal_.live) return;
-  std::string text = fmt::format("{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
-                                 hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments),
-                                 view.segments, view.label, hours_text(view.left), hours_text(view.acknowledged),
-                                 view.frames, view.lost, view.damaged);
+  std::string text = fmt::format(
+      "{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
+      hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments), view.segments, view.label,
+      hours_text(view.left), hours_text(view.acknowledged), view.frames, view.lost, view.damaged);
   text += axes_text(view, terminal_.width) + "\n" + channels_text(view, terminal_.width);
   if (view.prompt) text += "\n" + view.prompt->text + "\n";
   block_.show(text + "\np pauses at the next segment, r resumes, Ctrl+C ends the run safely\n");

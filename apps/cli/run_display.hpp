@@ -5,6 +5,7 @@
 #include "live_block.hpp"
 #include "terminal.hpp"
 #include "tumble/station/carry_out.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::cli {
 
@@ -25,6 +26,8 @@ class RunDisplay {
 
 /// A line for what a person would want to know; empty for steps that happen every day.
 std::string note_line(const Note& note, double time);
+
+inline constexpr long an_hour = static_cast<long>(hour);  ///< [s]
 
 /// "1:15:03"
 std::string hours_text(double seconds);

@@ -7,7 +7,9 @@
 
 namespace tumble::cli {
 
-double wall_time() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double wall_time() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 double speed_of(const std::string& text) {
   const double speed = parse_si(text, Unit::parse("1"));

@@ -43,7 +43,9 @@ Findings look_at(const Recording& recording, const Channel& channel) {
            {missing, {}, channel.time(longest_begin)}}};
 }
 
-Findings run(const Recording& recording, const Plan*) { return findings_of_each(recording, [&](const Channel& channel) { return look_at(recording, channel); }); }
+Findings run(const Recording& recording, const Plan*) {
+  return findings_of_each(recording, [&](const Channel& channel) { return look_at(recording, channel); });
+}
 
 }  // namespace
 

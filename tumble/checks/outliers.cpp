@@ -163,8 +163,7 @@ void take_common(const Recording& recording, std::vector<std::vector<Outlier>>& 
 
 Findings run(const Recording& recording, const Plan*) {
   std::vector<std::vector<Outlier>> outliers(recording.channels.size());
-  parallel_for(outliers.size(),
-               [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording); });
+  parallel_for(outliers.size(), [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording); });
   Together together;
   take_common(recording, outliers, together);
   Findings findings;

@@ -20,12 +20,12 @@ struct Motion {
   double phase = 0.0;                      ///< sine [rad]
   std::vector<double> psd_frequency = {};  ///< random [Hz]
   std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]
-  double lasts = 0.0;      ///< sweep: time in which it comes to to_frequency [s]; 0: the segment
-  bool continued = false;  ///< the motion of the segment before, which goes on; nothing was commanded
+  double lasts = 0.0;                      ///< sweep: time in which it comes to to_frequency [s]; 0: the segment
+  bool continued = false;                  ///< the motion of the segment before, which goes on; nothing was commanded
 };
 
-/// [unit of the axis] of a random motion over its whole band: the root of the integral of its density, which is straight
-/// between its points on logarithmic axes.
+/// [unit of the axis] of a random motion over its whole band: the root of the integral of its density, which is
+/// straight between its points on logarithmic axes.
 double rms_of(const Motion& random);
 
 struct Segment {

@@ -52,10 +52,10 @@ std::vector<RigError> errors(const Settings& options, const std::optional<Site>&
 struct Rest {
   double begin = 0.0;
   std::size_t segment = 0;  ///< in which it begins
-  Rotation from;       ///< instrument from level, before the move
-  Rotation pose;       ///< and after it
-  Vector3 axis;        ///< the move turns about it, by
-  double angle = 0.0;  ///< [rad]; 0: no move
+  Rotation from;            ///< instrument from level, before the move
+  Rotation pose;            ///< and after it
+  Vector3 axis;             ///< the move turns about it, by
+  double angle = 0.0;       ///< [rad]; 0: no move
 };
 
 struct Hand {
@@ -193,8 +193,7 @@ Reference reference(const RigRun& run) {
   for (const char* mount : {"mount_roll", "mount_pitch", "mount_yaw"})
     out.drives.push_back({mount, [hand, last = last_value(run.segments, mount)](double time) {
                             const Rest& now = rest_at(*hand, time);
-                            return DriveState{last(time), 0.0,
-                                              now.angle == 0.0 || time >= now.begin + hand->move_time};
+                            return DriveState{last(time), 0.0, now.angle == 0.0 || time >= now.begin + hand->move_time};
                           }});
   return out;
 }

@@ -213,12 +213,12 @@ InstrumentRun::InstrumentRun(const Plan& plan, const PlannedRun& run, const Rand
                                   Unit::parse(recorded.unit),
                                   {run.begin, plan.sample_rate, nullptr},
                                   {}});
-      state_->outputs.push_back({sum_of(model, output, truth, mount),
-                                 truth.number(output.noise_prefix + "turn_on_repeatability") *
-                                     stream.split("turn-on").normal(0),
-                                 NoiseSource(noise_of(truth, output.noise_prefix), rate,
-                                             run.samples * state_->oversampling, stream.split("noise")),
-                                 std::move(recorded)});
+      state_->outputs.push_back(
+          {sum_of(model, output, truth, mount),
+           truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
+           NoiseSource(noise_of(truth, output.noise_prefix), rate, run.samples * state_->oversampling,
+                       stream.split("noise")),
+           std::move(recorded)});
     }
   }
 }

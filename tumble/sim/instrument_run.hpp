@@ -16,8 +16,8 @@ namespace tumble {
 class InstrumentRun {
  public:
   /// Switched on: the turn-on biases are drawn, noise and electronics are at their beginning. The plan must live as
-  /// long. Of `run` the number, the begin and the number of samples count: bias instability is simulated as slow as four
-  /// records of that length.
+  /// long. Of `run` the number, the begin and the number of samples count: bias instability is simulated as slow as
+  /// four records of that length.
   InstrumentRun(const Plan& plan, const PlannedRun& run, const RandomStream& random);
   InstrumentRun(const InstrumentRun& other);
   InstrumentRun(InstrumentRun&&) noexcept;

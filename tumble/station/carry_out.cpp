@@ -7,17 +7,18 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <set>
 #include <utility>
 
-#include "tumble/station/carry_out/device_line.hpp"
-#include "tumble/station/carry_out/row_text.hpp"
+#include "tumble/station/conduct/device_line.hpp"
+#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
 
 namespace tumble {
 namespace {
 
-using station::DeviceLine;
+using conduct::DeviceLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
@@ -44,6 +45,11 @@ class Conductor {
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
     begin_ = wires_.now();
+    for (const StationInterlock& interlock : station.interlocks)
+      for (const auto& term : interlock.require.terms) watched_.insert(term.channel);
+    for (const StationAxis& axis : station.axes)
+      if (!axis.settle.channel.empty()) watched_.insert(axis.settle.channel);
+    heard_.assign(streams_.size(), begin_);
     next_show_ = next_values_ = begin_;
   }
 
@@ -114,7 +120,9 @@ class Conductor {
     if (event.kind == LinkEvent::Kind::lost)
       return take(UnitFailed{station.instruments[i].slot, event.reason}, event.time);
     if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
+    heard_[i] = event.time;
     streams_[i]->receive(event.time, event.bytes);
+    if (!watched_.empty()) tell_watched(i, event.time);
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
@@ -132,12 +140,39 @@ class Conductor {
     }
     if (company_.orders)
       for (auto& order : company_.orders()) take(std::move(order), now);
-    if (now >= next_values_) tell_values(now);
+    if (now >= next_values_) {
+      look_for_silence(now);
+      tell_values(now);
+    }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     if (company_.show && now >= next_show_) {
       company_.show(view(now));
       next_show_ = now + company_.show_every;
     }
+  }
+
+  /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
+  void look_for_silence(double now) {
+    if (!state_.recording) return;
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      if (!streams_[i] || !state_.recording) continue;
+      const StationInstrument& instrument = state_.course->station.instruments[i];
+      const double since = std::max(heard_[i], state_.recording_began);
+      if (now - since <= silence_of(instrument)) continue;
+      heard_[i] = never;  // it is said once
+      take(UnitFailed{instrument.slot, fmt::format("nothing was received for {:.3g} s", now - since)}, now);
+    }
+  }
+
+  /// What interlocks and settle rules look at is told as soon as it has arrived.
+  void tell_watched(std::size_t i, double time) {
+    ChannelValues values;
+    for (const auto& shown : streams_[i]->shown()) {
+      if (shown.noise.count() == 0) continue;
+      std::string channel = state_.course->station.instruments[i].slot + "." + shown.channel.name;
+      if (watched_.contains(channel)) values.values.emplace(std::move(channel), shown.last);
+    }
+    if (!values.values.empty()) take(std::move(values), time);
   }
 
   void tell_values(double now) {
@@ -197,7 +232,7 @@ class Conductor {
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    recorder_.event({now, "journal", {}, row.label, station::text_of(row)});
+    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
     const bool begins = row.kind == RunRow::Kind::segment_begins;
     if (begins || row.kind == RunRow::Kind::segment_ends) {
       JournalRow step;
@@ -235,6 +270,8 @@ class Conductor {
   const RunCompany& company_;
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
+  std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
+  std::vector<double> heard_;                                 ///< [s] by instrument: the last byte
   std::deque<RunEvent> events_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
@@ -285,9 +322,27 @@ std::vector<RunRow> journal_of(const std::string& run) {
   std::vector<RunRow> rows;
   visit_store(run, [&](const StoreItem& item) {
     if (item.kind == StoreItem::Kind::event && item.event->kind == "journal")
-      rows.push_back(station::row_of(item.event->json));
+      rows.push_back(conduct::row_of(item.event->json));
   });
   return rows;
+}
+
+double end_of(const std::string& run) {
+  double end = 0.0;
+  visit_store(run, [&](const StoreItem& item) { end = std::max(end, item.time); });
+  return end;
+}
+
+Wires shifted(Wires wires, double later) {
+  wires.now = [now = wires.now, later] { return now() + later; };
+  wires.wait = [wait = wires.wait, later](double until) {
+    double there = until - later;
+    while (there + later < until) there = std::nextafter(there, never);  // else that time would never come
+    auto events = wait(there);
+    for (LinkEvent& event : events) event.time += later;
+    return events;
+  };
+  return wires;
 }
 
 }  // namespace tumble

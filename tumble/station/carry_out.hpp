@@ -35,11 +35,11 @@ StationParts parts_of(Station& station);
 
 /// What a person may see of a run while it goes on.
 struct RunView {
-  double time = 0.0;   ///< [s] since it began
+  double time = 0.0;  ///< [s] since it began
   RunPhase phase = RunPhase::idle;
   std::size_t segment = 0, segments = 0;
   std::string label;
-  double left = 0.0;   ///< [s] of the schedule, without ways and waiting
+  double left = 0.0;  ///< [s] of the schedule, without ways and waiting
   struct AxisView {
     std::string name;
     StationAxis::Kind kind = StationAxis::Kind::angle;
@@ -84,5 +84,12 @@ RunEnd carry_out(ExecutiveState state, const StationParts& parts, const Wires& w
 
 /// The journal of a run, from its live store: what resume_state() takes. Throws Error::bad_file.
 std::vector<RunRow> journal_of(const std::string& run);
+
+/// [s] of the latest item of its live store; 0: it has none. What goes on with the run has later times. Throws
+/// Error::bad_file.
+double end_of(const std::string& run);
+
+/// These wires, with a clock that stands at `later` [s] when theirs stands at 0.
+Wires shifted(Wires wires, double later);
 
 }  // namespace tumble

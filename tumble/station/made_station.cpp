@@ -21,7 +21,7 @@ SettleRule settle_rule(StationAxis::Kind kind) {
   if (kind == StationAxis::Kind::temperature) {
     rule.value = 0.5;
     rule.hold = 60.0;
-    rule.timeout = 12.0 * 3600.0;
+    rule.timeout = 12.0 * hour;
   } else {
     rule.value = 0.01 * degree;
     rule.rate = 0.01 * degree;
@@ -39,7 +39,7 @@ StationDevice device_for(const Axis& axis, StationAxis::Kind kind) {
   if (kind == StationAxis::Kind::acceleration) device.settings = {{"amplitude_unit", "m/s^2"}};
   device.poll = chamber ? 5.0 : 0.1;
   device.timeout = chamber ? 2.0 : 0.25;
-  device.lost_after = chamber ? 15.0 : 0.6;
+  device.lost_after = chamber ? 15.0 : 0.6;  // one reply that is lost is asked for again
   if (!chamber) device.prepare = {"enable"};
   return device;
 }

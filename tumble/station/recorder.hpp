@@ -60,8 +60,8 @@ struct StoreEvent {
 /// lie between `records` and `pauses`.
 struct JournalRow {
   enum class Step { begins, records, pauses, ends };
-  double time = 0.0;  ///< [s]
-  std::string segment;     ///< its label
+  double time = 0.0;    ///< [s]
+  std::string segment;  ///< its label
   int attempt = 1;
   int run = 1;  ///< which power-up
   Step step = Step::begins;

@@ -31,7 +31,7 @@ std::string subject_of(const Prompt& prompt) {
 Station station_of(const Rehearsal& rehearsal) {
   if (rehearsal.station) return *rehearsal.station;
   Station station = station_for(rehearsal.plan);
-  make_run_folder(rehearsal.folder, rehearsal.plan, station);
+  if (!rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, station);
   station.file = (fs::path(rehearsal.folder) / "station.toml").string();
   write_in_run(rehearsal.folder, std::string(made_frames_name), frames_for(rehearsal.plan));
   return station;
@@ -68,12 +68,14 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   Station station = station_of(rehearsal);
   const StationParts parts = parts_of(station);
   const auto units = units_of(rehearsal, station);
-  if (auto problems = check_station(rehearsal.plan, station, {.units = units, .rehearsed = true}); !problems.empty())
+  if (auto problems = check_station(rehearsal.plan, station, {.units = units, .rehearsed = true}); !problems.empty()) {
+    if (!rehearsal.station && !rehearsal.resume) fs::remove_all(rehearsal.folder);
     throw Error(Error::Kind::bad_input, std::move(problems));
+  }
   const auto course = course_of(rehearsal.plan, station, units);
   VirtualBench bench(rehearsal.plan, station, parts, rehearsal.seed,
                      timed_faults(rehearsal.faults, rehearsal.seed, random_faults_until(rehearsal.plan)));
-  if (rehearsal.station) make_run_folder(rehearsal.folder, rehearsal.plan, station);
+  if (rehearsal.station && !rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, station);
 
   RunCompany company = rehearsal.company;
   std::vector<decltype(RunEvent::what)> answers;
@@ -89,11 +91,20 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
 
   Rehearsed rehearsed;
   Disk disk;
+  const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
+  const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
+  if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
+    bench.put(mounted_for(rehearsal.plan, station));
+    bench.power(true);
+  }
   {
-    Recorder recorder(rehearsal.folder, disk);
+    RecorderOptions options;
+    options.resume = rehearsal.resume;
+    Recorder recorder(rehearsal.folder, rehearsal.disk ? *rehearsal.disk : disk, options);
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
-    const Wires wires = held_back(bench.wires(), recorder, rehearsal.pace);
-    rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
+    const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
+    rehearsed.end =
+        carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
     rehearsed.simulated = bench.now();
     rehearsed.axes = bench.readings();
   }

@@ -33,6 +33,7 @@ void wait_in_wall_time(Station& station, double speed) {
     device.lost_after *= speed;
     for (auto& [verb, timeout] : device.timeouts) timeout *= speed;
   }
+  for (StationInstrument& instrument : station.instruments) instrument.lost_after = silence_of(instrument) * speed;
   for (SafeCommand& command : station.safe) command.within *= speed;
 }
 
@@ -51,7 +52,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const auto course = course_of(run.plan, station, run.units);
   const auto rows = run.resume ? journal_of(run.folder) : std::vector<RunRow>{};
   // A run that goes on has times after those that it has recorded.
-  const double before = rows.empty() ? 0.0 : rows.back().time + 1.0;
+  const double before = run.resume ? end_of(run.folder) + 1.0 : 0.0;
   const double begin = run.clock();
   const auto clock = [&run, before, begin] { return before + run.speed * (run.clock() - begin); };
   Lease lease(station, run.folder);

@@ -2,13 +2,17 @@
 #include "tumble/station/run_plan.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 
 #include "tumble/station/lease.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/testing/served_rig.hpp"
+#include "tumble/station/testing/small_run.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -21,7 +25,7 @@ using testing::ServedRig;
 using testing::station_over_tcp;
 
 constexpr double standing = 0.01 * degree;  ///< [rad/s] what counts as a rate of zero
-constexpr double fast = 20.0;  ///< [1] of the clock of the rig
+constexpr double fast = 20.0;               ///< [1] of the clock of the rig
 
 /// Two segments of 5 s, at -120 deg/s and -90 deg/s.
 Plan short_plan() {
@@ -60,8 +64,103 @@ TEST(RunPlan, ASecondRunOnTheSameRigIsRefusedBeforeAnythingMoves) {
     EXPECT_NE(std::string(error.what()).find("is in use by the run"), std::string::npos) << error.what();
   }
   EXPECT_FALSE(std::filesystem::exists(second.folder)) << "nothing is begun";
-  EXPECT_EQ(rig.end().at("table").rate, 0.0);
+  EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   first.end();
+}
+
+/// A run in a process of its own, which begins when the rig is served.
+struct RunningProcess {
+  pid_t process = -1;
+  int begin = -1;  ///< end of a pipe: a byte lets it begin
+
+  explicit RunningProcess(const PlannedRunAtStation& run) {
+    int ends[2];
+    if (pipe(ends) != 0) return;
+    process = fork();
+    if (process != 0) {
+      close(ends[0]);
+      begin = ends[1];
+      return;
+    }
+    char byte = 0;
+    if (read(ends[0], &byte, 1) != 1) _exit(100);
+    std::signal(SIGTERM, [](int) { stop_wanted = 1; });
+    _exit(carry(run));
+  }
+  void start() const { EXPECT_EQ(write(begin, "x", 1), 1); }
+  /// Status of its exit, or -1 for one that was killed.
+  int wait() const {
+    int status = 0;
+    waitpid(process, &status, 0);
+    close(begin);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  static inline volatile std::sig_atomic_t stop_wanted = 0;
+
+  static int carry(PlannedRunAtStation run) try {
+    run.company.orders = [inner = run.company.orders, told = false]() mutable {
+      auto orders = inner();
+      if (stop_wanted && !std::exchange(told, true)) orders.push_back(RunOrder{RunOrder::Kind::stop, "SIGTERM"});
+      return orders;
+    };
+    return static_cast<int>(run_plan(run).ending);
+  } catch (const std::exception&) {
+    return 99;
+  }
+};
+
+/// Three segments of 40 s of the rig: 2 s of the wall each.
+Plan longer_plan() {
+  Plan plan = load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {});
+  plan.schedule.resize(3);
+  for (Segment& segment : plan.schedule) segment.duration = 40.0;
+  return plan;
+}
+
+TEST(RunPlan, ATerminatedProcessEndsByTheSafeList) {
+  const ScratchFolder scratch;
+  const Plan plan = longer_plan();
+  const Station station = station_over_tcp(plan, scratch);
+  const RunningProcess process(run_over_tcp(plan, station, scratch.file("run"), fast));
+  ServedRig rig(plan, station, fast);
+  process.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  ASSERT_EQ(kill(process.process, SIGTERM), 0);
+  EXPECT_EQ(process.wait(), static_cast<int>(RunEnding::stopped));
+  EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
+  const auto rows = journal_of(scratch.file("run"));
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows.back().kind, RunRow::Kind::run_ends);
+  EXPECT_EQ(rows.back().ending, "stopped");
+}
+
+TEST(RunPlan, AKilledProcessLeavesARunThatIsTakenOverAndCarriedOn) {
+  const Plan plan = longer_plan();
+  for (const int milliseconds : {900, 2600}) {
+    const ScratchFolder scratch;
+    const Station station = station_over_tcp(plan, scratch);
+    auto run = run_over_tcp(plan, station, scratch.file("run"), fast, 120.0);
+    const RunningProcess process(run);
+    ServedRig rig(plan, station, fast);
+    process.start();
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    ASSERT_EQ(kill(process.process, SIGKILL), 0);
+    EXPECT_EQ(process.wait(), -1);
+    const GivenItems before = items_of_store(run.folder);
+    run.resume = true;
+    const RunEnd end = run_plan(run);
+    EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
+    EXPECT_TRUE(std::filesystem::exists(run.folder + "/takeover")) << "the safe list comes first";
+    EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
+    const GivenItems after = items_of_store(run.folder);
+    for (const auto& [sequence, item] : before)
+      ASSERT_TRUE(after.contains(sequence) && after.at(sequence) == item) << "item " << sequence;
+    Disk disk;
+    const auto sealed = seal(run.folder, disk);
+    EXPECT_EQ(read_recording(sealed.at(0).path, {}, {}).marks.size(), plan.schedule.size());
+  }
 }
 
 }  // namespace

@@ -77,7 +77,12 @@ struct StationInstrument {
   std::string frames;  ///< declaration of its stream, shipped or a file; empty: it has no stream of its own
   std::string link;
   double rate = 0.0;  ///< [Hz]; 0: not stated
+  double lost_after =
+      0.0;  ///< [s] without a byte while it is recorded, after which the unit drops out; 0: silence_of()
 };
+
+/// [s] that a stream may be silent while it is recorded: as stated, else 5 s, but at least 20 samples.
+double silence_of(const StationInstrument& instrument);
 
 /// What must hold while a plan is carried out. A software interlock never replaces one of hardware.
 struct StationInterlock {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tumble/station/carry_out/device_line.hpp"
+#include "tumble/station/conduct/device_line.hpp"
 
 namespace tumble {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 constexpr const char* harmless[] = {"identify", "state", "read"};
 
 /// The first whole answer of the device, or why there is none.
-ControllerReply answer_of(station::DeviceLine& line, std::size_t wire, const ControllerRequest& request,
+ControllerReply answer_of(conduct::DeviceLine& line, std::size_t wire, const ControllerRequest& request,
                           const Wires& wires, double timeout) {
   ControllerReply reply;
   reply.verb = request.verb;
@@ -45,7 +45,7 @@ std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& pa
   std::vector<DeviceAnswer> answers;
   for (std::size_t d = 0; d < station.devices.size(); ++d) {
     const StationDevice& device = station.devices[d];
-    station::DeviceLine line(parts.controllers[d], [&](std::string_view bytes) { wires.send(d, bytes); });
+    conduct::DeviceLine line(parts.controllers[d], [&](std::string_view bytes) { wires.send(d, bytes); });
     for (const char* verb : harmless) {
       if (!device.can(verb)) continue;
       const double begin = wires.now();

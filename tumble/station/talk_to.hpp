@@ -10,8 +10,8 @@ namespace tumble {
 /// What one device of a station says when it is spoken to.
 struct DeviceAnswer {
   std::string device, verb;
-  ControllerReply reply;   ///< without an answer its problem says so
-  double after = 0.0;      ///< [s]
+  ControllerReply reply;  ///< without an answer its problem says so
+  double after = 0.0;     ///< [s]
 };
 
 /// Speaks to every device, and moves none: who it is, what it reads, in which state it is.

@@ -224,6 +224,8 @@ void VirtualBench::put(const std::map<std::string, double>& axes) {
     throw Error(Error::Kind::bad_input, "it cannot be put there by hand: " + why);
 }
 
+void VirtualBench::power(bool on) { inner_->rig.power(inner_->now, on); }
+
 std::map<std::string, AxisReading> VirtualBench::readings() {
   std::map<std::string, AxisReading> readings;
   for (const std::string& axis : inner_->rig.axes()) readings[axis] = inner_->rig.reading(inner_->now, axis);

@@ -42,6 +42,8 @@ class VirtualBench {
   std::vector<LinkEvent> wait(double until);
   /// A person puts axes somewhere [SI].
   void put(const std::map<std::string, double>& axes);
+  /// Switches the instruments, where a run goes on that has switched them before.
+  void power(bool on);
   /// What the rig's own sensors say of all axes, now.
   std::map<std::string, AxisReading> readings();
 

@@ -16,7 +16,7 @@ struct VirtualDevice {
   std::vector<std::string> axes;  ///< the first is axis 1 of the controller; "power": the supply of the instruments
   double voltage = 28.0, current = 1.0;  ///< [V], [A] of the supply, when it is on
 
-  std::vector<Motion> profiles = {};     ///< random motions that the controller of a shaker has in store
+  std::vector<Motion> profiles = {};  ///< random motions that the controller of a shaker has in store
 
   /// What the controller of a chamber remembers of each axis. After `off` a set point waits for `start`.
   struct Memory {
@@ -28,10 +28,10 @@ struct VirtualDevice {
 };
 
 /// What the controller answers, and what the rig does about it. Verbs are those of the executive: identify, take,
-/// release, enable, disable, home, rate, position, sine, sweep, random, stop, read, state, clear_fault, set_temperature, set_ramp,
-/// start, hold, off, resume, set_point, alarm, set_voltage, set_current, set_limits. A reply carries all that the device
-/// knows: `position.2` is that of axis 2. A value that a verb needs and does not have, an axis that is not there and a motion that the rig
-/// cannot make are refused.
+/// release, enable, disable, home, rate, position, sine, sweep, random, stop, read, state, clear_fault,
+/// set_temperature, set_ramp, start, hold, off, resume, set_point, alarm, set_voltage, set_current, set_limits. A reply
+/// carries all that the device knows: `position.2` is that of axis 2. A value that a verb needs and does not have, an
+/// axis that is not there and a motion that the rig cannot make are refused. `time` [s].
 ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, const ControllerRequest& request);
 
 }  // namespace tumble

@@ -52,7 +52,7 @@ enum class FaultPlace { link, unit, channel, axis };
 /// What a fault file may say of a kind.
 struct FaultRule {
   FaultKind kind;
-  const char* name;                   ///< in the file
+  const char* name;  ///< in the file
   FaultPlace place;
   std::vector<const char*> by_units;  ///< of its size, one of them; empty: it has none
   double by;                          ///< [SI] its size, where the file does not say it; NaN: it must
@@ -92,7 +92,7 @@ class LinkFaults {
 
   /// What arrives of a message that is sent at `time` [s], which never goes back, and when.
   std::vector<TimedBytes> pass(double time, std::string_view message);
-  /// False while the link is dropped: a connection is closed, and none can be made.
+  /// False while the link is dropped: a connection is closed, and none can be made. `time` [s].
   bool is_up(double time) const;
 
  private:
@@ -107,9 +107,9 @@ class LinkFaults {
   std::vector<Active> faults_;
   RandomStream random_;
   std::uint64_t drawn_ = 0;
-  std::string last_;                        ///< the message before
+  std::string last_;                         ///< the message before
   std::optional<std::string> waiting_ = {};  ///< that comes after the next one
-  double last_time_ = 0.0;                  ///< [s] of the last delivery
+  double last_time_ = 0.0;                   ///< [s] of the last delivery
 };
 
 /// Carries out the faults of rig and instrument at their times.

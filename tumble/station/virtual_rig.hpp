@@ -59,45 +59,50 @@ class VirtualRig {
   bool is_temperature(const std::string& axis) const;
 
   /// One axis is told something; all others go on. `hold` of a turning axis goes there, `rate` 0 stops it. A sweep
-  /// needs Motion::lasts. What the rig cannot do is refused, and the axis goes on as before.
+  /// needs Motion::lasts. What the rig cannot do is refused, and the axis goes on as before. `time` [s].
   Refusal command(double time, const std::string& axis, const Motion& motion);
   /// All axes are told at once what a segment of a schedule tells them: those that it does not mention come to rest.
+  /// `time` [s].
   Refusal carry_out(double time, const Segment& segment);
-  /// The axis brakes as fast as it can and stands; air stays as it is; a shake ends.
+  /// The axis brakes as fast as it can and stands; air stays as it is; a shake ends. `time` [s].
   Refusal stop(double time, const std::string& axis);
-  /// A disabled axis stops, and takes no commands.
+  /// A disabled axis stops, and takes no commands. `time` [s].
   void enable(double time, const std::string& axis, bool on);
-  /// Ends a trip of the axis; the axis stands, and takes commands.
+  /// Ends a trip of the axis; the axis stands, and takes commands. `time` [s].
   void clear_fault(double time, const std::string& axis);
 
   /// Puts axes where they are to be before the test, air soaked through, at once. The instruments must be off.
+  /// `time` [s].
   void place(double time, const std::map<std::string, double>& values);
   /// Switches the instruments. Each switching-on draws their turn-on anew. Where the rig stands still, it is to the rig
-  /// as the begin of a run is to simulate().
+  /// as the begin of a run is to simulate(). `time` [s].
   void power(double time, bool on);
   /// Which power-up it is, from 1; 0: off.
   int power_up() const;
 
+  /// `time` [s].
   AxisReading reading(double time, const std::string& axis);
 
-  /// All samples that have ended at `time` and were not given out, in order, at most `most` in all.
+  /// All samples that have ended at `time` and were not given out, in order, at most `most` in all. `time` [s].
   std::vector<VirtualSamples> samples(double time, std::size_t most = 1u << 20);
 
   /// Faults of the physics, of which virtual_faults.hpp makes use.
   enum class Trouble {
-    frozen_reading,  ///< the sensor of the axis shows what it showed
-    stuck,           ///< the drive goes on as it does and obeys no command
-    overshoot,       ///< each position is passed by `size` before the axis goes there
-    never_settles,   ///< swings about what was commanded by `size` [SI], 0.5 Hz
-    drifting_rate,   ///< the rate grows by `size` [1/s] of itself
-    limit_trip,      ///< the axis stops, is disabled, and refuses until its fault is cleared
-    refuses,         ///< commands to the axis are refused
-    slow,            ///< a chamber changes `size` times as fast as it could
-    alarm,           ///< a chamber stops where it is with an alarm
-    wrong_set_point, ///< goes `size` beside what was commanded
+    frozen_reading,   ///< the sensor of the axis shows what it showed
+    stuck,            ///< the drive goes on as it does and obeys no command
+    overshoot,        ///< each position is passed by `size` before the axis goes there
+    never_settles,    ///< swings about what was commanded by `size` [SI], 0.5 Hz
+    drifting_rate,    ///< the rate grows by `size` [1/s] of itself
+    limit_trip,       ///< the axis stops, is disabled, and refuses until its fault is cleared
+    refuses,          ///< commands to the axis are refused
+    slow,             ///< a chamber changes `size` times as fast as it could
+    alarm,            ///< a chamber stops where it is with an alarm
+    wrong_set_point,  ///< goes `size` beside what was commanded
   };
   /// From `time` on, until `end(axis, trouble)` for what lasts. The axis must be one of axes().
+  /// `time` [s], `size` [SI of the trouble].
   void begin(double time, const std::string& axis, Trouble trouble, double size);
+  /// `time` [s].
   void end(double time, const std::string& axis, Trouble trouble);
 
   const Plan& plan() const;

@@ -29,7 +29,7 @@ class VirtualStream {
  public:
   /// `names`: the channel of the rig for a channel of the declaration, where they differ. A channel of the declaration
   /// that the rig does not have is NaN, or 0 where its bytes cannot say that.
-  /// Throws Error::bad_input where no frame carries a channel.
+  /// Throws Error::bad_input where no frame carries a channel. `sample_rate` [Hz].
   VirtualStream(FrameCodec codec, double sample_rate, std::map<std::string, std::string> names = {});
 
   /// A frame for each sample; its time is the end of the sample. What does not fit into its bytes stays at their end.

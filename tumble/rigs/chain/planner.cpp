@@ -126,8 +126,7 @@ class Planner {
     piece.phase = motion.phase;
     piece.frequency = two_pi * motion.frequency;
     if (sweep)
-      piece.growth =
-          std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
+      piece.growth = std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
     piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
     profile_.pieces.push_back(piece);
     now_ += piece.fade;
@@ -219,8 +218,8 @@ class Planner {
   const Segment* segment_ = nullptr;
   std::size_t number_ = 0;
   double begin_ = 0.0, duration_ = 0.0;  ///< of the segment and those that continue it [s]
-  double now_ = 0.0;    ///< until where the pieces are laid [s]
-  Turn at_{};           ///< state at now_
+  double now_ = 0.0;                     ///< until where the pieces are laid [s]
+  Turn at_{};                            ///< state at now_
   Kind kind_ = Kind::hold;
   double turns_ = 0.0;                ///< whole turns made by rate motions [rad]
   double held_ = 0.0, actual_ = 0.0;  ///< angle to be held, and with its positioning error [rad]

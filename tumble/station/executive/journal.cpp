@@ -23,6 +23,13 @@ std::set<int> whole_runs(const Schedule& schedule, const std::map<std::size_t, i
   return whole;
 }
 
+/// Whether the safe list, with which every interrupted run has ended, takes the power from the unit.
+bool is_switched_off(const Station& station) {
+  return std::any_of(station.safe.begin(), station.safe.end(), [&](const SafeCommand& command) {
+    return station.power.device == command.device && command.request.verb != "stop";
+  });
+}
+
 }  // namespace
 
 std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal) {
@@ -54,7 +61,7 @@ ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vec
   const auto& schedule = state.course->schedule;
   const auto counted = counted_attempts(journal);
   const auto whole = whole_runs(schedule, counted);
-  const bool repeat_runs = several_power_ups(schedule);
+  const bool repeat_runs = several_power_ups(schedule) || is_switched_off(state.course->station);
   for (const auto& row : journal) {
     if (row.kind == RunRow::Kind::unit_out) state.units_out.push_back(row.label);
     if (row.kind == RunRow::Kind::power_up) {

@@ -12,9 +12,9 @@ namespace tumble::recorder {
 /// When the samples of a channel were taken, from their sequence numbers and the times of their arrival.
 ///
 /// The device counts evenly, and every sample arrives late: the interval between counts is the slope of a straight line
-/// through arrival against sequence number, and the first sample was complete where no arrival is earlier than the line;
-/// its time is the begin of what it is the mean or the increment of, one interval before.
-/// Where a counter begins again, the even clock goes on, by whole intervals.
+/// through arrival against sequence number, and the first sample was complete where no arrival is earlier than the
+/// line; its time is the begin of what it is the mean or the increment of, one interval before. Where a counter begins
+/// again, the even clock goes on, by whole intervals.
 ///
 /// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
 /// four of its standard deviations.

@@ -17,6 +17,11 @@ Controller controller_of_device(const StationDevice& device, const std::string& 
   return read_controller(read_text_file(path), path, device.settings);
 }
 
+double silence_of(const StationInstrument& instrument) {
+  if (instrument.lost_after > 0.0) return instrument.lost_after;
+  return std::max(5.0, instrument.rate > 0.0 ? 20.0 / instrument.rate : 0.0);
+}
+
 Station load_station(const std::string& path) {
   const std::string text = read_text_file(path);
   return read_station(text, path);

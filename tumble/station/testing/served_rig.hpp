@@ -47,7 +47,8 @@ class ServedRig {
   ServedRig(const Plan& plan, const Station& station, double speed, const std::vector<VirtualFault>& faults = {})
       : station_(station), parts_(parts_of(station_)), bench_(plan, station_, parts_, 1, faults) {
     bench_.put(mounted_for(plan, station_));
-    server_.emplace(bench_, station_, [speed, begin = wall()] { return speed * (wall() - begin); }, speed);
+    server_.emplace(
+        bench_, station_, [speed, begin = wall()] { return speed * (wall() - begin); }, speed);
     thread_ = std::thread([this] { server_->serve(stop_); });
   }
   ServedRig(const ServedRig&) = delete;

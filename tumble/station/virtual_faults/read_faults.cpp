@@ -43,9 +43,9 @@ const FaultRule* rule_in(Section& section) {
     names.emplace_back(rule.name);
   }
   const auto near = nearest(*text, names);
-  section.problem_at("kind", fmt::format("there is no fault '{}'{}; there are {}", *text,
-                                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near),
-                                         fmt::join(names, ", ")));
+  section.problem_at(
+      "kind", fmt::format("there is no fault '{}'{}; there are {}", *text,
+                          near.empty() ? "" : fmt::format("; did you mean '{}'?", near), fmt::join(names, ", ")));
   return nullptr;
 }
 
@@ -71,7 +71,8 @@ void read_size(Section& section, const FaultRule& rule, VirtualFault& fault) {
   for (const char* unit : rule.by_units) try {
       fault.by = parse_si(*text, Unit::parse(unit));
       const bool share = rule.place == FaultPlace::link && rule.kind != FaultKind::delay;
-      if (share && !(fault.by > 0.0 && fault.by <= 1.0)) section.problem_at("by", "more than 0 and at most 100 % is expected");
+      if (share && !(fault.by > 0.0 && fault.by <= 1.0))
+        section.problem_at("by", "more than 0 and at most 100 % is expected");
       if ((rule.kind == FaultKind::delay || rule.kind == FaultKind::chamber_slow) && !(fault.by > 0.0))
         section.problem_at("by", "more than 0 is expected");
       return;

@@ -38,7 +38,8 @@ Trouble trouble_of(FaultKind kind) {
 std::uint64_t counter_before_wrap(const FrameCodec& codec, double frames) {
   for (const auto& frame : codec.frames)
     if (frame.counter && !frame.fields.empty()) {
-      const auto steps = static_cast<std::uint64_t>(std::max(1.0, frames)) * std::max<std::uint64_t>(1, frame.counter->step);
+      const auto steps =
+          static_cast<std::uint64_t>(std::max(1.0, frames)) * std::max<std::uint64_t>(1, frame.counter->step);
       return frame.counter->modulus - steps % frame.counter->modulus;
     }
   return 0;

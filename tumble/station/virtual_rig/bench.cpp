@@ -70,7 +70,8 @@ AxisControl& Bench::control(const std::string& axis) {
   if (found != axes.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& [name, control] : axes) names.push_back(name);
-  throw Error(Error::Kind::bad_input, fmt::format("there is no axis '{}'; the rig has {}", axis, fmt::join(names, ", ")));
+  throw Error(Error::Kind::bad_input,
+              fmt::format("there is no axis '{}'; the rig has {}", axis, fmt::join(names, ", ")));
 }
 
 DriveState Bench::drive(double time, const std::string& axis) {
@@ -96,8 +97,8 @@ AxisReading Bench::reading(double time, const std::string& axis) {
   const AxisControl& controller = control(axis);
   if (controller.frozen) return *controller.frozen;
   const DriveState state = drive(time, axis);
-  AxisReading out{state.value, state.rate, !state.reached || state.rate != 0.0, state.reached, controller.enabled,
-                  controller.fault};
+  AxisReading out{state.value,   state.rate,         !state.reached || state.rate != 0.0,
+                  state.reached, controller.enabled, controller.fault};
   const double since = time - course().begin();
   const Sensor* sensor = sensor_of(course().reference(since), axis);
   if (!sensor) return out;

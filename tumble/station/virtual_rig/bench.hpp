@@ -69,27 +69,39 @@ struct Bench {
 
   Course& course() { return courses.rbegin()->second; }
   AxisControl& control(const std::string& axis);  ///< throws Error::bad_input where there is none
+  /// `time` [s].
   DriveState drive(double time, const std::string& axis);
 
-  /// Carries out what the rig does by itself up to this time. Throws Error::bad_input where time goes back.
+  /// Carries out what the rig does by itself up to this time. Throws Error::bad_input where time goes back. `time` [s].
   void advance(double time);
 
   // commands.cpp
+  /// `time` [s].
   Refusal command(double time, const std::string& axis, const Motion& motion);
+  /// `time` [s].
   Refusal carry_out(double time, const Segment& segment);
+  /// `time` [s].
   void halt(double time, const std::string& axis);
+  /// `time` [s], `size` [SI of the trouble].
   void begin(double time, const std::string& axis, Trouble trouble, double size);
+  /// `time` [s].
   void end(double time, const std::string& axis, Trouble trouble);
 
   // power.cpp
+  /// `time` [s].
   void place(double time, const std::map<std::string, double>& values);
+  /// `time` [s].
   void power(double time, bool on);
+  /// `time` [s].
   std::vector<VirtualSamples> samples(double time, std::size_t most);
 
   // refusals.cpp
+  /// `time` [s].
   Refusal refusal_of(double time, const std::string& axis, const Motion& motion, double& trips_after);
+  /// `time` [s].
   Motion standstill(double time, const std::string& axis);  ///< a motion that stays where the axis is or is told to be
 
+  /// `time` [s].
   AxisReading reading(double time, const std::string& axis);
 
  private:
@@ -101,7 +113,7 @@ struct Bench {
   void apply(double time, const std::string& axis, const Motion& motion, double trips_after);
 };
 
-/// The motion by which an axis stops where it is at `value`.
+/// The motion by which an axis stops where it is at `value`. `value` [SI of the axis].
 Motion stop_of(const AxisControl& control, double value);
 
 }  // namespace tumble::virtual_rig

@@ -13,23 +13,24 @@ namespace tumble::virtual_rig {
 /// the last segment being open, and what the rig makes of it. Times are [s] since its begin.
 class Course {
  public:
-  /// `run`, `first`: number and first segment of the run.
+  /// `run`, `first`: number and first segment of the run. `begin` [s].
   Course(std::shared_ptr<const Plan> plan, const RandomStream& random, int run, double begin, Segment first);
 
   double begin() const { return begin_; }  ///< [s] of the station
   const Segment& now() const { return segments_.back(); }
+  /// In [s].
   double now_since() const { return since_; }
   const Schedule& segments() const { return segments_; }
   /// Counts the changes.
   std::size_t version() const { return version_; }
 
-  /// The axes do this from `time` on; not before the last change. At the time of the last change it is in place of that,
-  /// or after it where `anew`.
+  /// The axes do this from `time` on; not before the last change. At the time of the last change it is in place of
+  /// that, or after it where `anew`. `time` [s].
   void change(double time, std::map<std::string, Motion> axes, bool anew = false);
 
-  /// Valid until `until` at least.
+  /// Valid until `until` at least. `until` [s].
   const Reference& reference(double until);
-  /// When all axes do what they were told last, if nothing else is commanded.
+  /// When all axes do what they were told last, if nothing else is commanded. [s].
   double settled();
 
  private:

@@ -9,8 +9,8 @@ namespace tumble::virtual_rig {
 namespace {
 
 constexpr std::size_t unknown = static_cast<std::size_t>(-1);
-constexpr std::size_t sensor_portion = 8192;             ///< as sensors_of() in sim/
-constexpr std::size_t endless = std::size_t{1} << 40;    ///< samples, of a power-up whose end is not known
+constexpr std::size_t sensor_portion = 8192;           ///< as sensors_of() in sim/
+constexpr std::size_t endless = std::size_t{1} << 40;  ///< samples, of a power-up whose end is not known
 
 /// The reference as seen by instruments that were switched on at `offset`.
 Reference shifted(const Reference& course, double offset) {
@@ -28,10 +28,10 @@ Reference shifted(const Reference& course, double offset) {
   if (course.steady_until)
     own.steady_until = [steady = course.steady_until, offset](double time) { return steady(time + offset) - offset; };
   for (const auto& sensor : course.sensors)
-    own.sensors.push_back({sensor.channel, [read = sensor.read, offset](double first, double step,
-                                                                        std::span<double> out) {
-                             read(first + offset, step, out);
-                           }});
+    own.sensors.push_back(
+        {sensor.channel, [read = sensor.read, offset](double first, double step, std::span<double> out) {
+           read(first + offset, step, out);
+         }});
   return own;
 }
 

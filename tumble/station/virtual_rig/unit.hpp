@@ -20,6 +20,7 @@ class Unit {
   Unit(std::shared_ptr<const Plan> plan, const RandomStream& random, const PlannedRun& run, int power_up,
        double offset);
 
+  /// In [s].
   double begin() const { return begin_; }
   int power_up() const { return power_up_; }
   std::size_t given() const { return given_; }

@@ -18,8 +18,8 @@ using tables::Section;
 
 const std::vector<std::string>& known_verbs() {
   static const std::vector<std::string> verbs{
-      "identify", "take",      "release", "enable",      "disable",         "home",      "rate",  "position", "sine",
-      "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",  "start", "hold",     "off",
+      "identify", "take",      "release", "enable",      "disable",         "home",       "rate",  "position", "sine",
+      "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",   "start", "hold",     "off",
       "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits", "sweep", "random"};
   return verbs;
 }

@@ -1,18 +1,25 @@
-#include "tumble/station/carry_out/row_text.hpp"
+#include "tumble/station/conduct/row_text.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::station {
+namespace tumble::conduct {
 
 using Json = nlohmann::json;
 
 std::string text_of(const RunRow& row) {
-  Json json{{"kind", static_cast<int>(row.kind)}, {"time", row.time},         {"segment", row.segment},
-            {"run", row.run},                     {"attempt", row.attempt},   {"label", row.label},
-            {"ending", row.ending},               {"reason", row.reason},     {"demanded", row.demanded},
-            {"achieved", row.achieved},           {"rule", row.rule}};
+  Json json{{"kind", static_cast<int>(row.kind)},
+            {"time", row.time},
+            {"segment", row.segment},
+            {"run", row.run},
+            {"attempt", row.attempt},
+            {"label", row.label},
+            {"ending", row.ending},
+            {"reason", row.reason},
+            {"demanded", row.demanded},
+            {"achieved", row.achieved},
+            {"rule", row.rule}};
   if (row.reached) json["reached"] = *row.reached;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -40,4 +47,4 @@ RunRow row_of(const std::string& text) try {
   throw Error(Error::Kind::bad_file, std::string("a row of the journal cannot be read: ") + problem.what());
 }
 
-}  // namespace tumble::station
+}  // namespace tumble::conduct

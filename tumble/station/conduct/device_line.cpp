@@ -1,11 +1,11 @@
-#include "tumble/station/carry_out/device_line.hpp"
+#include "tumble/station/conduct/device_line.hpp"
 
 #include <limits>
 #include <utility>
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::station {
+namespace tumble::conduct {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
@@ -70,4 +70,4 @@ std::vector<ControllerReply> DeviceLine::after(std::vector<ControllerReply> repl
   return replies;
 }
 
-}  // namespace tumble::station
+}  // namespace tumble::conduct

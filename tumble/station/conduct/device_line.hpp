@@ -6,7 +6,7 @@
 
 #include "tumble/wire/controller.hpp"
 
-namespace tumble::station {
+namespace tumble::conduct {
 
 /// A controller at its wire: sends requests when the line has been quiet for as long as it wants, and collects replies.
 /// Overdue replies are the executive's business: it asks again, which gives up what was outstanding.
@@ -15,10 +15,11 @@ class DeviceLine {
   /// `send`: bytes onto the wire. The controller must live as long.
   DeviceLine(const Controller& controller, std::function<void(std::string_view)> send);
 
-  /// Returned: what can be said at once: refused where the controller cannot be asked so.
+  /// Returned: what can be said at once: refused where the controller cannot be asked so. `time` [s].
   std::vector<ControllerReply> ask(const ControllerRequest& request, double time);
+  /// `time` [s].
   std::vector<ControllerReply> receive(std::string_view bytes, double time);
-  /// Sends what is due. Returned: as ask().
+  /// Sends what is due. Returned: as ask(). `time` [s].
   std::vector<ControllerReply> at(double time);
   /// [s] when at() has something to do; infinity: not before something is received or asked.
   double next() const { return due_; }
@@ -36,4 +37,4 @@ class DeviceLine {
   double quiet_since_;   ///< [s]
 };
 
-}  // namespace tumble::station
+}  // namespace tumble::conduct
