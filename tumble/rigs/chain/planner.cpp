@@ -80,6 +80,7 @@ class Planner {
       case Kind::rate:
         check_rate(motion.value);
         kind_ = Kind::rate;
+        if (motion.from) return go_on(*motion.from, motion.value * (1.0 + errors_.rate));
         return change_rate(motion.value * (1.0 + errors_.rate));
       case Kind::sine:
       case Kind::sweep:
@@ -119,18 +120,21 @@ class Planner {
     if (!(motion.frequency > 0.0) || (sweep && !(motion.to_frequency > 0.0)))
       return problem(fmt::format("{} needs a frequency above zero", limits_.axis));
     check_oscillation(std::abs(motion.amplitude), two_pi * highest);
-    rest();
+    if (motion.from)
+      held_ = actual_ = *motion.from;
+    else
+      rest();
     Piece piece{.begin = now_, .start = {actual_, 0.0, 0.0}};
     piece.amplitude = motion.amplitude * (1.0 + errors_.amplitude);
     piece.origin = begin_;
     piece.phase = motion.phase;
     piece.frequency = two_pi * motion.frequency;
     if (sweep)
-      piece.growth =
-          std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
+      piece.growth = std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
     piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
-    profile_.pieces.push_back(piece);
     now_ += piece.fade;
+    if (motion.from) piece.fade = 0.0;
+    profile_.pieces.push_back(piece);
     kind_ = motion.kind;
   }
 
@@ -166,6 +170,13 @@ class Planner {
     const double by = rate - at_.rate;
     lay(std::copysign(limits_.max_acceleration, by), std::abs(by) / limits_.max_acceleration);
     keep(at_.angle, rate);
+  }
+
+  /// At this rate already, from this angle on.
+  void go_on(double angle, double rate) {
+    const double change = std::abs(rate - at_.rate) / limits_.max_acceleration;
+    keep(angle, rate);
+    now_ += change;
   }
 
   /// The fastest move to rest at `target`: speed up (or slow down), run on at `speed`, brake.
@@ -219,8 +230,8 @@ class Planner {
   const Segment* segment_ = nullptr;
   std::size_t number_ = 0;
   double begin_ = 0.0, duration_ = 0.0;  ///< of the segment and those that continue it [s]
-  double now_ = 0.0;    ///< until where the pieces are laid [s]
-  Turn at_{};           ///< state at now_
+  double now_ = 0.0;                     ///< until where the pieces are laid [s]
+  Turn at_{};                            ///< state at now_
   Kind kind_ = Kind::hold;
   double turns_ = 0.0;                ///< whole turns made by rate motions [rad]
   double held_ = 0.0, actual_ = 0.0;  ///< angle to be held, and with its positioning error [rad]
