@@ -41,7 +41,7 @@ TEST_P(RehearsedTurns, LeadToTheTruthOfThePlan) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Plans, RehearsedTurns,
-                         testing::Values("north_finding_turning"),
+                         testing::Values("north_finding_turning", "accelerometer_dynamic", "sdof_gyro_centrifuge"),
                          [](const auto& plan) { return std::string(plan.param); });
 
 }  // namespace
