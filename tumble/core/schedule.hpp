@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Motion {
   std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]
   double lasts = 0.0;                      ///< sweep: time in which it comes to to_frequency [s]; 0: the segment
   bool continued = false;                  ///< the motion of the segment before, which goes on; nothing was commanded
+  /// rate, sine: the angle [rad] at the beginning of the segment (sine: of the middle), where the motion was under way
+  /// already; recorded, not commanded
+  std::optional<double> from = {};
 };
 
 /// [unit of the axis] of a random motion over its whole band: the root of the integral of its density, which is

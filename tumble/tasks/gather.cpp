@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -29,6 +30,23 @@ std::vector<std::string> columns_of(const Plan& plan, const Role& role) {
 /// Whether it cannot be known before a file is read which of its columns play the role.
 bool open_ended(const Plan& plan, const Role& role) { return role.several && !plan.channels.contains(role.name); }
 
+/// The encoders of axes that turn or oscillate, which identify() looks at for every method.
+std::vector<std::string> encoders_of(const Plan& plan) {
+  std::set<std::string> axes;
+  const auto add = [&](const Plan& one) {
+    for (const Segment& segment : one.schedule)
+      for (const auto& [axis, motion] : segment.axes)
+        if (motion.kind == Motion::Kind::rate || motion.kind == Motion::Kind::sine) axes.insert(axis);
+  };
+  add(plan);
+  for (const RecordingEntry& entry : plan.recordings)
+    if (entry.plan) add(*entry.plan);
+  std::vector<std::string> columns;
+  for (const std::string& axis : axes)
+    for (auto& column : columns_of(plan, Role{axis + "_angle", "", false, ""})) columns.push_back(std::move(column));
+  return columns;
+}
+
 /// What to read: with a method that names the channels it needs, those alone; else all.
 ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles) {
   auto options = plan.reading;
@@ -40,6 +58,8 @@ ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles) {
   if (std::any_of(roles.begin(), roles.end(), [](const Role& role) { return role.required; }))
     for (const auto& role : roles)
       for (auto& column : columns_of(plan, role)) options.only.push_back(std::move(column));
+  if (!options.only.empty())
+    for (auto& column : encoders_of(plan)) options.only.push_back(std::move(column));
   return options;
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/reduce/table/recorded_turns.hpp"
 #include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
 #include "tumble/tasks/provenance.hpp"
@@ -152,15 +153,11 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   return estimate;
 }
 
-/// What is wrong with samples as such. That a flight has gusts and stops is no fault of it.
-constexpr std::array<std::string_view, 5> checks_of_samples{"backward_stamps", "duplicate_stamps", "gaps",
-                                                            "missing_samples", "saturation"};
-
-}  // namespace
-
-Estimate identify(const Evidence& evidence, const Progress& progress) {
+/// With plans that say how the rigs moved, and what is to be said of that.
+Estimate identify_as_planned(const Evidence& evidence, const Findings& said, const Progress& progress) {
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
+  estimate.findings.insert(estimate.findings.end(), said.begin(), said.end());
   add_doubts(evidence.plan, estimate);
   add_data_findings(evidence, estimate.findings);
   std::vector<Extent> extents(evidence.recordings.size());
@@ -168,6 +165,28 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   complete(evidence, extents, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
   return estimate;
+}
+
+/// What is wrong with samples as such. That a flight has gusts and stops is no fault of it.
+constexpr std::array<std::string_view, 5> checks_of_samples{"backward_stamps", "duplicate_stamps", "gaps",
+                                                            "missing_samples", "saturation"};
+
+}  // namespace
+
+Estimate identify(Evidence&& evidence, const Progress& progress) {
+  auto turns = table::recorded_turns(evidence);
+  if (!turns.findings.empty()) {
+    evidence.plan = std::move(turns.plan);
+    evidence.plans = std::move(turns.plans);
+  }
+  return identify_as_planned(evidence, turns.findings, progress);
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  auto turns = table::recorded_turns(evidence);
+  if (turns.findings.empty()) return identify_as_planned(evidence, {}, progress);
+  return identify_as_planned({std::move(turns.plan), evidence.recordings, std::move(turns.plans)}, turns.findings,
+                             progress);
 }
 
 Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,

@@ -42,8 +42,11 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
 Evidence gather(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
                 const Progress& progress);
 
-/// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance.
+/// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance. Where
+/// encoders recorded that an axis turned or oscillated with another phase than the plan says, theirs is used
+/// (reduce/table/recorded_turns.hpp).
 Estimate identify(const Evidence& evidence, const Progress& progress);
+Estimate identify(Evidence&& evidence, const Progress& progress);  ///< the same without a copy of the samples
 
 /// Gathers and identifies. A recording whose samples take more than `memory` bytes is worked through block after block
 /// where the method can: with the same result but for the findings of the checks, which see a recording as a whole, and

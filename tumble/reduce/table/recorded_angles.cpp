@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 
-#include "tumble/math/extremes.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -17,43 +16,6 @@ namespace {
 using Kind = Motion::Kind;
 using Severity = Finding::Severity;
 constexpr double significant = 6.0;  ///< standard deviations
-
-/// A segment of a schedule and where it was recorded [s, recording's clock].
-struct Place {
-  std::size_t segment = 0;  ///< in the schedule
-  double begin = 0.0, settled = 0.0, end = 0.0;
-};
-
-/// When every segment of a schedule has settled, after its own beginning [s].
-std::vector<double> settled_after(const Plan& plan) {
-  std::vector<double> after;
-  for (const auto& power_up : power_ups_of(plan, 1.0))
-    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s)
-      after.push_back(settled_at(power_up, s) - power_up.begins[s]);
-  return after;
-}
-
-/// Where the segments of the plan are in a recording. A run that the schedule lacks has no planned angles.
-std::vector<Place> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled, bool alone) {
-  std::vector<Place> places;
-  for (const auto& marked : marks)
-    if (marked.planned != nullptr && marked.planned->run == marked.run)
-      places.push_back({marked.index, marked.begin, marked.begin + (alone ? 0.0 : settled[marked.index]),
-                        std::min(marked.end, marked.begin + marked.planned->duration)});
-  return places;
-}
-
-/// Resolution [rad]: the smallest change between readings; 0 where it is not visible.
-double step_of(const Channel& channel) {
-  double step = std::numeric_limits<double>::infinity(), largest = 0.0;
-  for (std::size_t i = 1; i < channel.values.size(); ++i) {
-    const double change = std::abs(channel.values[i] - channel.values[i - 1]);
-    if (std::isnan(change)) continue;
-    largest = std::max(largest, std::abs(channel.values[i]));
-    if (change > 1e-15 * largest) step = std::min(step, change);
-  }
-  return std::isfinite(step) && step < 1e-3 ? step : 0.0;
-}
 
 struct Mean {
   double value = 0.0, sd = 0.0;
@@ -82,34 +44,9 @@ Mean mean_of(const Channel& channel, std::size_t from, std::size_t to, double co
   return mean;
 }
 
-/// One axis in one recording.
-struct Encoder {
-  std::string axis;
-  const Channel* channel = nullptr;
-  bool counts_turns = false;
-  double step = 0.0;
-};
-
-std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording) {
-  std::vector<Encoder> encoders;
-  for (const auto& axis : find_rig(plan_of(evidence, recording).rig_kind).axes()) {
-    const Channel* channel = channel_for(evidence, evidence.recordings[recording], axis.name + "_angle");
-    if (channel == nullptr || channel->values.size() < 2 || channel->kind != QuantityKind::angle) continue;
-    const Extremes extremes = extremes_of(channel->values);
-    if (extremes.present == 0) continue;
-    encoders.push_back({axis.name, channel, extremes.highest - extremes.lowest > 1.001 * two_pi, step_of(*channel)});
-  }
-  return encoders;
-}
-
-const Motion* motion_of(const Segment& segment, const std::string& axis) {
-  const auto motion = segment.axes.find(axis);
-  return motion == segment.axes.end() ? nullptr : &motion->second;
-}
-
 /// Where the axis stood in each segment; a rest without a reading is skipped.
 std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Encoder& encoder,
-                             const std::vector<Place>& places, double settling) {
+                             const std::vector<PlacedSegment>& places, double settling) {
   std::vector<Stand> stands;
   const auto commands = commands_of(plan.schedule, encoder.axis);
   const Channel& channel = *encoder.channel;
@@ -199,7 +136,7 @@ void judge(const std::vector<Stand>& stands, double tolerance, Findings& finding
 }
 
 /// How much later [s] than the plan says an axis passes the middle between two angles [rad]; NaN: it does not pass it.
-double delay_of(const Channel& channel, const Place& place, double from, double to) {
+double delay_of(const Channel& channel, const PlacedSegment& place, double from, double to) {
   const double sense = to > from ? 1.0 : -1.0, middle = 0.5 * (from + to);
   for (std::size_t i = index_at(channel, place.begin); i < channel.values.size() && channel.time(i) < place.end; ++i)
     if (sense * (channel.values[i] - middle) >= 0.0)
@@ -208,7 +145,8 @@ double delay_of(const Channel& channel, const Place& place, double from, double 
 }
 
 /// Slews that pass their middle at another time than the plan says, by more than two samples and a second.
-void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Place>& places, Findings& findings) {
+void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<PlacedSegment>& places,
+                 Findings& findings) {
   if (!encoder.counts_turns) return;
   const auto commands = commands_of(plan.schedule, encoder.axis);
   for (const auto& place : places) {
@@ -224,11 +162,6 @@ void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Pla
                         {{"axis", encoder.axis}, {"offset", std::abs(delay), "s"}},
                         segment.label});
   }
-}
-
-bool recorded_alone(const Evidence& evidence, std::size_t recording) {
-  const auto& entries = evidence.plan.recordings;
-  return recording < entries.size() && !entries[recording].segment.empty();
 }
 
 }  // namespace
@@ -255,8 +188,9 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     if (plan.rig_kind.empty() || plan.schedule.empty()) continue;
-    if (!settled.contains(&plan)) settled[&plan] = settled_after(plan);
-    const auto places = places_of(marks[r], settled[&plan], recorded_alone(evidence, r));
+    if (!settled.contains(&plan)) settled[&plan] = settled_after(power_ups_of(plan, 1.0));
+    const bool alone = recorded_alone(evidence, r);
+    const auto places = places_of(marks[r], alone ? std::vector(plan.schedule.size(), 0.0) : settled[&plan]);
     for (const auto& encoder : encoders_of(evidence, r)) {
       if (std::ranges::find(out.axes, encoder.axis) == out.axes.end()) out.axes.push_back(encoder.axis);
       judge_times(plan, encoder, places, out.findings);

@@ -80,6 +80,7 @@ class Planner {
       case Kind::rate:
         check_rate(motion.value);
         kind_ = Kind::rate;
+        if (motion.from) return go_on(*motion.from, motion.value * (1.0 + errors_.rate));
         return change_rate(motion.value * (1.0 + errors_.rate));
       case Kind::sine:
       case Kind::sweep:
@@ -119,7 +120,10 @@ class Planner {
     if (!(motion.frequency > 0.0) || (sweep && !(motion.to_frequency > 0.0)))
       return problem(fmt::format("{} needs a frequency above zero", limits_.axis));
     check_oscillation(std::abs(motion.amplitude), two_pi * highest);
-    rest();
+    if (motion.from)
+      held_ = actual_ = *motion.from;
+    else
+      rest();
     Piece piece{.begin = now_, .start = {actual_, 0.0, 0.0}};
     piece.amplitude = motion.amplitude * (1.0 + errors_.amplitude);
     piece.origin = begin_;
@@ -128,8 +132,9 @@ class Planner {
     if (sweep)
       piece.growth = std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
     piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
-    profile_.pieces.push_back(piece);
     now_ += piece.fade;
+    if (motion.from) piece.fade = 0.0;
+    profile_.pieces.push_back(piece);
     kind_ = motion.kind;
   }
 
@@ -165,6 +170,13 @@ class Planner {
     const double by = rate - at_.rate;
     lay(std::copysign(limits_.max_acceleration, by), std::abs(by) / limits_.max_acceleration);
     keep(at_.angle, rate);
+  }
+
+  /// At this rate already, from this angle on.
+  void go_on(double angle, double rate) {
+    const double change = std::abs(rate - at_.rate) / limits_.max_acceleration;
+    keep(angle, rate);
+    now_ += change;
   }
 
   /// The fastest move to rest at `target`: speed up (or slow down), run on at `speed`, brake.

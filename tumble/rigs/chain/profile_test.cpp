@@ -140,6 +140,36 @@ TEST(Profile, SineHasThePhaseOfItsSegmentAndReturnsToWhereItStood) {
   EXPECT_EQ(state(profile, 20.0).angle, 0.3);
 }
 
+TEST(Profile, ARateWithFromIsUnderWayAndIsFollowedAsAnyRate) {
+  const AxisLimits endless{"table", 5.0, 2.0};
+  Motion under_way = rate(4.0);
+  under_way.from = 0.8;
+  const auto profile =
+      profile_of({segment(5.0, hold(0.3)), segment(20.0, under_way), segment(10.0, hold(0.0))}, endless, {}, nullptr);
+  EXPECT_EQ(state(profile, 4.9).angle, 0.3);
+  for (const double since : {0.0, 0.1, 7.0, 19.9}) {
+    EXPECT_NEAR(state(profile, 5.0 + since).angle, 0.8 + 4.0 * since, 1e-12);
+    EXPECT_EQ(state(profile, 5.0 + since).rate, 4.0);
+  }
+  EXPECT_EQ(profile.settled[1], 5.0 + 4.0 / 2.0) << "as without `from`";
+  EXPECT_NEAR(std::remainder(state(profile, 35.0).angle, turn), 0.0, 1e-9);
+  EXPECT_NEAR(state(profile, 35.0).angle, 0.8 + 80.0 + 4.0, 4.0);  // brakes for 2 s, then at most half a turn
+}
+
+TEST(Profile, ASineWithFromOscillatesAboutItFromTheBeginning) {
+  const AxisLimits limits{"table", 5.0, 50.0};
+  Motion under_way = sine(0.2, 0.5, 0.7);
+  under_way.from = -0.4;
+  const auto profile = profile_of(
+      {segment(1.0, hold(0.3)), segment(9.0, under_way), segment(5.0, sine(0.1, 2.0)), segment(5.0, hold(0.3))}, limits,
+      {}, nullptr);
+  for (const double since : {0.0, 0.1, 6.3})
+    EXPECT_NEAR(state(profile, 1.0 + since).angle, -0.4 + 0.2 * std::sin(turn * 0.5 * since + 0.7), 1e-12);
+  EXPECT_NEAR(profile.settled[1], 1.0 + 2.0 / 0.5, 1e-12) << "as without `from`";
+  EXPECT_NEAR(state(profile, 14.1).angle, -0.4 + 0.1 * std::sin(turn * 2.0 * 4.1), 1e-12) << "about where it stood";
+  EXPECT_EQ(state(profile, 20.0).angle, 0.3);
+}
+
 TEST(Profile, SweepPassesItsFrequenciesLogarithmically) {
   const AxisLimits limits{"table", 50.0, 5000.0};
   Motion sweep = sine(0.01, 1.0);

@@ -1,0 +1,104 @@
+// Recordings whose segments begin while the axis is under way: the mark of a simulated segment is moved to a later
+// time, and the plan says that the segment begins there.
+#include "tumble/reduce/table/recorded_turns.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/sim/simulate.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble::table {
+namespace {
+
+constexpr double late = 10.5;  ///< [s] the segment began before it was recorded
+
+Plan plan_of_motion(const Motion& motion, double duration, bool ideal) {
+  Plan plan = trial_plan("rlg_north_finder", {}, "ring_laser_gyro", "two_axis_table", 2.0);
+  plan.rig.set_flag("ideal", ideal);
+  plan.schedule = {{"rest", 20.0, 1, {{"outer", {.value = 0.0}}, {"inner", {.value = 0.3}}}},
+                   {"moves", duration, 1, {{"inner", motion}}}};
+  return plan;
+}
+
+/// The segment as recorded from `late` on.
+Evidence under_way(const Motion& motion, bool ideal = true) {
+  Evidence evidence;
+  evidence.recordings = {simulate(plan_of_motion(motion, 100.0 + late, ideal), 5, {})};
+  evidence.recordings[0].marks[1].begin += late;
+  evidence.plan = plan_of_motion(motion, 100.0, ideal);
+  return evidence;
+}
+
+const Motion& motion_of(const RecordedTurns& turns) { return turns.plan.schedule.at(1).axes.at("inner"); }
+
+/// Where the axis of these recordings is at a rate: it took rate/acceleration to come to it.
+double angle_at(double rate, double time, const Plan& plan) {
+  return 0.3 + rate * time - 0.5 * rate * std::abs(rate) / plan.rig.number("inner_max_acceleration");
+}
+
+TEST(RecordedTurns, ARateGoesOnFromTheAngleOfTheEncoder) {
+  for (const double degrees : {3.0, -70.0}) {
+    const double rate = si(degrees, "deg/s");
+    const Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = rate});
+    const auto turns = recorded_turns(evidence);
+    ASSERT_EQ(turns.findings.size(), 1u);
+    EXPECT_EQ(turns.findings[0].code, "turn_phase_recorded");
+    ASSERT_TRUE(motion_of(turns).from);
+    // an ideal encoder without steps: rounding of the sum of some 200 points on the circle remains
+    const double truth = angle_at(rate, late, evidence.plan);
+    EXPECT_NEAR(std::remainder(*motion_of(turns).from - truth, two_pi), 0.0, 1e-11) << degrees;
+    EXPECT_LT(std::abs(*motion_of(turns).from - 0.3), two_pi) << "on the turn that the plan has come to";
+  }
+}
+
+TEST(RecordedTurns, ReadingsWithinOneTurnSayTheSame) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
+  Evidence evidence = under_way(turning);
+  const double counted = *motion_of(recorded_turns(evidence)).from;
+  for (auto& channel : evidence.recordings[0].channels)
+    if (channel.name == "inner_angle")
+      for (double& angle : channel.values) angle -= two_pi * std::floor(angle / two_pi);
+  EXPECT_NEAR(*motion_of(recorded_turns(evidence)).from, counted, 1e-11);
+}
+
+TEST(RecordedTurns, AnOscillationHasTheMiddleAndThePhaseOfTheEncoder) {
+  const Motion oscillating{.kind = Motion::Kind::sine, .amplitude = si(-20.0, "deg"), .frequency = 0.13, .phase = 0.4};
+  const auto turns = recorded_turns(under_way(oscillating));
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_NEAR(*motion_of(turns).from, 0.3, 1e-9);
+  EXPECT_NEAR(std::remainder(motion_of(turns).phase - 0.4 - two_pi * 0.13 * late, two_pi), 0.0, 1e-9);
+}
+
+TEST(RecordedTurns, WhatTheRigsErrorsExplainRemainsAsPlanned) {
+  for (const auto& motion : {Motion{.kind = Motion::Kind::rate, .value = si(70.0, "deg/s")},
+                             Motion{.kind = Motion::Kind::sine, .amplitude = 0.3, .frequency = 0.13, .phase = 0.4}}) {
+    Evidence evidence{plan_of_motion(motion, 100.0, false), {}};
+    evidence.recordings = {simulate(evidence.plan, 7, {})};
+    EXPECT_TRUE(recorded_turns(evidence).findings.empty());
+  }
+}
+
+TEST(RecordedTurns, ReadingsOfAnotherMotionAreNoPhase) {
+  Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = si(70.0, "deg/s")});
+  evidence.plan.schedule[1].axes["inner"].value = si(50.0, "deg/s");
+  EXPECT_TRUE(recorded_turns(evidence).findings.empty());
+}
+
+TEST(RecordedTurns, RepetitionsHaveThePhasesOfTheirOwn) {
+  const double rate = si(70.0, "deg/s");
+  Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = rate});
+  evidence.recordings.push_back(evidence.recordings[0]);
+  evidence.recordings[1].marks[1].begin += 1.0;
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.plans.size(), 2u);
+  EXPECT_EQ(turns.plans[0], nullptr);
+  ASSERT_NE(turns.plans[1], nullptr);
+  const double first = *motion_of(turns).from, second = *turns.plans[1]->schedule[1].axes.at("inner").from;
+  EXPECT_NEAR(std::remainder(second - first - rate, two_pi), 0.0, 1e-11);
+}
+
+}  // namespace
+}  // namespace tumble::table
