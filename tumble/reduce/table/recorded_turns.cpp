@@ -18,10 +18,10 @@ namespace {
 
 using Kind = Motion::Kind;
 
-constexpr double least_tolerance = two_pi / 3600.0;  ///< [rad], 0.1 deg
-constexpr double most_tolerance = 0.5;               ///< [rad]
-constexpr double explained = 6.0;                    ///< standard deviations of what a rig does otherwise than its plan
-constexpr double least_resultant = 0.9;              ///< of residuals of 26 deg rms
+constexpr double least_tolerance = 0.1 * degree;  ///< [rad], 0.1 deg
+constexpr double most_tolerance = 0.5;            ///< [rad]
+constexpr double explained = 6.0;                 ///< standard deviations of what a rig does otherwise than its plan
+constexpr double least_resultant = 0.9;           ///< of residuals of 26 deg rms
 constexpr double amplitude_tolerance = 0.2;
 
 bool turns_or_oscillates(const Motion* motion) {
