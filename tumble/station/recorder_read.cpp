@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/recorder/read_recordings.hpp"
 #include "tumble/station/recorder/run_reader.hpp"
@@ -36,7 +37,7 @@ Recording recording_of(SlotReader& slot, const RunReader& run, const StoreConten
   recording.marks = run.marks();
   for (const auto& [fact, value] : content.facts)
     if (!is_of_the_file(fact)) recording.meta[fact] = value;
-  if (!run.started().empty()) recording.meta["started"] = run.started();
+  if (!run.started().empty()) recording.meta[clock_start] = run.started();
   if (!name.empty()) recording.meta["slot"] = name;
   recording.findings = run.findings(content, name);
   for (Finding& finding : slot.findings()) recording.findings.push_back(std::move(finding));

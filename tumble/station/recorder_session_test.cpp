@@ -126,7 +126,7 @@ TEST(Record, RecordsAnInstrumentOverTcpAndOverASerialLine) {
     EXPECT_GT(shown, 2);
     EXPECT_EQ(folder.entries(), 1u) << "the store is removed";
     const Recording recording = read_recording(outcome.sealed.path, {}, {});
-    EXPECT_EQ(recording.meta.at("started"), "2026-03-01T12:00:00Z");
+    EXPECT_EQ(recording.meta.at("clock_start"), "2026-03-01T12:00:00Z");
     const Channel& gyro = *find_channel(recording, "gyro.x");
     ASSERT_TRUE(gyro.timeline.uniform());
     EXPECT_GT(gyro.values.size(), 100u);

@@ -37,7 +37,7 @@ InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& cod
       description_(std::move(link)),
       link_(recorder.add_link(description_)),
       stream_(codec) {
-  for (const FrameChannel& channel : codec.channels) shown_.push_back({channel, LiveNoise(), 0.0});
+  for (const FrameChannel& channel : codec.channels) shown_.push_back({channel, LiveNoise()});
 }
 
 void InstrumentRecorder::sent(double time, std::string_view bytes) {
