@@ -4,7 +4,7 @@
     run_docs.py --self-test
 
 The pages are the .md files at the root of the repository and in docs/ (except docs/decisions and docs/equations). The
-examples of one page run in the order of the page, in one bash, in an empty folder with copies of plans/ and examples/. A
+examples of one page run in the order of the page, in one bash, in an empty folder with copies of plans/, examples/ and stations/. A
 later example sees the files that an earlier one made.
 
     ```console    lines `$ command` and what they print, compared as in a transcript (run_transcripts.py)
@@ -196,7 +196,7 @@ def run_page(path, program, source):
         return 1, failures + [f"{path}: {problem}"]
     if not steps:
         return 0, failures
-    copy = step_of('cp -r "$TUMBLE_SOURCE"/plans "$TUMBLE_SOURCE"/examples .', 1, None)
+    copy = step_of('cp -r "$TUMBLE_SOURCE"/plans "$TUMBLE_SOURCE"/examples "$TUMBLE_SOURCE"/stations .', 1, None)
     results = run_transcripts.run([copy] + steps, program, source)[1:]
     for step, actual in zip(steps, results):
         if not holds(step, actual):
