@@ -117,12 +117,12 @@ void finish_safe(Turn& turn) {
 
 }  // namespace
 
-void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, const std::string& reason) {
+void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason) {
   auto& state = turn.state;
   if (!may_follow(state.phase, phase))
     return turn.note("safe", fmt::format("{}: the run is {} already", reason, name(state.phase)));
   state.ending = ending;
-  state.reason = reason;
+  state.reason = std::move(reason);
   state.decided = turn.now();
   state.failures.clear();
   for (auto& device : state.devices) {
@@ -134,12 +134,12 @@ void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, const std::string&
   send_due(turn);  // before anything that writes to the disk
   send_waiting(turn);
   close_prompt(turn);
-  end_attempt(turn, std::string(name(ending)), reason);
+  end_attempt(turn, std::string(name(ending)), state.reason);
   for (auto& axis : state.axes) {
     axis.ramping = false;
     axis.demand = Demand::none;
   }
-  turn.note("safe", "the rig is brought to its safe state: " + reason);
+  turn.note("safe", "the rig is brought to its safe state: " + state.reason);
   enter(turn, phase);
 }
 

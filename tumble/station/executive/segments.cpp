@@ -178,7 +178,7 @@ void end_attempt(Turn& turn, const std::string& ending, const std::string& reaso
   write_row(turn, std::move(row));
 }
 
-void attempt_failed(Turn& turn, const std::string& reason) {
+void attempt_failed(Turn& turn, std::string reason) {
   auto& state = turn.state;
   end_attempt(turn, "failed", reason);
   turn.note("attempt", fmt::format("segment '{}', attempt {} failed: {}", turn.segment().label,
@@ -188,7 +188,7 @@ void attempt_failed(Turn& turn, const std::string& reason) {
   const auto* axis = strictest_axis(turn);
   if (state.failed_attempts <= (axis ? axis->retries : 0)) return begin_attempt(turn);
   const auto action = axis ? axis->on_failure : OnFailure::ask;
-  if (action == OnFailure::stop) return begin_safe(turn, RunPhase::stopping, RunEnding::failed, reason);
+  if (action == OnFailure::stop) return begin_safe(turn, RunPhase::stopping, RunEnding::failed, std::move(reason));
   if (action == OnFailure::skip) {
     progress_of(turn).status = Status::skipped;
     state.failed_attempts = 0;

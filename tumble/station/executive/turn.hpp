@@ -108,7 +108,8 @@ void next_segment(Turn& turn);
 void begin_attempt(Turn& turn);
 /// Writes the end of the attempt that is open; nothing where none is.
 void end_attempt(Turn& turn, const std::string& ending, const std::string& reason);
-void attempt_failed(Turn& turn, const std::string& reason);
+/// The reason is a copy, as for begin_safe.
+void attempt_failed(Turn& turn, std::string reason);
 void advance_segment(Turn& turn);
 void take_estimate(Turn& turn, const EstimateNow& estimate);
 
@@ -136,8 +137,9 @@ const StationInterlock* broken_hold(Turn& turn);
 void advance_holding(Turn& turn);
 
 // safe.cpp
-/// Begins the safe list, once. `phase` is stopping or aborting.
-void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, const std::string& reason);
+/// Begins the safe list, once. `phase` is stopping or aborting. The reason is a copy: the failures of the state, where it
+/// often stands, are cleared here.
+void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason);
 void advance_safe(Turn& turn);
 void take_safe_reply(Turn& turn, std::size_t index, bool refused);
 
