@@ -69,9 +69,8 @@ std::optional<ControllerRequest> of_axis(const ControllerCommand& command, const
   for (const auto& name : command.takes)
     if (const auto value = request.values.find(name + tail); value != request.values.end())
       one.values.emplace(name, value->second);
-  for (const auto& name : command.requires_)
-    if (!one.values.contains(name)) return std::nullopt;
-  return one;
+  const bool has_own = std::ranges::find(command.takes, command.verb) != command.takes.end();
+  return has_own && !one.values.contains(command.verb) ? std::nullopt : std::optional(std::move(one));
 }
 
 }  // namespace

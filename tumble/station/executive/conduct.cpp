@@ -148,7 +148,7 @@ bool may_move(Turn& turn) {
   if (!supply || turn.state.powered_run == turn.segment().run) return true;
   if (turn.state.power != Power::off) turn.state.power = Power::idle;
   advance_supply(turn, *supply, true);
-  return turn.state.power == Power::off && !outstanding(turn, Purpose::power);
+  return is_active(turn.state.phase) && turn.state.power == Power::off && !outstanding(turn, Purpose::power);
 }
 
 bool power_is_right(Turn& turn) {
