@@ -103,7 +103,7 @@ struct GlobalRisk {
 GlobalRisk global_risk(const Population& population, double sd, const Tolerance& tolerance,
                        const Tolerance& acceptance);
 
-/// The mean risk over what the production may be: draws of possible_populations() where few units are known.
+/// The mean risk [1] over what the production may be [u]: draws of possible_populations() where few units are known.
 GlobalRisk global_risk(std::span<const Population> populations, double sd, const Tolerance& tolerance,
                        const Tolerance& acceptance);
 
