@@ -29,6 +29,7 @@ Model model_of(const ManyResults& results);
 /// From this many results the sparse form is used [1].
 inline constexpr std::size_t many = 500;
 
+/// Variances [u^2]. Work grows as n^3.
 AtVariances dense_at(const Model& model, const std::vector<double>& variances);
 
 /// Work grows as n: V = W^-1 + U U', of which U has one entry a factor and result, is inverted by Woodbury's identity
@@ -40,6 +41,7 @@ class SparseLikelihood {
   ~SparseLikelihood();
   SparseLikelihood(SparseLikelihood&&) noexcept;
 
+  /// Variances [u^2], one a factor, then "repeat".
   AtVariances at(const std::vector<double>& variances);
 
  private:
