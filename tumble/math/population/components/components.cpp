@@ -52,8 +52,8 @@ void require_separable(const ManyResults& results) {
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-using spread_components::AtVariances;
-using spread_components::Model;
+using components::AtVariances;
+using components::Model;
 
 /// The restricted likelihood of a model as a function of the variances.
 using Likelihood = std::function<AtVariances(const std::vector<double>& variances)>;
@@ -163,15 +163,15 @@ void add_mean(const Model& model, const Maximum& best, SpreadComponents& out) {
 }
 
 Likelihood likelihood_of(const Model& model, double variance_of_all) {
-  if (model.values.size() < spread_components::many)
-    return [&model](const std::vector<double>& variances) { return spread_components::dense_at(model, variances); };
-  const auto sparse = std::make_shared<spread_components::SparseLikelihood>(model, variance_of_all);
+  if (model.values.size() < components::many)
+    return [&model](const std::vector<double>& variances) { return components::dense_at(model, variances); };
+  const auto sparse = std::make_shared<components::SparseLikelihood>(model, variance_of_all);
   return [sparse](const std::vector<double>& variances) { return sparse->at(variances); };
 }
 
 }  // namespace
 
-spread_components::Model spread_components::model_of(const ManyResults& results) {
+components::Model components::model_of(const ManyResults& results) {
   Model model;
   model.values = results.values;
   model.shared = results.shared;
@@ -185,7 +185,7 @@ spread_components::Model spread_components::model_of(const ManyResults& results)
 
 SpreadComponents components_of_spread(const ManyResults& results) {
   require_separable(results);
-  const Model model = spread_components::model_of(results);
+  const Model model = components::model_of(results);
   const auto n = static_cast<double>(results.values.size());
   const double mean = std::accumulate(results.values.begin(), results.values.end(), 0.0) / n;
   double variance = 0.0;

@@ -6,7 +6,7 @@
 #include "tumble/math/population/components/likelihood.hpp"
 #include "tumble/math/square.hpp"
 
-namespace tumble::spread_components {
+namespace tumble::components {
 namespace {
 
 /// V [n x n] at these variances.
@@ -78,4 +78,4 @@ AtVariances dense_at(const Model& model, const std::vector<double>& variances) {
   return out;
 }
 
-}  // namespace tumble::spread_components
+}  // namespace tumble::components

@@ -6,7 +6,7 @@
 #include "tumble/math/population/components.hpp"
 
 /// The restricted likelihood of many results at given variances: exact and dense for few, sparse for many.
-namespace tumble::spread_components {
+namespace tumble::components {
 
 /// The model at given variances [u^2], one a factor, then "repeat" (8.7).
 struct AtVariances {
@@ -49,4 +49,4 @@ class SparseLikelihood {
   std::unique_ptr<Parts> parts_;
 };
 
-}  // namespace tumble::spread_components
+}  // namespace tumble::components

@@ -6,7 +6,7 @@
 
 #include "tumble/math/random.hpp"
 
-namespace tumble::spread_components {
+namespace tumble::components {
 namespace {
 
 /// Units of two to four days on three rigs, with unequal uncertainties and an error that every third result shares.
@@ -81,4 +81,4 @@ TEST(SpreadLikelihood, ManyResultsGiveTheirComponents) {
 }
 
 }  // namespace
-}  // namespace tumble::spread_components
+}  // namespace tumble::components

@@ -7,7 +7,7 @@
 #include "tumble/math/population/components/likelihood.hpp"
 #include "tumble/math/square.hpp"
 
-namespace tumble::spread_components {
+namespace tumble::components {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;  // by columns
@@ -278,4 +278,4 @@ SparseLikelihood::SparseLikelihood(SparseLikelihood&&) noexcept = default;
 
 AtVariances SparseLikelihood::at(const std::vector<double>& variances) { return parts_->at_variances(variances); }
 
-}  // namespace tumble::spread_components
+}  // namespace tumble::components
