@@ -137,8 +137,8 @@ const StationInterlock* broken_hold(Turn& turn);
 void advance_holding(Turn& turn);
 
 // safe.cpp
-/// Begins the safe list, once. `phase` is stopping or aborting. The reason is a copy: the failures of the state, where it
-/// often stands, are cleared here.
+/// Begins the safe list, once. `phase` is stopping or aborting. The reason is a copy: the failures of the state, where
+/// it often stands, are cleared here.
 void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason);
 void advance_safe(Turn& turn);
 void take_safe_reply(Turn& turn, std::size_t index, bool refused);
