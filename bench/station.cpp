@@ -1,19 +1,26 @@
-// How soon a station stops its rig over real TCP links of this machine, and how long a rehearsal of days takes; prints
-// a page.
+// How soon a station stops its rig over real TCP links of this machine, how soon what arrives is on the disk, and how
+// long rehearsals take; prints a page. It is run in the root of the repository, for its plans.
 //
-//   station FOLDER [TRIALS, 1000] [HOURS to rehearse, 72]
+//   station FOLDER [TRIALS, 1000] [SECONDS that acknowledgements are watched, 60] [HOURS to rehearse, 72]
+//
+// 0 leaves a part out.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
-#include "tumble/formats/checksum.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/disk.hpp"
 #include "tumble/station/link_wires.hpp"
@@ -23,6 +30,7 @@
 #include "tumble/station/virtual_stream.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/error.hpp"
 
 namespace {
 
@@ -31,14 +39,32 @@ namespace fs = std::filesystem;
 
 double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-/// [MB] of memory that the process has had at most.
-double most_memory() {
+rusage used() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return 1e-3 * double(usage.ru_maxrss);
+  return usage;
 }
 
-Plan gyro_plan() { return load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {}); }
+/// [s] of this process in all its threads.
+double processor() {
+  const rusage usage = used();
+  const auto seconds = [](const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// [MB] of memory that the process has had at most.
+double most_memory() { return 1e-3 * double(used().ru_maxrss); }
+
+/// Cells of a table: median, 99 %, 99.9 % and the longest of times [s], in ms.
+std::string distribution(std::vector<double> times) {
+  if (times.empty()) return "none |";
+  std::ranges::sort(times);
+  const auto at = [&](double part) {
+    return 1e3 * times[std::min(times.size() - 1, std::size_t(part * double(times.size())))];
+  };
+  return fmt::format("{:.2f} ms | {:.2f} ms | {:.2f} ms | {:.2f} ms |", at(0.5), at(0.99), at(0.999),
+                     1e3 * times.back());
+}
 
 /// A table that answers its polls: when told to, it has tripped its interlock.
 struct Table {
@@ -134,7 +160,7 @@ double trial(const Plan& plan, Station station, const std::string& folder, int n
 }
 
 void measure_stops(const std::string& folder, int trials) {
-  Plan plan = gyro_plan();
+  Plan plan = load_plan("plans/gyro_scale_factor.toml", {});
   plan.sample_rate = 100.0;
   plan.schedule = {{"turning", 1000.0, 1, {{"table", {.kind = Motion::Kind::rate, .value = 10.0 * degree}}}}};
   Station station = station_for(plan);
@@ -150,40 +176,87 @@ void measure_stops(const std::string& folder, int trials) {
     const double time = trial(plan, station, folder + "/trial", number);
     if (time > 0.0) times.push_back(time);
   }
-  std::ranges::sort(times);
-  const auto at = [&](double part) {
-    return 1e3 * times[std::min(times.size() - 1, std::size_t(part * double(times.size())))];
-  };
-  fmt::print("| trials that stopped | median | 99 % | 99.9 % | longest |\n|---|---|---|---|---|\n");
-  fmt::print("| {} of {} | {:.2f} ms | {:.2f} ms | {:.2f} ms | {:.2f} ms |\n\n", times.size(), trials, at(0.5),
-             at(0.99), at(0.999), 1e3 * times.back());
+  fmt::print("## From the sample that breaks an interlock to the stop\n\n");
+  fmt::print("| trials that stopped | median | 99 % | 99.9 % | longest |\n|---|---:|---:|---:|---:|\n");
+  fmt::print("| {} of {} | {}\n\n", times.size(), trials, distribution(times));
 }
 
-void measure_rehearsal(const std::string& folder, double hours) {
-  Plan plan = load_plan(TUMBLE_SOURCE_DIR "/plans/imu_turntable_short.toml", {});
-  plan.sample_rate = 100.0;
-  plan.schedule.resize(1);
-  plan.schedule[0].duration = hours * hour;
+/// Each 10 ms the bytes and the samples of 20 channels at 2 kHz: how long each portion waits until it is on the disk.
+void measure_acknowledgements(const std::string& folder, double seconds) {
+  fs::create_directories(folder + "/acknowledged");
+  std::mutex mutex;
+  std::deque<std::pair<std::uint64_t, double>> waiting;  // sequence number, [s] arrival
+  std::vector<double> times;
+  RecorderOptions options;
+  options.on_commit = [&](const Acknowledged& acknowledged) {
+    const std::lock_guard lock(mutex);
+    for (; !waiting.empty() && waiting.front().first <= acknowledged.sequence; waiting.pop_front())
+      times.push_back(steady() - waiting.front().second);
+  };
+  Disk disk;
+  {
+    Recorder recorder(folder + "/acknowledged", disk, options);
+    const std::size_t link = recorder.add_link({.name = "bench"});
+    const std::size_t stream = recorder.add_stream({.name = "bench", .channels = std::vector<FrameChannel>(20)});
+    const std::string bytes(20 * 88, 'x');
+    const std::vector<double> values(20);
+    const double begin = steady();
+    for (std::uint64_t portion = 0; steady() < begin + seconds; ++portion) {
+      std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::duration_cast<
+          std::chrono::steady_clock::duration>(std::chrono::duration<double>(begin + 0.01 * double(portion)))));
+      const double now = steady();
+      std::uint64_t last = recorder.raw(link, StoreDirection::received, now - begin, bytes);
+      for (std::uint64_t k = 0; k < 20; ++k) last = recorder.sample(stream, {now - begin, {}, 20 * portion + k, values});
+      const std::lock_guard lock(mutex);
+      waiting.emplace_back(last, now);
+    }
+    recorder.flush();
+  }
+  fs::remove_all(folder + "/acknowledged");
+  fmt::print("## From the arrival of 20 channels at 2 kHz to the disk\n\n");
+  fmt::print("| portions of 10 ms | median | 99 % | 99.9 % | longest |\n|---|---:|---:|---:|---:|\n");
+  fmt::print("| {} | {}\n\n", times.size(), distribution(times));
+}
+
+void measure_rehearsal(const std::string& folder, const std::string& what, const Plan& plan) {
   Rehearsal rehearsal;
   rehearsal.plan = plan;
-  rehearsal.folder = folder + "/days";
-  const double begin = steady();
+  rehearsal.folder = folder + "/rehearsed";
+  const double begin = steady(), before = processor();
   const Rehearsed rehearsed = rehearse(rehearsal);
-  fmt::print("| simulated | channels | ending | wall | memory |\n|---|---|---|---|---|\n");
-  fmt::print("| {:.1f} h | 6 at 100 Hz | {} | {:.0f} s | {:.0f} MB |\n", rehearsed.simulated / hour,
-             name(rehearsed.end.ending), steady() - begin, most_memory());
+  fmt::print("| {} | {:.2f} h | {} | {:.1f} s | {:.1f} s | {:.0f} MB |\n", what, rehearsed.simulated / hour,
+             name(rehearsed.end.ending), steady() - begin, processor() - before, most_memory());
   fs::remove_all(rehearsal.folder);
+}
+
+void measure_rehearsals(const std::string& folder, double hours) {
+  fmt::print("## Rehearsals, sealed\n\n| plan | simulated | ending | wall | processor | memory at most |\n");
+  fmt::print("|---|---:|---|---:|---:|---:|\n");
+  measure_rehearsal(folder, "`north_finding.toml`", load_plan("plans/north_finding.toml", {}));
+  measure_rehearsal(folder, "`rlg_north_finder.toml`", load_plan("plans/rlg_north_finder.toml", {}));
+  Plan plan = load_plan("plans/imu_turntable_short.toml", {});
+  plan.sample_rate = 100.0;
+  measure_rehearsal(folder, "`imu_turntable_short.toml`, 6 channels at 100 Hz", plan);
+  plan.schedule.resize(1);
+  plan.schedule[0].duration = hours * hour;
+  measure_rehearsal(folder, "6 channels at 100 Hz, turning", plan);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    fmt::print(stderr, "station FOLDER [TRIALS] [HOURS]\n");
+    fmt::print(stderr, "station FOLDER [TRIALS] [SECONDS] [HOURS]\n");
     return 2;
   }
-  const int trials = argc > 2 ? std::atoi(argv[2]) : 1000;
-  const double hours = argc > 3 ? std::atof(argv[3]) : 72.0;
-  if (trials > 0) measure_stops(argv[1], trials);
-  if (hours > 0.0) measure_rehearsal(argv[1], hours);
+  const auto number = [&](int place, double usual) { return argc > place ? std::atof(argv[place]) : usual; };
+  try {
+    if (number(2, 1000.0) > 0.0) measure_stops(argv[1], int(number(2, 1000.0)));
+    if (number(3, 60.0) > 0.0) measure_acknowledgements(argv[1], number(3, 60.0));
+    if (number(4, 72.0) > 0.0) measure_rehearsals(argv[1], number(4, 72.0));
+  } catch (const Error& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
+  }
+  return 0;
 }

@@ -9,7 +9,7 @@
 #include "tumble/units/error.hpp"
 
 namespace tumble {
-namespace {
+namespace wired {  // named, since Inner has them as members
 
 constexpr double opened_within = 5.0;  ///< [s] the first time
 constexpr double again_within = 0.2;   ///< [s] afterwards: nothing else is done in the meantime
@@ -22,7 +22,9 @@ struct Wire {
   double again = 0.0;                  ///< [s] when to open it again
 };
 
-}  // namespace
+}  // namespace wired
+
+using namespace wired;
 
 struct LinkWires::Inner {
   Links links;

@@ -94,7 +94,8 @@ struct StoreLoad {
 
 struct RecorderOptions {
   double commit_after = 0.2;                             ///< [s] that an item waits at most before its commit begins
-  std::size_t chunk_bytes = std::size_t{1} << 16;        ///< of a stream or link; a full chunk is committed at once
+  std::size_t chunk_bytes = std::size_t{1} << 16;        ///< of a stream or link
+  std::size_t commit_bytes = std::size_t{1} << 16;       ///< that wait, with a full chunk among them: committed at once
   std::size_t queue_bytes = std::size_t{1} << 26;        ///< that may wait; more stops the recording
   std::uint64_t reserve_bytes = std::uint64_t{1} << 26;  ///< kept free for the end record; 0: no reserve
   std::uint64_t floor_bytes = 0;  ///< of room below which the recording stops as if the disk were full

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <span>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
@@ -37,24 +39,39 @@ std::string folder_of_file(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path().string() : std::string(".");
 }
 
-/// Equal but for the rounding of the unit that the file has: of 0 degC some digits are lost in kelvin.
-bool same_sealed_values(const Channel& a, const Channel& b) {
-  const double zero = std::abs(a.unit.to_si(0.0));
+constexpr std::size_t verified_at_once = std::size_t{1} << 18;  ///< samples of a channel
+
+/// Whether a block goes on with the samples of a channel from `first` on. Equal but for the rounding of the unit that
+/// the file has: of 0 degC some digits are lost in kelvin.
+bool continues(const Channel& channel, std::size_t first, const std::vector<double>& block) {
+  const double zero = std::abs(channel.unit.to_si(0.0));
   const auto same = [zero](double x, double y) {
     return (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= 1e-14 * (std::abs(x) + zero);
   };
-  return std::ranges::equal(a.values, b.values, same);
+  return block.size() <= channel.values.size() - first &&
+         std::ranges::equal(block, std::span(channel.values).subspan(first, block.size()), same);
 }
 
-/// What was written is read back: channels, samples and marks. Units may round the last digit of a sample.
+/// What was written is read back, block after block: channels, samples and marks. Units may round the last digit of a
+/// sample.
 void verify_sealed(const Recording& recording, const std::string& path) {
-  const Recording back = read_recording(path, {}, {});
-  bool same = back.channels.size() == recording.channels.size() && back.marks.size() == recording.marks.size();
-  for (const Channel& channel : recording.channels) {
-    const Channel* const other = find_channel(back, channel.name);
-    same = same && other && same_sealed_values(channel, *other);
-  }
-  if (!same)
+  std::vector<std::size_t> read(recording.channels.size());
+  std::optional<std::size_t> marks;
+  bool same = true;
+  stream_recording(format_of(path), path, {}, verified_at_once, [&](const Recording& block) {
+    if (!marks) marks = block.marks.size();
+    same = same && block.channels.size() == recording.channels.size();
+    for (const Channel& channel : block.channels) {
+      const auto own = std::ranges::find(recording.channels, channel.name, &Channel::name);
+      same = same && own != recording.channels.end();
+      if (!same) return;
+      std::size_t& count = read[static_cast<std::size_t>(own - recording.channels.begin())];
+      same = continues(*own, count, channel.values);
+      count += channel.values.size();
+    }
+  }, {});
+  for (std::size_t c = 0; c < read.size(); ++c) same = same && read[c] == recording.channels[c].values.size();
+  if (!same || marks != recording.marks.size())
     throw Error(Error::Kind::bad_file,
                 fmt::format("'{}' does not read back as it was written; the live store is kept", path));
 }

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/station/recorder/front.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/units/error.hpp"
@@ -74,6 +75,20 @@ TEST(Recorder, CommitsAFullChunkAtOnce) {
   for (int i = 0; i < 1000 && recorder.acknowledged().sequence < sequence; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_EQ(recorder.acknowledged().sequence, sequence);
+}
+
+TEST(Recorder, CollectsAsMuchAsWasAskedForBeforeACommit) {
+  const std::string chunk(1000, 'x');
+  recorder::Front front({}, {.chunk_bytes = chunk.size(), .commit_bytes = 3 * chunk.size()});
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_FALSE(front.urgent());
+    front.raw(0, StoreDirection::received, k, chunk);
+  }
+  EXPECT_TRUE(front.urgent());
+  front.take();
+  EXPECT_FALSE(front.urgent());
+  front.event({.time = 4.0, .kind = "prompt"});
+  EXPECT_TRUE(front.urgent()) << "what happened does not wait";
 }
 
 TEST(Recorder, ContinuesAStoreAndItsNumbers) {

@@ -49,7 +49,7 @@ std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const St
 
 /// Time goes on only when the disk has kept up, because a rehearsal is faster than any disk, and as `pace` says.
 Wires held_back(Wires wires, Recorder& recorder, const std::function<void(double)>& pace) {
-  constexpr std::uint64_t ahead = std::uint64_t{1} << 23;  // bytes
+  constexpr std::uint64_t ahead = std::uint64_t{1} << 24;  // bytes
   auto wait = [inner = wires.wait, now = wires.now, &recorder, &pace,
                written = std::uint64_t{0}](double until) mutable {
     if (pace) pace(now());
@@ -100,6 +100,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   {
     RecorderOptions options;
     options.resume = rehearsal.resume;
+    options.commit_bytes = std::size_t{1} << 22;  // it comes faster than a disk synchronises
     Recorder recorder(rehearsal.folder, rehearsal.disk ? *rehearsal.disk : disk, options);
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
     const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);

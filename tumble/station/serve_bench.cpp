@@ -9,7 +9,7 @@
 #include "tumble/units/error.hpp"
 
 namespace tumble {
-namespace {
+namespace serving {  // named, since Inner has them as members
 
 constexpr double shortest_step = 0.002;  ///< [s] of the wall between two looks at the bench
 
@@ -20,7 +20,9 @@ struct Door {
   std::optional<std::size_t> link;  ///< that is open
 };
 
-}  // namespace
+}  // namespace serving
+
+using namespace serving;
 
 struct BenchServer::Inner {
   VirtualBench& bench;

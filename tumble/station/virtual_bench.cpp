@@ -16,7 +16,7 @@
 #include "tumble/units/error.hpp"
 
 namespace tumble {
-namespace {
+namespace virtual_bench {  // named, since Inner has them as members
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double on_the_way = 0.001;   ///< [s] of a message
@@ -73,7 +73,9 @@ std::string name_of_link(const StationInstrument& instrument) {
   return instrument.slot.empty() ? "instrument" : instrument.slot;
 }
 
-}  // namespace
+}  // namespace virtual_bench
+
+using namespace virtual_bench;
 
 struct VirtualBench::Inner {
   VirtualRig rig;
@@ -108,16 +110,15 @@ struct VirtualBench::Inner {
   void stream_on() {
     for (const VirtualSamples& samples : rig.samples(now))
       for (Streaming& one : streaming) {
-        std::string together;
-        for (TimedBytes& frame : one.stream.frames_of(samples)) {
-          if (!faulty) {
-            together += frame.bytes;
-            continue;
-          }
+        if (!faulty) {
+          std::string together;
+          one.stream.append_frames(samples, together);
+          if (!together.empty()) arrive(one.wire, now, std::move(together));
+          continue;
+        }
+        for (TimedBytes& frame : one.stream.frames_of(samples))
           for (TimedBytes& message : one.faults.pass(frame.time, frame.bytes))
             arrive(one.wire, std::max(now, message.time), std::move(message.bytes));
-        }
-        if (!together.empty()) arrive(one.wire, now, std::move(together));
       }
   }
 
@@ -214,7 +215,7 @@ std::vector<LinkEvent> VirtualBench::wait(double until) {
   for (;;) {
     std::vector<LinkEvent> events;
     while (!bench.arrivals.empty() && bench.arrivals.top().event.time <= bench.now) {
-      events.push_back(bench.arrivals.top().event);
+      events.push_back(std::move(const_cast<Arrival&>(bench.arrivals.top()).event));  // its order stays
       bench.arrivals.pop();
     }
     if (!events.empty() || bench.now >= until) return events;

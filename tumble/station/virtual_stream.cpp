@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "tumble/units/error.hpp"
 
@@ -100,61 +101,88 @@ void VirtualStream::freeze(const std::string& channel, bool on) {
     frozen_.erase(channel);
 }
 
-const Channel* VirtualStream::source_of(const std::string& name, const VirtualSamples& samples) const {
-  const auto renamed = names_.find(name);
-  const auto& wanted = renamed == names_.end() ? name : renamed->second;
-  const auto found = std::ranges::find(samples.channels, wanted, &Channel::name);
-  return found == samples.channels.end() ? nullptr : &*found;
+void VirtualStream::find_sources(const VirtualSamples& samples) {
+  sources_.clear();
+  for (const FrameField& field : codec_.frames[layout_].fields) {
+    const FrameChannel& channel = codec_.channels[field.channel];
+    const auto renamed = names_.find(channel.name);
+    const auto& wanted = renamed == names_.end() ? channel.name : renamed->second;
+    const auto found = std::ranges::find(samples.channels, wanted, &Channel::name);
+    sources_.push_back(found == samples.channels.end() ? nullptr : &*found);
+    if (sources_.back() && !(found->unit.dimension() == channel.unit.dimension()))
+      throw Error(Error::Kind::bad_input, fmt::format("{}: {} is in {}, but the rig gives {}", codec_.name,
+                                                      channel.name, channel.unit.text(), found->unit.text()));
+  }
 }
 
-std::string VirtualStream::frame(const VirtualSamples& samples, std::size_t k, double device_time) {
-  const FrameLayout& layout = codec_.frames[layout_];
-  FrameContent content{layout_, std::vector<double>(codec_.channels.size(), std::numeric_limits<double>::quiet_NaN()),
-                       std::vector<unsigned char>(codec_.channels.size(), 0)};
-  for (const FrameField& field : layout.fields) {
-    const FrameChannel& channel = codec_.channels[field.channel];
-    content.present[field.channel] = 1;
-    const Channel* source = source_of(channel.name, samples);
-    if (!source) continue;
-    if (!(source->unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_input, fmt::format("{}: {} is in {}, but the rig gives {}", codec_.name,
-                                                      channel.name, channel.unit.text(), source->unit.text()));
-    double value = source->values[k];
+/// The value of a channel as its field sends it [SI].
+double VirtualStream::sent_value(const FrameField& field, double value) {
+  const FrameChannel& channel = codec_.channels[field.channel];
+  if (!frozen_.empty())
     if (const auto frozen = frozen_.find(channel.name); frozen != frozen_.end()) {
       if (!frozen->second) frozen->second = value;
       value = *frozen->second;
     }
-    content.values[field.channel] = saturated(field, channel.increment ? value / rate_ : value);
-  }
-  if (layout.counter) content.counter = counter_ % layout.counter->modulus;
-  if (!layout.time.empty()) {
-    const double wrap = layout.time.front().wrap;
-    content.time = wrap > 0.0 ? device_time - wrap * std::floor(device_time / wrap) : std::max(0.0, device_time);
-  }
-  std::string bytes = encode_frame(codec_, content);
-  if (good_ || layout.statuses.empty()) return bytes;
-  for (const FrameStatus& status : layout.statuses) spoil(status, bytes);
-  std::ranges::fill(content.present, 0);
-  return encode_frame(codec_, content, bytes);  // with the checksums of what is not good
+  return saturated(field, channel.increment ? value / rate_ : value);
 }
 
-std::vector<TimedBytes> VirtualStream::frames_of(const VirtualSamples& samples) {
+void VirtualStream::append_frame(std::size_t k, double device_time, std::string& out) {
+  const FrameLayout& layout = codec_.frames[layout_];
+  content_.frame = layout_;
+  content_.values.assign(codec_.channels.size(), std::numeric_limits<double>::quiet_NaN());
+  content_.present.assign(codec_.channels.size(), 0);
+  for (std::size_t f = 0; f < layout.fields.size(); ++f) {
+    const FrameField& field = layout.fields[f];
+    content_.present[field.channel] = 1;
+    if (sources_[f]) content_.values[field.channel] = sent_value(field, sources_[f]->values[k]);
+  }
+  if (layout.counter) content_.counter = counter_ % layout.counter->modulus;
+  if (!layout.time.empty()) {
+    const double wrap = layout.time.front().wrap;
+    content_.time = wrap > 0.0 ? device_time - wrap * std::floor(device_time / wrap) : std::max(0.0, device_time);
+  }
+  const std::size_t begin = out.size();
+  encoder_.append(codec_, content_, out);
+  if (good_ || layout.statuses.empty()) return;
+  std::string bytes = out.substr(begin);
+  out.resize(begin);
+  for (const FrameStatus& status : layout.statuses) spoil(status, bytes);
+  std::ranges::fill(content_.present, 0);
+  out += encode_frame(codec_, content_, bytes);  // with the checksums of what is not good
+}
+
+/// Frame after frame: `took` is called behind each with its number in the block.
+template <class Took>
+void VirtualStream::append_each(const VirtualSamples& samples, std::string& out, Took took) {
   if (samples.power_up != power_up_) {
     power_up_ = samples.power_up;
     counter_ = 0;
     clock_ = 0.0;
   }
+  find_sources(samples);
   const auto& counter = codec_.frames[layout_].counter;
   const std::uint64_t step = counter && counter->step > 0 ? counter->step : 1;
-  std::vector<TimedBytes> out;
-  out.reserve(samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const double since = static_cast<double>(samples.first + k) / rate_;
-    out.push_back({samples.channels.front().timeline.start + static_cast<double>(k + 1) / rate_,
-                   frame(samples, k, since + clock_)});
+    append_frame(k, since + clock_, out);
     counter_ += step;
+    took(k);
   }
-  return out;
+}
+
+void VirtualStream::append_frames(const VirtualSamples& samples, std::string& out) {
+  append_each(samples, out, [](std::size_t) {});
+}
+
+std::vector<TimedBytes> VirtualStream::frames_of(const VirtualSamples& samples) {
+  std::vector<TimedBytes> frames;
+  frames.reserve(samples.size());
+  std::string bytes;
+  append_each(samples, bytes, [&](std::size_t k) {
+    frames.push_back(
+        {samples.channels.front().timeline.start + static_cast<double>(k + 1) / rate_, std::exchange(bytes, {})});
+  });
+  return frames;
 }
 
 }  // namespace tumble

@@ -35,6 +35,8 @@ class VirtualStream {
   /// A frame for each sample; its time is the end of the sample. What does not fit into its bytes stays at their end.
   /// Throws Error::bad_input where a channel of the rig is of another dimension than that of the declaration.
   std::vector<TimedBytes> frames_of(const VirtualSamples& samples);
+  /// Their bytes alone, behind what `out` holds. Throws as frames_of().
+  void append_frames(const VirtualSamples& samples, std::string& out);
 
   /// Faults of the unit: the counter stands at `counter` with the next frame; the clock jumps by `step` [s]; the
   /// statuses of the frame are not good, or good again; the channel shows what it showed.
@@ -46,11 +48,17 @@ class VirtualStream {
   const FrameCodec& codec() const { return codec_; }
 
  private:
-  const Channel* source_of(const std::string& name, const VirtualSamples& samples) const;
-  std::string frame(const VirtualSamples& samples, std::size_t k, double device_time);
+  void find_sources(const VirtualSamples& samples);
+  double sent_value(const FrameField& field, double value);
+  void append_frame(std::size_t k, double device_time, std::string& out);
+  template <class Took>
+  void append_each(const VirtualSamples& samples, std::string& out, Took took);
 
   FrameCodec codec_;
   std::size_t layout_ = 0;  ///< the first that carries channels
+  FrameEncoder encoder_;
+  FrameContent content_;                 ///< of the frame that is made
+  std::vector<const Channel*> sources_;  ///< of the samples that are sent, by field; null: the rig has none
   double rate_;
   std::map<std::string, std::string> names_;
   std::map<std::string, std::optional<double>> frozen_;  ///< [SI] by channel; empty until the next sample

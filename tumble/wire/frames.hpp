@@ -71,7 +71,7 @@ struct FrameChecksum {
   bool big = false;                       ///< order of its own bytes, and of the words
   std::vector<std::pair<int, int>> over;  ///< from, to [byte]
   int at = 0;                             ///< [byte]
-  std::vector<std::uint32_t> table = {};  ///< of a CRC, by byte
+  std::vector<std::uint32_t> table = {};  ///< of a CRC (codec/checksum.hpp)
   std::string after = {};   ///< of a line: the text before the range, empty where it is the begin of the line
   std::string before = {};  ///< of a line: the text behind the range, which the hexadecimal digits follow
   std::string none = {};    ///< of a line: letters in place of digits that mean no checksum
@@ -324,5 +324,22 @@ std::optional<FrameContent> decode_frame(const FrameCodec& codec, std::string_vi
 /// as in `base`, or 0 where that is empty. Items are those whose channels are present.
 /// Throws Error::bad_input where a value does not fit into its bytes.
 std::string encode_frame(const FrameCodec& codec, const FrameContent& content, std::string_view base = {});
+
+/// Encodes frames one after the other: what frames with the same channels have in common is put together once.
+class FrameEncoder {
+ public:
+  /// Puts encode_frame(codec, content) behind `out`. The codec is the same each time, or a copy of it.
+  /// Throws as encode_frame(); `out` is then as before.
+  void append(const FrameCodec& codec, const FrameContent& content, std::string& out);
+
+ private:
+  static bool keeps(const FrameLayout& layout);
+
+  std::size_t frame_ = 0;
+  std::vector<unsigned char> present_;
+  bool counted_ = false, timed_ = false;
+  std::string skeleton_, draft_;     ///< without the content; room for one frame
+  std::vector<std::size_t> fields_;  ///< of the layout, that carry the channels
+};
 
 }  // namespace tumble

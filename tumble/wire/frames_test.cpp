@@ -100,6 +100,22 @@ TEST(ShippedInstruments, VectorsHoldBothWays) {
 
 TEST(ShippedInstruments, WhatIsEncodedIsDecoded) { for_each_codec(expect_round_trips); }
 
+TEST(ShippedInstruments, FramesThatAreEncodedOneAfterTheOtherAreThoseOfOneAlone) {
+  for_each_codec([](const FrameCodec& codec) {
+    std::mt19937_64 random(11);
+    FrameEncoder encoder;
+    std::string together, alone;
+    for (int trial = 0; trial < 20; ++trial)
+      for (std::size_t frame = 0; frame < codec.frames.size(); ++frame)
+        for (int again = 0; again < 3 && !codec.frames[frame].fields.empty(); ++again) {
+          const FrameContent content = random_content(codec, frame, random);
+          encoder.append(codec, content, together);
+          alone += encode_frame(codec, content);
+        }
+    EXPECT_TRUE(together == alone);
+  });
+}
+
 TEST(ShippedInstruments, EachHasAVectorForItself) {
   for (const auto& instrument : shipped_instruments()) {
     std::size_t vectors = codec_of(instrument).vectors.size();

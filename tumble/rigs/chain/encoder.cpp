@@ -6,6 +6,21 @@
 
 namespace tumble::chain {
 
+namespace {
+
+/// Normal numbers with rising indices: those between them are made as well where they are few, since many at once take
+/// less time.
+template <class Number>
+void pick(const RandomStream& random, Number number, std::span<double> out) {
+  std::array<double, 512> all;
+  const std::uint64_t first = number(0), last = number(out.size() - 1);
+  const bool dense = last - first < all.size() && last - first < 8 * out.size();
+  if (dense) random.normal(first, std::span(all).first(last - first + 1));
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = dense ? all[number(i) - first] : random.normal(number(i));
+}
+
+}  // namespace
+
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings) {
   if (sd == 0.0) return;
@@ -18,7 +33,8 @@ void add_reading_noise(double sd, double rate, const RandomStream& random, doubl
   for (std::size_t done = 0; done < readings.size();) {
     const std::size_t count = std::min(batch.size(), readings.size() - done);
     if (one_by_one) {
-      for (std::size_t i = 0; i < count; ++i) batch[i] = random.normal(number(done + i));
+      pick(
+          random, [&](std::size_t i) { return number(done + i); }, std::span(batch).first(count));
     } else {
       random.normal(number(done), std::span(batch.data(), count));
     }

@@ -31,7 +31,7 @@ std::uint64_t Front::append(StoreItem::Kind kind, std::size_t source, double tim
   if (whole || chunk.body.size() >= chunk_bytes_) {
     batch_.chunks.push_back(std::move(chunk));
     open_.erase(place);
-    urgent_ = true;
+    urgent_ = urgent_ || whole || bytes_ >= commit_bytes_;
   }
   return last_;
 }

@@ -10,8 +10,13 @@ namespace tumble::recorder {
 /// What was appended and waits for its commit. Not safe for several threads.
 class Front {
  public:
-  Front(const StoreFile::State& state, std::size_t chunk_bytes)
-      : last_(state.last), time_(state.time), links_(state.links), streams_(state.streams), chunk_bytes_(chunk_bytes) {}
+  Front(const StoreFile::State& state, const RecorderOptions& options)
+      : last_(state.last),
+        time_(state.time),
+        links_(state.links),
+        streams_(state.streams),
+        chunk_bytes_(options.chunk_bytes),
+        commit_bytes_(options.commit_bytes) {}
 
   std::size_t add_link(const StoreLink& link);
   std::size_t add_stream(const StoreStream& stream);
@@ -23,7 +28,7 @@ class Front {
   std::uint64_t journal(const JournalRow& row);
 
   bool empty() const { return batch_.empty() && open_.empty(); }
-  bool urgent() const { return urgent_; }                 ///< a chunk is full, or something happened
+  bool urgent() const { return urgent_; }                 ///< much waits, or something happened
   std::size_t bytes() const { return bytes_; }            ///< that wait
   double time() const { return time_; }                   ///< [s] the latest
   std::uint64_t items() const { return items_; }          ///< in all
@@ -42,7 +47,7 @@ class Front {
   std::uint64_t last_, items_ = 0, all_bytes_ = 0;
   double time_;
   std::size_t links_, streams_;
-  std::size_t chunk_bytes_, bytes_ = 0;
+  std::size_t chunk_bytes_, commit_bytes_, bytes_ = 0;
   bool urgent_ = false;
 };
 

@@ -59,7 +59,7 @@ Writer::Writer(std::string folder, Disk& disk, const RecorderOptions& options)
       disk_(disk),
       options_(options),
       store_(opened_store(folder_, disk, options)),
-      front_(store_->state(), options.chunk_bytes),
+      front_(store_->state(), options),
       acknowledged_{store_->state().last, store_->state().time} {
   if (options_.background) thread_ = std::thread([this] { work(); });
 }

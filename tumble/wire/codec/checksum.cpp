@@ -16,15 +16,40 @@ std::uint32_t reversed(std::uint32_t bits, int width) {
 
 std::uint32_t width_mask(const FrameChecksum& check) { return static_cast<std::uint32_t>(mask_of(check.width)); }
 
+constexpr std::size_t slices = 8;  ///< bytes that a CRC takes in at once, each with a table of its own
+
+std::uint32_t little_word(const unsigned char* from) {
+  return static_cast<std::uint32_t>(from[0]) | static_cast<std::uint32_t>(from[1]) << 8 |
+         static_cast<std::uint32_t>(from[2]) << 16 | static_cast<std::uint32_t>(from[3]) << 24;
+}
+
+/// The entries of the slices, `first` downwards, for the bytes of a word from its lowest.
+std::uint32_t sliced(const std::uint32_t* table, std::size_t first, std::uint32_t word) {
+  return table[first * 256 + (word & 0xffu)] ^ table[(first - 1) * 256 + (word >> 8 & 0xffu)] ^
+         table[(first - 2) * 256 + (word >> 16 & 0xffu)] ^ table[(first - 3) * 256 + (word >> 24)];
+}
+
+/// The register of a reflected CRC is shifted right.
+std::uint32_t reflected_crc(const std::uint32_t* table, std::uint32_t crc, const unsigned char* from,
+                            std::size_t count) {
+  for (; count >= slices; from += slices, count -= slices)
+    crc = sliced(table, 7, crc ^ little_word(from)) ^ sliced(table, 3, little_word(from + 4));
+  for (; count > 0; ++from, --count) crc = crc >> 8 ^ table[(crc ^ *from) & 0xffu];
+  return crc;
+}
+
+/// Else left, with its bits at the top of the word: its bytes are those of a reflected one in reverse.
+std::uint32_t plain_crc(const std::uint32_t* table, std::uint32_t crc, const unsigned char* from, std::size_t count) {
+  for (; count >= slices; from += slices, count -= slices)
+    crc = sliced(table, 7, __builtin_bswap32(crc) ^ little_word(from)) ^ sliced(table, 3, little_word(from + 4));
+  for (; count > 0; ++from, --count) crc = crc << 8 ^ table[crc >> 24 ^ *from];
+  return crc;
+}
+
 std::uint32_t crc_over(const FrameChecksum& check, std::uint32_t crc, const unsigned char* from, std::size_t count) {
-  const std::uint32_t* const table = check.table.data();
-  if (check.reflected) {
-    for (std::size_t i = 0; i < count; ++i) crc = crc >> 8 ^ table[(crc ^ from[i]) & 0xffu];
-    return crc;
-  }
-  const int above = check.width - 8;
-  for (std::size_t i = 0; i < count; ++i) crc = crc << 8 ^ table[(crc >> above ^ from[i]) & 0xffu];
-  return crc & width_mask(check);
+  if (check.reflected) return reflected_crc(check.table.data(), crc, from, count);
+  const int below = 32 - check.width;
+  return plain_crc(check.table.data(), crc << below, from, count) >> below;
 }
 
 std::uint32_t sum_over(const FrameChecksum& check, std::uint32_t sum, std::string_view range) {
@@ -74,14 +99,19 @@ class RunningSum {
 
 std::vector<std::uint32_t> crc_table(const FrameChecksum& check) {
   if (check.kind != FrameChecksum::Kind::crc) return {};
-  std::vector<std::uint32_t> table(256);
-  const std::uint32_t poly = check.reflected ? reversed(check.poly, check.width) : check.poly;
-  const std::uint32_t top = std::uint32_t{1} << (check.width - 1);
+  std::vector<std::uint32_t> table(slices * 256);
+  const bool right = check.reflected;
+  const std::uint32_t poly =
+      right ? reversed(check.poly, check.width) : (check.poly & width_mask(check)) << (32 - check.width);
   for (std::uint32_t byte = 0; byte < 256; ++byte) {
-    std::uint32_t crc = check.reflected ? byte : byte << (check.width - 8);
+    std::uint32_t crc = right ? byte : byte << 24;
     for (int bit = 0; bit < 8; ++bit)
-      crc = check.reflected ? (crc & 1u ? crc >> 1 ^ poly : crc >> 1) : (crc & top ? crc << 1 ^ poly : crc << 1);
-    table[byte] = crc & width_mask(check);
+      crc = right ? (crc & 1u ? crc >> 1 ^ poly : crc >> 1) : (crc >> 31 ? crc << 1 ^ poly : crc << 1);
+    table[byte] = crc;
+  }
+  for (std::size_t i = 256; i < table.size(); ++i) {
+    const std::uint32_t before = table[i - 256];
+    table[i] = right ? before >> 8 ^ table[before & 0xffu] : before << 8 ^ table[before >> 24];
   }
   return table;
 }

@@ -11,7 +11,8 @@ namespace tumble::codec {
 /// [byte] of a frame that `end` means: what is negative, or 0 where it is an end, counts from the end of the frame.
 inline int place_in(int length, int at, bool is_end) { return at < 0 || (is_end && at == 0) ? length + at : at; }
 
-/// The table of a CRC by byte; empty for other checksums.
+/// The tables of a CRC by byte, for eight bytes at once (Kounavis and Berry 2005): the last byte first. Empty for other
+/// checksums.
 std::vector<std::uint32_t> crc_table(const FrameChecksum& check);
 
 /// The checksum of a frame as it should stand at `check.at`. The ranges must lie in the frame.

@@ -163,17 +163,6 @@ bool locate(const FrameLayout& layout, std::string_view frame, ItemPlaces& place
   return layout.masks.empty() || locate_masked(layout, frame, places);
 }
 
-std::optional<std::size_t> place_of(const FrameNumber& number, std::size_t length, const ItemPlaces& places) {
-  const int size = static_cast<int>(length);
-  if (number.item < 0) {
-    const int at = number.at < 0 ? size + number.at : number.at;
-    return at < 0 || at + number.bytes > size ? std::nullopt : std::optional(static_cast<std::size_t>(at));
-  }
-  const ItemPlace& item = places[static_cast<std::size_t>(number.item)];
-  if (item.at < 0 || number.at + number.bytes > item.size) return std::nullopt;
-  return static_cast<std::size_t>(item.at + number.at);
-}
-
 std::optional<std::size_t> length_of(const FrameLayout& layout, std::string_view bytes) {
   if (layout.text) return length_of_line(layout, bytes);
   const auto has = [&](const FrameNumber& number) {

@@ -21,7 +21,16 @@ using ItemPlaces = std::array<ItemPlace, most_items>;
 bool locate(const FrameLayout& layout, std::string_view frame, ItemPlaces& places);
 
 /// [byte] of the frame where a number is; nothing where the frame does not hold it.
-std::optional<std::size_t> place_of(const FrameNumber& number, std::size_t length, const ItemPlaces& places);
+inline std::optional<std::size_t> place_of(const FrameNumber& number, std::size_t length, const ItemPlaces& places) {
+  const int size = static_cast<int>(length);
+  if (number.item < 0) {
+    const int at = number.at < 0 ? size + number.at : number.at;
+    return at < 0 || at + number.bytes > size ? std::nullopt : std::optional(static_cast<std::size_t>(at));
+  }
+  const ItemPlace& item = places[static_cast<std::size_t>(number.item)];
+  if (item.at < 0 || number.at + number.bytes > item.size) return std::nullopt;
+  return static_cast<std::size_t>(item.at + number.at);
+}
 
 /// How long the frame is that begins with these bytes; 0: more bytes are needed; nothing: no such frame.
 std::optional<std::size_t> length_of(const FrameLayout& layout, std::string_view bytes);

@@ -64,8 +64,11 @@ struct FrameDraft {
   const FrameCodec& codec;
   const FrameLayout& layout;
   std::string bytes;
-  codec::ItemPlaces places = {};
-  bool from_base = false;
+  bool from_base;
+  codec::ItemPlaces places;  // no values of their own: locate() sets them
+
+  FrameDraft(const FrameCodec& its_codec, const FrameLayout& its_layout, std::string begun, bool on_base)
+      : codec(its_codec), layout(its_layout), bytes(std::move(begun)), from_base(on_base) {}
 
   unsigned char* at(const FrameNumber& number) {
     const auto place = codec::place_of(number, bytes.size(), places);
@@ -148,20 +151,28 @@ void put_skeleton(FrameDraft& draft, const FrameContent& content, const std::vec
                        reinterpret_cast<unsigned char*>(draft.bytes.data()) + layout.length_number->at);
 }
 
+void put_time_part(FrameDraft& draft, const FrameTime& part, double raw, double time) {
+  unsigned char* const to = draft.at(part.number);
+  if (!to) return;
+  const auto bits = bits_for(part.number, raw);
+  if (!bits) refuse_value(draft, "time", fmt::format("{} s does not fit", time));
+  codec::put_natural(part.number, *bits, to);
+}
+
 void put_time(FrameDraft& draft, double time) {
+  if (draft.layout.time.size() == 1) {
+    const FrameTime& only = draft.layout.time.front();
+    return put_time_part(draft, only, time / only.factor, time);
+  }
   std::vector<const FrameTime*> parts;
   for (const FrameTime& part : draft.layout.time)
     if (draft.at(part.number) && (parts.empty() || parts.front()->choice == part.choice)) parts.push_back(&part);
   std::ranges::stable_sort(parts, std::ranges::greater{}, [](const FrameTime* part) { return part->factor; });
   for (const FrameTime* part : parts) {
-    unsigned char* const to = draft.at(part->number);
-    if (!to) continue;
     const double exact = time / part->factor;
     const bool whole = part != parts.back() && part->number.kind != FrameNumber::Kind::real;
     const double raw = whole ? std::floor(exact + 1e-9) : exact;
-    const auto bits = bits_for(part->number, raw);
-    if (!bits) refuse_value(draft, "time", fmt::format("{} s does not fit", time));
-    codec::put_natural(part->number, *bits, to);
+    put_time_part(draft, *part, raw, time);
     time -= raw * part->factor;
   }
 }
@@ -188,34 +199,90 @@ bool make_true(FrameDraft& draft, const FrameCondition& condition) {
   return true;
 }
 
+void locate_items(FrameDraft& draft) {
+  if (!codec::locate(draft.layout, draft.bytes, draft.places))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: these bytes are no frame '{}'", draft.codec.name, draft.layout.name));
+}
+
+void put_counter_and_time(FrameDraft& draft, const FrameContent& content) {
+  const FrameLayout& layout = draft.layout;
+  if (layout.counter && content.counter)
+    if (unsigned char* const to = draft.at(layout.counter->number))
+      codec::put_natural(layout.counter->number, *content.counter % layout.counter->modulus, to);
+  if (content.time && !layout.time.empty()) put_time(draft, *content.time);
+}
+
+/// Where the fields stand in the layout.
+std::vector<std::size_t> numbers_of(const FrameLayout& layout, const std::vector<const FrameField*>& fields) {
+  std::vector<std::size_t> numbers;
+  for (const FrameField* field : fields) numbers.push_back(static_cast<std::size_t>(field - layout.fields.data()));
+  return numbers;
+}
+
+/// All that changes from frame to frame, in frames that are not made from others.
+void put_content(FrameDraft& draft, const FrameContent& content, const std::vector<std::size_t>& fields) {
+  locate_items(draft);
+  put_counter_and_time(draft, content);
+  for (const FrameStatus& status : draft.layout.statuses) make_true(draft, status.good);
+  for (const std::size_t number : fields) {
+    const FrameField& field = draft.layout.fields[number];
+    if (field.when && !make_true(draft, *field.when))
+      refuse_value(draft, draft.codec.channels[field.channel].name, "the frame cannot carry it with this counter");
+    put_field(draft, field, content.values[field.channel]);
+  }
+  for (const FrameChecksum& check : draft.layout.checks) codec::put_checksum(check, draft.bytes);
+}
+
 }  // namespace
 
 std::string encode_frame(const FrameCodec& codec, const FrameContent& content, std::string_view base) {
   const FrameLayout& layout = codec.frames.at(content.frame);
   if (layout.text) return codec::encode_line(codec, content, base);
-  FrameDraft draft{codec, layout, std::string(base)};
-  draft.from_base = !base.empty();
-  const auto fields = chosen_fields(layout, content);
-  if (!draft.from_base) put_skeleton(draft, content, fields);
-  if (!codec::locate(layout, draft.bytes, draft.places))
-    throw Error(Error::Kind::bad_input, fmt::format("{}: these bytes are no frame '{}'", codec.name, layout.name));
-  if (layout.counter && content.counter)
-    if (unsigned char* const to = draft.at(layout.counter->number))
-      codec::put_natural(layout.counter->number, *content.counter % layout.counter->modulus, to);
-  if (content.time && !layout.time.empty()) put_time(draft, *content.time);
-  if (!draft.from_base)
-    for (const FrameStatus& status : layout.statuses) make_true(draft, status.good);
-  for (const FrameField& field : layout.fields) {
-    const bool chosen = std::ranges::find(fields, &field) != fields.end();
-    if (!(draft.from_base ? static_cast<bool>(content.present[field.channel]) : chosen)) continue;
-    if (draft.from_base && !draft.at(field.number)) continue;
-    if (!field.when || make_true(draft, *field.when))
-      put_field(draft, field, content.values[field.channel]);
-    else if (!draft.from_base)
-      refuse_value(draft, codec.channels[field.channel].name, "the frame cannot carry it with this counter");
+  FrameDraft draft(codec, layout, std::string(base), !base.empty());
+  if (!draft.from_base) {
+    const auto fields = chosen_fields(layout, content);
+    put_skeleton(draft, content, fields);
+    put_content(draft, content, numbers_of(layout, fields));
+    return draft.bytes;
   }
+  locate_items(draft);
+  put_counter_and_time(draft, content);
+  for (const FrameField& field : layout.fields)
+    if (content.present[field.channel] && draft.at(field.number) && (!field.when || make_true(draft, *field.when)))
+      put_field(draft, field, content.values[field.channel]);
   for (const FrameChecksum& check : layout.checks) codec::put_checksum(check, draft.bytes);
   return draft.bytes;
+}
+
+/// Which fields are chosen may depend on the counter: then nothing is kept.
+bool FrameEncoder::keeps(const FrameLayout& layout) {
+  return !layout.text && std::ranges::none_of(layout.fields, [](const FrameField& field) { return bool(field.when); });
+}
+
+void FrameEncoder::append(const FrameCodec& codec, const FrameContent& content, std::string& out) {
+  const FrameLayout& layout = codec.frames.at(content.frame);
+  const bool same = !skeleton_.empty() && content.frame == frame_ && content.present == present_ &&
+                    content.counter.has_value() == counted_ && content.time.has_value() == timed_;
+  if (!same && !keeps(layout)) {
+    out += encode_frame(codec, content);
+    return;
+  }
+  FrameDraft draft(codec, layout, std::move(draft_), false);
+  if (!same) {
+    const auto fields = chosen_fields(layout, content);
+    put_skeleton(draft, content, fields);
+    fields_ = numbers_of(layout, fields);
+    skeleton_ = draft.bytes;
+    frame_ = content.frame;
+    present_ = content.present;
+    counted_ = content.counter.has_value();
+    timed_ = content.time.has_value();
+  }
+  draft.bytes = skeleton_;
+  put_content(draft, content, fields_);
+  out += draft.bytes;
+  draft_ = std::move(draft.bytes);
 }
 
 }  // namespace tumble
