@@ -49,6 +49,21 @@ TEST(ExecutivePowerUps, BeginWhereTheFirstSegmentIsRecorded) {
   }
 }
 
+TEST(ExecutivePowerUps, AreRepeatedWithTheirFirstSegment) {
+  const auto course = two_power_ups(true);
+  ExecutiveBench whole(course);
+  ASSERT_EQ(whole.run(2e4), RunEnding::complete);
+  ExecutiveBench bench(course);
+  bench.at(whole.recorded[0].begin + 50.0, RunOrder{RunOrder::Kind::pause, "operator"});
+  bench.at(whole.recorded[0].begin + 60.0, RunOrder{RunOrder::Kind::resume, "operator"});
+  ASSERT_EQ(bench.run(2e4), RunEnding::complete);
+  ASSERT_EQ(bench.recorded.size(), 3u);
+  const auto on = times_of(bench, "start", "supply");
+  ASSERT_EQ(on.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_LT(bench.recorded[k].begin - on[k], 0.01) << k;
+  EXPECT_GE(on[1] - bench.recorded[0].end, off_time);
+}
+
 TEST(ExecutivePowerUps, APersonIsAskedWhenTheAxesAreThere) {
   ExecutiveBench bench(two_power_ups(false));
   bench.answering = [](const Prompt&) { return std::pair(700.0, std::string("done")); };

@@ -141,6 +141,13 @@ void advance_pausing(Turn& turn) {
     begin_safe(turn, RunPhase::stopping, RunEnding::failed, "the axes did not come to rest");
 }
 
+bool begins_power_up(const Turn& turn) {
+  const auto& schedule = turn.course.schedule;
+  const std::size_t segment = turn.state.segment;
+  const bool first = segment == 0 || schedule[segment - 1].run != schedule[segment].run;
+  return first && turn.station().power.device && several_runs(turn);
+}
+
 bool may_move(Turn& turn) {
   const auto& supply = turn.station().power.device;
   const bool on_from_the_start = !supply && turn.state.powered_run == 0 && !turn.state.resumed;

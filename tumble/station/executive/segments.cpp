@@ -170,6 +170,7 @@ void end_attempt(Turn& turn, const std::string& ending, const std::string& reaso
   if (!state.attempt_open) return;
   record(turn, false);
   state.attempt_open = false;
+  if (ending != "complete" && begins_power_up(turn)) state.powered_run = 0;
   auto row = row_of(turn, RunRow::Kind::segment_ends);
   row.ending = ending;
   row.reason = reason;

@@ -123,6 +123,9 @@ void advance_pausing(Turn& turn);
 /// True when the axes may go to where the segment begins. In a plan with several power-ups the unit is off until they
 /// are there: it begins each power-up soaked and at rest there, as in the simulation of the plan.
 bool may_move(Turn& turn);
+/// Whether the segment is the first of one of several power-ups, which a supply makes: an attempt that failed is
+/// repeated with a further one, because the recording of a power-up begins with it.
+bool begins_power_up(const Turn& turn);
 /// True when the unit is in the power-up of the segment.
 bool power_is_right(Turn& turn);
 void power_up_row(Turn& turn);
