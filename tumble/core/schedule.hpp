@@ -24,7 +24,7 @@ struct Motion {
   /// sweep: time in which it comes to to_frequency [s]; 0: the segment. rate with `from`: twice the middle time of the
   /// readings that `from` follows from [s since the segment's beginning]; there an error of the rate changes nothing
   double lasts = 0.0;
-  bool continued = false;                  ///< the motion of the segment before, which goes on; nothing was commanded
+  bool continued = false;  ///< the motion of the segment before, which goes on; nothing was commanded
   /// rate, sine: the angle [rad] at the beginning of the segment (sine: of the middle), where the motion was under way
   /// already; recorded, not commanded
   std::optional<double> from = {};
