@@ -40,6 +40,7 @@ std::vector<std::string> first_words_of(const Verb& verb) {
   if (verb.name == "list") words = catalogue_kinds();
   if (verb.name == "identify" || verb.name == "init")
     for (const auto* method : method_catalogue()) words.emplace_back(method->name);
+  if (verb.name == "archive") words = {"init", "ingest", "list", "show", "history", "due", "verify"};
   if (verb.name == "init")
     for (const auto& plan : ready_plans()) words.emplace_back(plan.name);
   return words;

@@ -51,6 +51,7 @@ Verb virtual_rig_verb();
 Verb convert_verb();
 Verb record_verb();
 Verb seal_verb();
+Verb archive_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;

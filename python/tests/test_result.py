@@ -85,6 +85,26 @@ def test_a_result_is_pickled_saved_and_loaded(result, tmp_path):
         tumble.load_result(tmp_path / "bad.json")
 
 
+def test_a_result_says_when_its_recordings_were_made(tmp_path):
+    values = np.random.default_rng(2).normal(size=400)
+    table = tmp_path / "dated.csv"
+    for begin, zone in (("2026-11-20T23:59:58", "Z"), ("2026-11-20T23:59:58", "")):
+        start = np.datetime64(begin)
+        stamps = [str(start + np.timedelta64(10 * k, "ms")) + zone for k in range(values.size)]
+        rows = "".join(f"{stamp},{value}\n" for stamp, value in zip(stamps, values, strict=True))
+        table.write_text("time,gyro.x[deg/h]\n" + rows)
+        files = tumble.identify("allan_noise", str(table))
+        files.save(tmp_path / "r.json")
+        saved = tumble.load_result(tmp_path / "r.json")
+        for result in (files, tumble.identify("allan_noise", tumble.read(table)), saved):
+            recordings = result.tables["recordings"]
+            assert [column.name for column in recordings.columns] == ["recording", "begun", "ended"]
+            # 400 samples, 10 ms apart, to the second
+            assert recordings.rows == ((str(table), begin + zone, "2026-11-21T00:00:01" + zone),)
+    undated = tumble.from_arrays({"gyro.x": (values, "deg/h")}, rate=100)
+    assert "recordings" not in tumble.identify("allan_noise", undated).tables
+
+
 def test_a_notebook_shows_tables(result, imu_file):
     assert all(name in result._repr_html_() for name in result.parameters)
     assert "gyro.x" in tumble.read(imu_file)._repr_html_()

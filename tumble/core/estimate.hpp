@@ -25,6 +25,14 @@ struct Parameter {
   /// [SI] ends of the 95 % interval where it is not symmetric: standard deviations have one by chi-square. NaN: the
   /// interval is value -+ t sd.
   double lower = std::numeric_limits<double>::quiet_NaN(), upper = std::numeric_limits<double>::quiet_NaN();
+  /// A term of the model that this test cannot separate from the parameter.
+  struct Contained {
+    std::string name;
+    Unit unit;
+    double weight = 0.0;  ///< [SI of the parameter/SI of the term]
+  };
+  /// The value is that of the parameter plus the sum of weight times term.
+  std::vector<Contained> contains = {};
 };
 
 /// One line of the uncertainty budget: independent errors of unit variance, and what each of them does to every

@@ -211,6 +211,19 @@ TEST(CalibrationOf, NoiseJoinsACalibration) {
   EXPECT_EQ(calibration.sources.size(), 2u);
 }
 
+TEST(CalibrationOf, NoiseOfAChannelWithoutAnAxisIsRefusedAmongOthers) {
+  Estimate noise;
+  noise.method = "allan_noise";
+  noise.parameters = {{"gyro_x_dps.angle_random_walk", "N", Unit::parse("deg/sqrt(h)"), 1e-4, ""},
+                      {"angular_velocity.angle_random_walk", "N", Unit::parse("deg/sqrt(h)"), 1e-3, ""}};
+  noise.covariance = Matrix(2, 2);
+  EXPECT_NE(refusal({{noise, "n.json", "01"}}).find("of the channel angular_velocity the axis is not known"),
+            std::string::npos);
+  noise.parameters.erase(noise.parameters.begin());
+  noise.covariance = Matrix(1, 1);
+  EXPECT_EQ(calibration_from(noise).gyros.noise[0].white, 1e-3);  // the only channel: all axes
+}
+
 TEST(CalibrationOf, TwoResultsOfOneThingAreRefused) {
   const Conducted test = conducted("imu_ferraris");
   EXPECT_NE(refusal({{test.estimate, "a.json", "01"}, {test.estimate, "b.json", "23"}})

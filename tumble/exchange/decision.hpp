@@ -1,11 +1,14 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tumble/math/matrix.hpp"
+#include "tumble/math/population/capability.hpp"
+#include "tumble/math/tolerance.hpp"
 
 namespace tumble {
 
@@ -16,16 +19,6 @@ struct Measured {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   /// Ends of the 95 % interval where it is not symmetric; NaN: value -+ t sd.
   double lower = std::numeric_limits<double>::quiet_NaN(), upper = std::numeric_limits<double>::quiet_NaN();
-};
-
-/// Limits of what is accepted [u]; either may be infinite. Empty where lower > upper.
-struct Tolerance {
-  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
-
-  /// Whether a value [u] lies within the limits.
-  bool holds(double value) const { return lower <= value && value <= upper; }
-  bool empty() const { return lower > upper; }
-  bool two_sided() const;
 };
 
 /// How a statement of conformity follows from a measured value and its uncertainty.
@@ -89,11 +82,6 @@ double test_uncertainty_ratio(const Measured& measured, const Tolerance& toleran
 /// Guard band of Method 6 in expanded uncertainties [1]: 1.04 - exp(0.38 ln TUR - 0.54), not below 0.
 double method6_guard_band(double test_uncertainty_ratio);
 
-/// What is known of an instrument before it is measured [u]: the normal distribution of its production.
-struct Population {
-  double mean = 0.0, sd = 0.0;
-};
-
 /// The value after the measurement where the production is known: the two weighted by their variances.
 ///
 /// Given     measured, its uncertainty normal; population [u]
@@ -114,6 +102,21 @@ struct GlobalRisk {
 /// See       JCGM 106:2012, 9.5
 GlobalRisk global_risk(const Population& population, double sd, const Tolerance& tolerance,
                        const Tolerance& acceptance);
+
+/// The mean risk [1] over what the production may be [u]: draws of possible_populations() where few units are known.
+GlobalRisk global_risk(std::span<const Population> populations, double sd, const Tolerance& tolerance,
+                       const Tolerance& acceptance);
+
+/// The widest acceptance limits [u], moved alike at both ends of the tolerance, at which at most `target` [1] of all
+/// instruments are accepted and out of tolerance: the guard band that follows from the fleet itself. They lie outside
+/// of the tolerance where none is needed, and have no width where no limits keep the target.
+///
+/// Given     populations, sd [u], as of global_risk(); a target in (0, 1)
+/// Returned  infinite limits where fewer instruments than that are out of tolerance
+/// Accuracy  1e-9 of the width of the production
+/// See       docs/equations (8.28)
+Tolerance acceptance_of_fleet(std::span<const Population> populations, double sd, const Tolerance& tolerance,
+                              double target);
 
 /// Probability [1] that all true values are within their tolerances, by their joint distribution: each as in
 /// specific_risk(), and dependent as the correlation says (Gaussian copula). It is not the product of the single

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/shares.hpp"
 #include "tumble/formats/format.hpp"
 
 namespace tumble {
@@ -33,22 +34,21 @@ Timeline part_of(const Timeline& whole, std::size_t first, std::size_t last, std
 
 void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink) {
   Recording block = frame_of(whole);
-  std::size_t longest = 1;
+  std::size_t longest = 0;
   for (const Channel& channel : whole.channels) longest = std::max(longest, channel.values.size());
-  const std::size_t blocks = (longest - 1) / samples + 1;
-  const auto boundary = [&](const Channel& channel, std::size_t index) {
-    return index == blocks ? channel.values.size() : channel.values.size() * index / blocks;
-  };
-  for (std::size_t index = 0; index < blocks; ++index) {
+  const file::Shares shares(longest, samples);
+  for (std::size_t index = 0; index < shares.blocks(); ++index) {
     std::map<Stamps, Stamps> shared;
     for (std::size_t i = 0; i < whole.channels.size(); ++i) {
       const Channel& channel = whole.channels[i];
-      const std::size_t first = boundary(channel, index), last = boundary(channel, index + 1);
+      const std::size_t count = channel.values.size();
+      const std::size_t first = shares.first(count, index), last = shares.first(count, index + 1);
       block.channels[i].timeline = part_of(channel.timeline, first, last, shared);
       block.channels[i].values.assign(channel.values.begin() + static_cast<std::ptrdiff_t>(first),
                                       channel.values.begin() + static_cast<std::ptrdiff_t>(last));
     }
     sink(block);
+    block.findings.clear();
   }
 }
 

@@ -50,6 +50,11 @@ Parameter parameter_of(const Node& node) {
     if (ends.size() == 2)
       parameter.lower = parameter.unit.to_si(ends[0]), parameter.upper = parameter.unit.to_si(ends[1]);
   }
+  for (const Node& term : node.optional("contains").elements()) {
+    const Unit unit = unit_of(term["unit"]);
+    parameter.contains.push_back(
+        {term["term"].text(), unit, term["weight"].number(NAN) * parameter.unit.factor() / unit.factor()});
+  }
   return parameter;
 }
 

@@ -42,6 +42,12 @@ void expect_same_parameters(const Estimate& a, const Estimate& b) {
     EXPECT_EQ(std::isnan(p.lower), std::isnan(q.lower));
     if (!std::isnan(p.lower)) expect_same(p.lower, q.lower, 2.0, p.name), expect_same(p.upper, q.upper, 2.0, p.name);
     expect_same(p.value, q.value, 2.0, p.name);
+    ASSERT_EQ(p.contains.size(), q.contains.size()) << p.name;
+    for (std::size_t k = 0; k < p.contains.size(); ++k) {
+      EXPECT_EQ(p.contains[k].name, q.contains[k].name);
+      EXPECT_EQ(p.contains[k].unit, q.contains[k].unit);
+      expect_same(p.contains[k].weight, q.contains[k].weight, 4.0, p.name);
+    }
   }
   ASSERT_EQ(a.covariance.rows, b.covariance.rows);
   expect_same(a.covariance.values, b.covariance.values, "covariance");
@@ -173,6 +179,7 @@ TEST(ResultJson, ReadsBackWhatWasWritten) {
   auto before = testing::estimate();
   before.parameters.back().lower = 0.9 * before.parameters.back().value;
   before.parameters.back().upper = 1.3 * before.parameters.back().value;
+  before.parameters.back().contains = {{"another", Unit::parse("ug/g^2"), 0.7}};
   const auto after = estimate_from_json(to_json(before), "result.json");
   expect_same_parameters(before, after);
   expect_same_tables(before, after);

@@ -92,6 +92,10 @@ Json parameter_json(const Estimate& estimate, std::size_t i) {
             {"degrees_of_freedom", finite(parameter.degrees_of_freedom)},
             {"interval95", {finite(lower), finite(upper)}}};
   if (own) json["own_interval"] = true;
+  for (const auto& term : parameter.contains)
+    json["contains"].push_back(Json{{"term", term.name},
+                                    {"unit", term.unit.text()},
+                                    {"weight", finite(term.weight * term.unit.factor() / parameter.unit.factor())}});
   return json;
 }
 

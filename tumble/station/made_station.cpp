@@ -3,11 +3,15 @@
 #include <algorithm>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/station/soak.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr double shortest_off = 5.0;  ///< [s]
+constexpr double soaked = 1e-3;       ///< [K] what may remain of a change of temperature: less than sensors resolve
 
 StationAxis::Kind kind_of(const Axis& axis) {
   const Unit unit = Unit::parse(axis.unit);
@@ -76,7 +80,7 @@ Station station_for(const Plan& plan) {
   supply.timeout = 2.0;
   supply.lost_after = 10.0;
   station.power.device = station.devices.size();
-  station.power.off_time = 5.0;
+  station.power.off_time = std::max(shortest_off, soak_time_of(plan, soaked));
   station.devices.push_back(supply);
   station.instruments.push_back({.slot = "unit", .frames = std::string(made_frames_name), .rate = plan.sample_rate});
   return station;

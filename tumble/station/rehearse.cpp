@@ -19,12 +19,13 @@ namespace fs = std::filesystem;
 
 constexpr int most_repeats = 3;  ///< of one question, after which nobody would try again
 
-/// What a question is about, without its numbers: the reason and the count of attempts differ each time.
-std::string subject_of(const Prompt& prompt) {
-  std::string subject = prompt.text.substr(0, prompt.text.find(':'));
-  std::erase_if(subject, [](char c) { return c >= '0' && c <= '9'; });
-  return subject;
+/// Whether a question asks what to do about a segment that has failed; others are part of the plan, however many.
+bool is_about_failure(const Prompt& prompt) {
+  return std::ranges::find(prompt.choices, "repeat") != prompt.choices.end();
 }
+
+/// What it is about: the segment, without the reason, which differs each time.
+std::string subject_of(const Prompt& prompt) { return prompt.text.substr(0, prompt.text.find(": ")); }
 
 /// The station of the run: that of the user, whose run has no folder yet, so that a refused one leaves nothing; or one
 /// made for the plan, with its frames beside it.
@@ -81,8 +82,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   std::vector<decltype(RunEvent::what)> answers;
   if (!company.ask) {
     company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-      const bool again = ++asked[subject_of(prompt)] > most_repeats &&
-                         std::ranges::find(prompt.choices, "stop") != prompt.choices.end();
+      const bool again = is_about_failure(prompt) && ++asked[subject_of(prompt)] > most_repeats;
       answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
     };
     company.orders = [&] { return std::exchange(answers, {}); };

@@ -120,6 +120,7 @@ std::vector<FaultCase> axes() {
       {"HeadGoesBeside", heading, fault(Kind::wrong_set_point, "head", for_ever, degree), {stopped}},
       {"ChamberSlow", soaking, fault(Kind::chamber_slow, "chamber", for_ever, 0.1), {complete}},
       {"ChamberAlarm", soaking, fault(Kind::chamber_alarm, "chamber", for_ever), {stopped}},
+      {"ChamberGoesBeside", soaking, fault(Kind::wrong_set_point, "chamber", for_ever, 5.0), {stopped}},
       {"ChamberLost", soaking, fault(Kind::half_open, "chamber", for_ever), {stopped, faulted}},
       {"ChamberSwings", soaking, fault(Kind::never_settles, "chamber", 3600.0, 3.0), {complete}},
   };

@@ -134,12 +134,28 @@ struct VirtualBench::Inner {
     for (const Streaming& one : streaming) look(one.wire, one.faults);
   }
 
+  /// What the device does about a request, axis by axis, and says.
+  ControllerReply reply_to(Controlled& one, const ControllerRequest& request) {
+    const auto single = axis_by_axis(one.controller, request);
+    ControllerReply reply{request.verb};
+    for (const ControllerRequest& each : single) {
+      const auto axis = static_cast<std::size_t>(each.axis - 1);
+      if (single.size() > 1 && (axis >= one.device.axes.size() || one.device.axes[axis].empty())) continue;
+      ControllerReply part = answer(rig, now, one.device, each);
+      part.refused |= reply.refused;
+      part.text = reply.text + (reply.text.empty() || part.text.empty() ? "" : "; ") + part.text;
+      reply = std::move(part);
+    }
+    reply.verb = request.verb;
+    return reply;
+  }
+
   void receive(std::size_t wire, std::string_view bytes) {
     Controlled& one = controlled[wire];
     for (ControllerRequest request : one.protocol.feed(bytes)) {
       convert(request.values, one.axes, request.axis, true);
-      ControllerReply reply = answer(rig, now, one.device, request);
-      convert(reply.values, one.axes, request.axis, false);
+      ControllerReply reply = reply_to(one, request);
+      convert(reply.values, one.axes, reply.axis, false);
       one.protocol.answer(in_words_of(one.controller, std::move(reply)));
     }
     if (const std::string output = one.protocol.output(); !output.empty()) deliver(wire, one.faults, output);

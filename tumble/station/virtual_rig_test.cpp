@@ -68,6 +68,26 @@ TEST(VirtualRig, GoesToAPositionWithTheAccelerationOfItsAxis) {
   EXPECT_NEAR(there.rate, 0.0, rate_tolerance);
 }
 
+/// A controller counts the turns that its axis has made: a position at a stated speed is the same place as without one.
+TEST(VirtualRig, APositionAtASpeedIsWhereTheControllerCountsIt) {
+  VirtualRig rig(plan_of("rate_table", "imu", 10.0), 1);
+  const std::string axis = rig.axes().front();
+  EXPECT_EQ(rig.command(0.0, axis, rate(100.0 * deg)), "");
+  const double turned = rig.reading(100.0, axis).value;
+  ASSERT_GT(turned, 27.0 * two_pi);
+  for (const double time : {100.0, 150.0}) {  // the second without a rate in between
+    const double target = turned + 0.01 * time;
+    EXPECT_EQ(rig.command(time, axis, {.kind = Kind::slew, .value = 10.0 * deg, .to = target}), "");
+    const AxisReading there = rig.reading(time + 49.0, axis);
+    EXPECT_TRUE(there.reached);
+    EXPECT_NEAR(there.value, target, 20 * arcsecond);  // positioning and index zero of the table: arc seconds
+  }
+  EXPECT_EQ(rig.command(200.0, axis, hold(turned)), "");
+  EXPECT_NEAR(rig.reading(220.0, axis).value, turned, 20 * arcsecond);
+  rig.power(220.0, true);
+  EXPECT_NEAR(rig.reading(220.0, axis).value, turned, 20 * arcsecond) << "a power-up moves nothing";
+}
+
 /// A run of simulate() begins where its first segment wants the axes; a rig that is told so at its first instant moves.
 TEST(VirtualRig, ACommandAtTheFirstInstantIsAMoveToo) {
   for (const bool powered : {false, true}) {

@@ -1,6 +1,9 @@
 #include "tumble/station/virtual_speech.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace tumble {
@@ -38,6 +41,52 @@ std::string sayable(const Words& meanings, const std::string& wanted) {
 }
 
 }  // namespace
+
+namespace {
+
+bool names_an_axis(const ControllerCommand& command) {
+  return std::ranges::any_of(command.exchanges, [](const ControllerExchange& exchange) {
+    return exchange.modbus || std::ranges::any_of(exchange.send.pieces, [](const ControllerPiece& piece) {
+             return piece.axis != 0 || piece.kind == ControllerPiece::Kind::axis;
+           });
+  });
+}
+
+/// Whether a value of the request chooses this verb for an axis.
+bool is_chosen(const ControllerCommand& command, const ControllerRequest& request, const std::string& tail) {
+  return std::ranges::any_of(command.exchanges, [&](const ControllerExchange& exchange) {
+    return std::ranges::any_of(exchange.set, [&](const auto& set) {
+      const auto sent = request.values.find(set.first + tail);
+      return sent != request.values.end() && sent->second == set.second;
+    });
+  });
+}
+
+std::optional<ControllerRequest> of_axis(const ControllerCommand& command, const ControllerRequest& request, int axis) {
+  const std::string tail = "." + std::to_string(axis);
+  if (!is_chosen(command, request, tail)) return std::nullopt;
+  ControllerRequest one{command.verb, {}, axis};
+  for (const auto& name : command.takes)
+    if (const auto value = request.values.find(name + tail); value != request.values.end())
+      one.values.emplace(name, value->second);
+  const bool has_own = std::ranges::find(command.takes, command.verb) != command.takes.end();
+  return has_own && !one.values.contains(command.verb) ? std::nullopt : std::optional(std::move(one));
+}
+
+}  // namespace
+
+std::vector<ControllerRequest> axis_by_axis(const Controller& controller, const ControllerRequest& request) {
+  const int axes = static_cast<int>(controller.axes.size());
+  std::vector<ControllerRequest> single;
+  for (int axis = 1; axis <= axes; ++axis)
+    for (const ControllerCommand& command : controller.commands)
+      if (auto one = of_axis(command, request, axis)) single.push_back(std::move(*one));
+  const ControllerCommand* command = controller.find(request.verb);
+  const bool is_simple = request.verb == "stop" || request.verb == "enable" || request.verb == "disable";
+  if (command && is_simple && !names_an_axis(*command))
+    for (int axis = 1; axis <= axes; ++axis) single.push_back({request.verb, request.values, axis});
+  return single.empty() ? std::vector{request} : single;
+}
 
 ControllerReply in_words_of(const Controller& controller, ControllerReply reply) {
   const ControllerCommand* command = controller.find(reply.verb);

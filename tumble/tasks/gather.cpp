@@ -113,14 +113,22 @@ std::vector<std::string> names_of(const std::vector<Channel>& channels) {
   return names;
 }
 
-/// The columns of a file for a message: a second look, since only those of the roles were read.
+/// The columns of a file for a message: a second look, since only those of the roles were read. The first block says
+/// them, and the file may be larger than memory.
 std::vector<std::string> columns_in(const Recording& recording, ReadOptions options) {
+  struct Known {
+    std::vector<std::string> names;
+  };
+  const std::string& file = recording.origin.file;
   options.only.clear();
   try {
-    return names_of(read_recording(recording.origin.file, options, {}).channels);
+    stream_recording(format_of(file, options), file, options, 1,
+                     [](const Recording& block) { throw Known{names_of(block.channels)}; }, {});
+  } catch (const Known& known) {
+    return known.names;
   } catch (const Error&) {
-    return names_of(recording.channels);
   }
+  return names_of(recording.channels);
 }
 
 std::string missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,

@@ -68,14 +68,20 @@ void add(const Recording& block, Inspection& inspection) {
   inspection.findings.insert(inspection.findings.end(), block.findings.begin(), block.findings.end());
 }
 
+/// [bytes] of a file, or of the samples in a folder.
+std::uintmax_t size_of(const std::string& path, const ReadOptions& options) {
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  if (!unknown) return size;
+  return std::filesystem::is_directory(path, unknown) ? recording_memory(format_of(path, options), path, options) : 0;
+}
+
 }  // namespace
 
 Inspection inspect(const std::string& path, const ReadOptions& options, const Progress& progress,
                    std::uintmax_t whole_below) {
   Inspection inspection;
-  std::error_code unknown;
-  const auto size = std::filesystem::file_size(path, unknown);
-  if (unknown || size <= whole_below) {
+  if (size_of(path, options) <= whole_below) {
     const auto recording = read_recording(path, options, progress);
     refuse_conflicts(recording, options);
     add(recording, inspection);

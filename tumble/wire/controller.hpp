@@ -255,6 +255,7 @@ class ControllerHost {
   ControllerReply problem(const std::string& text) const;
   std::map<std::string, double> values_to_send(const ControllerExchange& exchange) const;
   void remember();
+  void forget_motions();
 
   const Controller* controller_;
   ControllerRequest request_;

@@ -111,8 +111,6 @@ Decision::Outcome outcome_of(const Measured& measured, const Tolerance& toleranc
 
 }  // namespace
 
-bool Tolerance::two_sided() const { return std::isfinite(lower) && std::isfinite(upper); }
-
 DecisionRule parse_decision_rule(std::string_view text) {
   const auto colon = text.find(':');
   const std::string_view word = text.substr(0, colon);

@@ -65,6 +65,38 @@ TEST(GlobalRisk, OfAnAlmostPerfectMeasurementVanishes) {
   EXPECT_NEAR(global_risk(population(), 1e-9, {-1.0, 1.0}, {inf, -inf}).producer, 0.95, 1e-9);
 }
 
+TEST(GlobalRisk, TheGuardBandOfTheFleetKeepsTheTarget) {
+  // acceptance limits for 2 %, 0.5 % and 0.1 % of a known production, printed to 1e-3
+  struct Fleet {
+    double ratio, limits[3];
+  };
+  const std::vector<Population> known{population()};
+  for (const Fleet& fleet :
+       {Fleet{4.0, {1.118, 0.948, 0.833}}, Fleet{2.0, {1.105, 0.815, 0.605}}, Fleet{1.0, {1.055, 0.520, 0.164}}})
+    for (int k = 0; k < 3; ++k) {
+      const double target[]{0.02, 0.005, 0.001}, sd = 1.0 / (2.0 * fleet.ratio);
+      const auto limits = acceptance_of_fleet(known, sd, {-1.0, 1.0}, target[k]);
+      EXPECT_NEAR(limits.upper, fleet.limits[k], 0.6e-3) << fleet.ratio;
+      EXPECT_NEAR(global_risk(known, sd, {-1.0, 1.0}, limits).consumer, target[k], 1e-7);
+    }
+  EXPECT_EQ(acceptance_of_fleet(known, 0.1, {-1.0, 1.0}, 0.06).upper, inf) << "only 5 % are out of tolerance";
+  EXPECT_NEAR(acceptance_of_fleet(known, 0.1, {-inf, 1.0}, 0.001).upper, 0.86, 0.1);
+}
+
+TEST(GlobalRisk, OfAProductionThatIsNotKnownIsTheMeanOfWhatItMayBe) {
+  const std::vector<Population> either{population(), {0.2, 0.7}, {0.9, 0.0}};
+  const Tolerance limits{-1.0, 1.0};
+  double consumer = 0.0, producer = 0.0;
+  for (const Population& one : either) {
+    consumer += global_risk(one, 0.2, limits, limits).consumer / 3.0;
+    producer += global_risk(one, 0.2, limits, limits).producer / 3.0;
+  }
+  EXPECT_NEAR(global_risk(either, 0.2, limits, limits).consumer, consumer, 1e-15);
+  EXPECT_NEAR(global_risk(either, 0.2, limits, limits).producer, producer, 1e-15);
+  EXPECT_NEAR(global_risk(Population{0.9, 0.0}, 0.2, limits, limits).producer, 0.308538, 1e-6);
+  EXPECT_NEAR(global_risk(Population{1.1, 0.0}, 0.2, limits, limits).consumer, 0.308538, 1e-6);
+}
+
 TEST(SpecificRisk, IsHalfAtALimit) {
   EXPECT_DOUBLE_EQ(specific_risk({1.0, 0.1}, {-inf, 1.0}), 0.5);
   EXPECT_NEAR(specific_risk({1.0, 0.1}, {-1.0, 1.0}), 0.5, 1e-15);

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 
 #include "tumble/exchange/decision.hpp"
 #include "tumble/math/normal.hpp"
@@ -56,13 +58,47 @@ double integral(const Production& production, const Probability& probability, do
 
 GlobalRisk global_risk(const Population& population, double sd, const Tolerance& tolerance,
                        const Tolerance& acceptance) {
-  assert(population.sd > 0.0 && sd > 0.0);
+  assert(population.sd >= 0.0 && sd > 0.0);
   const Production production{population, sd, acceptance};
+  if (population.sd == 0.0) {
+    const double accepted = production.accepted(0.0);
+    return tolerance.holds(population.mean) ? GlobalRisk{0.0, 1.0 - accepted} : GlobalRisk{accepted, 0.0};
+  }
   const auto accepted = [&](double z) { return production.accepted(z); };
   const auto rejected = [&](double z) { return 1.0 - production.accepted(z); };
   const double low = production.place(tolerance.lower), high = production.place(tolerance.upper);
   return {integral(production, accepted, -reach, low) + integral(production, accepted, high, reach),
           integral(production, rejected, low, high)};
+}
+
+GlobalRisk global_risk(std::span<const Population> populations, double sd, const Tolerance& tolerance,
+                       const Tolerance& acceptance) {
+  GlobalRisk mean{};
+  for (const Population& population : populations) {
+    const GlobalRisk one = global_risk(population, sd, tolerance, acceptance);
+    mean.consumer += one.consumer / static_cast<double>(populations.size());
+    mean.producer += one.producer / static_cast<double>(populations.size());
+  }
+  return mean;
+}
+
+Tolerance acceptance_of_fleet(std::span<const Population> populations, double sd, const Tolerance& tolerance,
+                              double target) {
+  assert(!populations.empty() && sd > 0.0 && target > 0.0 && target < 1.0);
+  double width = sd;  // far outside of the production and of what the measurement adds
+  for (const Population& population : populations)
+    for (const double limit : {tolerance.lower, tolerance.upper})
+      if (std::isfinite(limit)) width = std::max({width, population.sd, std::abs(population.mean - limit)});
+  const auto moved = [&](double guard) { return Tolerance{tolerance.lower + guard, tolerance.upper - guard}; };
+  const auto excess = [&](double guard) {
+    return global_risk(populations, sd, tolerance, moved(guard)).consumer - target;
+  };
+  const double least = -100.0 * width;
+  const double most = tolerance.two_sided() ? 0.5 * (tolerance.upper - tolerance.lower) : 100.0 * width;
+  if (excess(least) <= 0.0) return {};
+  std::uintmax_t steps = 100;
+  const auto close = [width](double a, double b) { return std::abs(b - a) < 1e-9 * width; };
+  return moved(boost::math::tools::toms748_solve(excess, least, most, close, steps).second);
 }
 
 }  // namespace tumble

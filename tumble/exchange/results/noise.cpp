@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/exchange/results/axis_name.hpp"
 #include "tumble/exchange/results/reader.hpp"
 
 namespace tumble::results {
@@ -24,15 +25,7 @@ std::vector<std::pair<std::string, bool>> channels_of(const Estimate& estimate) 
   return channels;
 }
 
-/// x, y or z at the end of a label, of either case; 3: another letter.
-std::size_t axis_of(const std::string& label) {
-  const char last = label.empty() ? ' ' : label.back();
-  const std::string letters = "xyzXYZ";
-  const auto at = letters.find(last);
-  return at == std::string::npos ? 3 : at % 3;
-}
-
-/// The axes that each channel is: one, by the last letter of its label; all three where there is one channel of a kind.
+/// The axes that each channel is: one, by its label; all three where there is one channel of a kind without an axis.
 std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
                                                         const std::vector<std::pair<std::string, bool>>& channels) {
   std::map<std::string, std::vector<std::size_t>> axes;
@@ -41,15 +34,18 @@ std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
     for (const auto& [label, is_gyro] : channels)
       if (is_gyro == gyro) labels.push_back(label);
     for (const auto& label : labels) {
-      const std::size_t axis = axis_of(label);
-      if (axis < 3) axes[label] = {axis};
-      if (axis == 3 && labels.size() == 1) {
+      const auto axis = axis_named(label);
+      if (axis) {
+        axes[label] = {*axis};
+      } else if (labels.size() == 1) {
         axes[label] = {0, 1, 2};
         reader.note(fmt::format("noise of {} is used for all three {}", label, gyro ? "gyros" : "accelerometers"));
+      } else {
+        reader.problem(
+            fmt::format("of the channel {} the axis is not known (channels are {}): let its name say x, y or "
+                        "z, as gyro_x, ax_g or GyrX do",
+                        label, fmt::join(labels, ", ")));
       }
-      if (axis == 3 && labels.size() > 1)
-        reader.problem(fmt::format("of the channels {} the axis is not known: let their names end in x, y, z",
-                                   fmt::join(labels, ", ")));
     }
   }
   return axes;

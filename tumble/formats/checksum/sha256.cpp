@@ -1,6 +1,6 @@
 // The functions of SHA-256 themselves: EVP_DigestInit would need all of libcrypto, a fifth of the wheel (decision 068).
 #define OPENSSL_SUPPRESS_DEPRECATED
-#include "tumble/formats/checksum/sha256.hpp"
+#include "tumble/formats/sha256.hpp"
 
 #include <openssl/sha.h>
 
@@ -11,7 +11,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::checksum {
+namespace tumble {
 
 namespace {
 
@@ -50,21 +50,15 @@ std::string sha256_of_file(const std::string& path) {
   return hash.hex();
 }
 
-}  // namespace tumble::checksum
-
-namespace tumble {
-
 std::string sha256_of(std::string_view bytes) {
-  checksum::Sha256 sum;
+  Sha256 sum;
   sum.add(bytes);
   return sum.hex();
 }
 
-std::string sha256_of_file(const std::string& path) { return checksum::sha256_of_file(path); }
-
 std::function<std::string()> sha256_in_background(const std::string& path) {
   const auto sum = std::make_shared<std::string>();
-  return [sum, done = in_background([sum, path] { *sum = checksum::sha256_of_file(path); }).share()] {
+  return [sum, done = in_background([sum, path] { *sum = sha256_of_file(path); }).share()] {
     done.get();
     return *sum;
   };

@@ -163,6 +163,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
     else
       set_timeline(block, {0.0, 0.0, std::make_shared<std::vector<double>>(stamps)});
     sink(block);
+    block.findings.clear();
     sent += rows;
     stamps.clear();
     for (Channel& channel : block.channels) channel.values.clear();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/dataflash/known.hpp"
 #include "tumble/formats/file/input_file.hpp"
@@ -26,16 +27,6 @@ bool recognises(const std::string& path) {
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
   throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
-}
-
-/// The stamp of a message: when the sample was taken, where the message says it.
-const Field* time_field(const Description& description) {
-  for (const char* label : {"SampleUS", "TimeUS", "TimeMS"}) {
-    const Field* const field = find_field(description, label);
-    const auto number = field ? number_of(field->type) : std::nullopt;
-    if (number && topics::is_integer(*number)) return field;
-  }
-  return nullptr;
 }
 
 /// A unit of FMTU that is one of ours.
@@ -69,7 +60,7 @@ topics::Topic topic_of(const Scan& scan, const Stream& stream) {
   topics::Topic topic{.name = stream.name, .messages = stream.messages};
   topic.time = time->offset;
   topic.time_number = *number_of(time->type);
-  topic.ticks = time->label == "TimeMS" ? 1e3 : 1e6;
+  topic.ticks = ticks_of(*time);
   for (std::size_t i = 0; i < description.fields.size(); ++i) {
     const Field& field = description.fields[i];
     const auto number = number_of(field.type);
@@ -100,6 +91,16 @@ void take_meta(const Scan& scan, Recording& frame) {
     if (name.starts_with("INS_GYR") || name.starts_with("INS_ACC") || name == "AHRS_ORIENTATION" ||
         name == "INS_RAW_LOG_OPT" || (name.starts_with("INS_TCAL") && value != 0.0))
       frame.meta[name] = fmt::format("{}", static_cast<float>(value));
+}
+
+/// Date and time of the first sample, where a GPS receiver said them.
+void take_start(const Scan& scan, const std::vector<std::size_t>& streams, Recording& frame) {
+  std::optional<double> first;
+  for (const std::size_t i : streams)
+    if (const auto& own = scan.streams[i].first; own && (!first || *own < *first)) first = own;
+  constexpr double latest = 1e9;  // s
+  if (scan.started && first && *first < latest)
+    frame.meta[clock_start] = iso_time(*scan.started + std::llround(1e6 * *first) * 1000) + "Z";
 }
 
 /// Names of messages that cannot be read, for people.
@@ -210,6 +211,7 @@ Log open(const std::string& path, const ReadOptions& options) {
   for (const topics::Topic& topic : log.topics)
     for (const std::size_t i : of_scan)
       if (found->streams[i].name == topic.name) remaining.push_back(i);
+  take_start(*found, remaining, log.frame);
   log.play = player(path, found, remaining);
   return log;
 }

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "tumble/core/instant.hpp"
 #include "tumble/formats/testing/log_files.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -37,6 +38,45 @@ TEST(DataFlash, ReadsTheFirstImu) {
   EXPECT_NE(said(log.findings, "corrected_by_parameters").find("INS_GYROFFS_X, INS_ACCSCAL_Y:"), std::string::npos);
   EXPECT_NE(said(log.findings, "topics_not_read").find("IMU:1, ATT;"), std::string::npos);
   EXPECT_EQ(log.findings.size(), 2u);
+}
+
+/// Descriptions of IMU and GPS, and their messages.
+std::string fmt(char id, const std::string& name, const std::string& types, const std::string& labels, int length) {
+  const auto padded = [](std::string text, std::size_t size) { return text.append(size - text.size(), '\0'); };
+  return std::string("\xa3\x95\x80") + id + static_cast<char>(length) + padded(name, 4) + padded(types, 16) +
+         padded(labels, 64);
+}
+
+template <class T>
+std::string bytes_of(T value) {
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+std::string with_gps(std::uint8_t status) {
+  std::string log = fmt('\x80', "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 89) +
+                    fmt(10, "IMU", "Qf", "TimeUS,GyrX", 15) + fmt(11, "GPS", "QBIH", "TimeUS,Status,GMS,GWk", 18);
+  const auto imu = [&](std::uint64_t at) { log += "\xa3\x95\n" + bytes_of(at) + bytes_of(1.0f); };
+  const auto gps = [&](std::uint64_t at, std::uint8_t fix, std::uint32_t ms, std::uint16_t week) {
+    log += "\xa3\x95\x0b" + bytes_of(at) + bytes_of(fix) + bytes_of(ms) + bytes_of(week);
+  };
+  for (std::uint64_t k = 0; k < 10; ++k) imu(2'000'000 + 1'000'000 * k);
+  gps(12'000'000, 1, 0, 0);
+  // 2017-01-01T00:00:00 UTC is second 18 of week 1930 of GPS: 18 leap seconds
+  gps(12'500'000, status, 18'000, 1930);
+  return log;
+}
+
+TEST(DataFlash, AGpsReceiverSaysWhenTheLogBegan) {
+  const ScratchFolder folder;
+  write_bytes(folder.file("a.bin"), with_gps(3));
+  const Recording log = read_recording(folder.file("a.bin"), {}, {});
+  EXPECT_EQ(log.meta.at("clock_start"), "2016-12-31T23:59:49.5Z");  // 10.5 s before the fix
+  Extent extent;
+  extent.add(log);
+  EXPECT_EQ(test_times(log.meta, extent).begun, "2016-12-31T23:59:49Z");
+  EXPECT_EQ(test_times(log.meta, extent).ended, "2016-12-31T23:59:58Z");
+  write_bytes(folder.file("b.bin"), with_gps(1));  // the receiver has no fix
+  EXPECT_FALSE(read_recording(folder.file("b.bin"), {}, {}).meta.contains("clock_start"));
 }
 
 TEST(DataFlash, AnInstanceIsPickedByName) {

@@ -208,6 +208,23 @@ std::optional<double> value_of(const Description& description, const char* messa
   return topics::number_at(message + field->offset, *number);
 }
 
+const Field* time_field(const Description& description) {
+  for (const char* label : {"SampleUS", "TimeUS", "TimeMS"}) {
+    const Field* const field = find_field(description, label);
+    const auto number = field ? number_of(field->type) : std::nullopt;
+    if (number && topics::is_integer(*number)) return field;
+  }
+  return nullptr;
+}
+
+double ticks_of(const Field& time) { return time.label == "TimeMS" ? 1e3 : 1e6; }
+
+std::optional<double> time_of(const Description& description, const char* message) {
+  const Field* const field = time_field(description);
+  if (!field) return std::nullopt;
+  return topics::number_at(message + field->offset, *number_of(field->type)) / ticks_of(*field);
+}
+
 Damage walk(const std::string& path, Descriptions& descriptions, const Progress& progress,
             const std::function<void(std::uint8_t, const char*)>& take) {
   return Walker(path, descriptions, progress).run(take);

@@ -43,6 +43,13 @@ std::string text_of(const Description& description, const char* message, std::st
 /// Number of a field [as written]; nothing where there is none.
 std::optional<double> value_of(const Description& description, const char* message, std::string_view label);
 
+/// The stamp of a message: when the sample was taken, where the message says it. Null where it has none.
+const Field* time_field(const Description& description);
+/// Counts of this stamp in a second [1/s].
+double ticks_of(const Field& time);
+/// [s] on the clock of the autopilot; nothing where the message has no stamp.
+std::optional<double> time_of(const Description& description, const char* message);
+
 /// What is not as it should be.
 struct Damage {
   std::size_t stretches = 0;    ///< that are no messages

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "tumble/formats/dataflash/gps_time.hpp"
+
 namespace tumble::dataflash {
 namespace {
 
@@ -20,12 +22,13 @@ class Taker {
   void take(std::uint8_t id, const char* message) {
     const Description& description = scan_.descriptions[id];
     auto& counts = counts_[id];
-    if (counts.all++ == 0) counts.special = is_special(description.name);
+    if (counts.all++ == 0) begin(description, id, message, counts);
     if (counts.special) take_special(description, message);
-    if (counts.all == 1) counts.instance = scan_.instance_field(id);
+    if (counts.gps && !scan_.started) scan_.started = start_by_gps(description, message);
     if (!counts.instance) return;
     if (counts.by_instance.empty()) counts.by_instance.resize(256);
-    ++counts.by_instance[static_cast<unsigned char>(message[counts.instance->offset])];
+    Instance& one = counts.by_instance[static_cast<unsigned char>(message[counts.instance->offset])];
+    if (one.messages++ == 0) one.first = time_of(description, message);
   }
 
   void finish() {
@@ -34,21 +37,33 @@ class Taker {
       const Description& description = scan_.descriptions[id];
       if (counts.all == 0 || counts.special || description.name == "FMT") continue;
       if (counts.by_instance.empty())
-        scan_.streams.push_back({description.name, static_cast<std::uint8_t>(id), -1, counts.all});
+        scan_.streams.push_back({description.name, static_cast<std::uint8_t>(id), -1, counts.all, counts.first});
       for (std::size_t i = 0; i < counts.by_instance.size(); ++i)
-        if (counts.by_instance[i] > 0)
+        if (const Instance& one = counts.by_instance[i]; one.messages > 0)
           scan_.streams.push_back({fmt::format("{}:{}", description.name, i), static_cast<std::uint8_t>(id),
-                                   static_cast<int>(i), counts.by_instance[i]});
+                                   static_cast<int>(i), one.messages, one.first});
     }
   }
 
  private:
+  struct Instance {
+    std::size_t messages = 0;
+    std::optional<double> first;  ///< [s]
+  };
   struct Counts {
     std::size_t all = 0;
-    std::vector<std::size_t> by_instance;
+    std::optional<double> first;  ///< [s]
+    std::vector<Instance> by_instance;
     const Field* instance = nullptr;
-    bool special = false;
+    bool special = false, gps = false;
   };
+
+  void begin(const Description& description, std::uint8_t id, const char* message, Counts& counts) const {
+    counts.special = is_special(description.name);
+    counts.gps = description.name == "GPS";
+    counts.instance = scan_.instance_field(id);
+    counts.first = time_of(description, message);
+  }
 
   static bool is_special(const std::string& name) {
     static constexpr const char* names[] = {"FMTU", "UNIT", "MULT", "PARM", "MSG", "DSF"};

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@ struct Stream {
   std::uint8_t id = 0;
   int instance = -1;  ///< -1: the messages have none
   std::size_t messages = 0;
+  std::optional<double> first;  ///< [s] of the first message, on the clock of the autopilot
 };
 
 /// What FMTU says of the fields of one id, a character for each.
@@ -31,6 +34,7 @@ struct Scan {
   std::vector<Stream> streams;         ///< in the order of ids and instances
   std::map<std::string, double> parameters;
   std::string firmware;
+  std::optional<std::int64_t> started;  ///< [ns] since 1970-01-01 UTC where that clock is 0, as a GPS receiver says
   double rejected = 0.0;  ///< messages that the logger could not write
   Damage damage;
 

@@ -8,6 +8,7 @@
 #include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/file/even_clock.hpp"
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/shares.hpp"
 #include "tumble/formats/hdf5/values.hpp"
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
@@ -227,22 +228,16 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
   const Session session;
   Source source(path, options, Stamps::by_block);
   Recording block = source.frame();
-  std::size_t longest = 1;
+  std::size_t longest = 0;
   for (std::size_t i = 0; i < block.channels.size(); ++i) longest = std::max(longest, source.samples(i));
-  const std::size_t blocks = (longest + samples - 1) / samples;
-  // Channels of different rates come in equal shares of their samples, so that a block holds about one stretch of time.
-  const auto boundary = [&](std::size_t channel, std::size_t index) {
-    const double share = static_cast<double>(index) / static_cast<double>(blocks);
-    return index == blocks ? source.samples(channel)
-                           : static_cast<std::size_t>(share * static_cast<double>(source.samples(channel)));
-  };
-  for (std::size_t index = 0; index < blocks; ++index) {
-    report(progress, static_cast<double>(index) / static_cast<double>(blocks), "reading");
+  const file::Shares shares(longest, samples);
+  for (std::size_t index = 0; index < shares.blocks(); ++index) {
+    report(progress, static_cast<double>(index) / static_cast<double>(shares.blocks()), "reading");
     std::vector<std::pair<const void*, std::size_t>> shared;  // stamps of the whole, and the channel that has the part
     for (std::size_t i = 0; i < block.channels.size(); ++i) {
       Channel& channel = block.channels[i];
-      const std::size_t first = boundary(i, index);
-      const std::size_t count = boundary(i, index + 1) - first;
+      const std::size_t first = shares.first(source.samples(i), index);
+      const std::size_t count = shares.first(source.samples(i), index + 1) - first;
       const Timeline& whole = source.frame().channels[i].timeline;
       const auto same = std::find_if(shared.begin(), shared.end(),
                                      [&](const auto& entry) { return entry.first == whole.stamps.get(); });
@@ -253,6 +248,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
       source.append(i, first, count, channel);
     }
     sink(block);
+    block.findings.clear();
   }
 }
 

@@ -12,6 +12,7 @@
 #include "tumble/formats/csv/names.hpp"
 #include "tumble/formats/csv/stamp.hpp"
 #include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/gathered.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/file/text_lines.hpp"
@@ -33,7 +34,9 @@ bool recognises(const std::string& path) {
 /// One signal over all segments.
 struct Signal {
   std::string name, unit;
-  std::vector<double> times, values;  ///< [s], [as written]
+  std::shared_ptr<file::Series> times, values;  ///< [s], [as written]
+  file::EvenClock clock = {};
+  double last = 0.0;  ///< [s] of times
 };
 
 /// What the header of a segment says of a channel.
@@ -46,10 +49,12 @@ struct SegmentChannel {
 /// Reads line after line.
 class Reader {
  public:
-  Reader(const std::string& path, const ReadOptions& options) : problems_(path), path_(path), options_(options) {}
+  /// `spool`: where the samples go; null: into memory.
+  Reader(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool)
+      : problems_(path), path_(path), options_(options), spool_(std::move(spool)) {}
 
   void take(std::string_view line, std::size_t number);
-  Recording finish();
+  file::Gathered finish();
 
  private:
   enum class Part { file_header, segment_header, names, rows, special };
@@ -65,8 +70,9 @@ class Reader {
   std::string said_of(const std::string& key, std::size_t channel) const;
   double number_said(const std::string& key, std::size_t channel, double otherwise) const;
   double seconds_later() const;
-  void add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit,
-                   std::vector<std::string>& strange);
+  void add_channel(file::Gathered& gathered, const Signal& signal, std::vector<std::string>& without_unit,
+                   std::vector<std::string>& strange) const;
+  void complete(Recording& recording);
 
   Part part_ = Part::file_header, before_special_ = Part::rows;
   char separator_ = '\t', mark_ = '.';
@@ -82,6 +88,7 @@ class Reader {
   file::Problems problems_;
   std::string path_;
   const ReadOptions& options_;
+  std::shared_ptr<file::Spool> spool_;
 };
 
 std::vector<std::string_view> Reader::cells(std::string_view line) const {
@@ -163,7 +170,7 @@ std::size_t Reader::signal_named(const std::string& written, const std::string& 
   for (int k = 2; taken(name); ++k) name = written + "_" + std::to_string(k);
   const auto known = std::ranges::find(signals_, name, &Signal::name);
   if (known == signals_.end()) {
-    signals_.push_back({name, unit, {}, {}});
+    signals_.push_back({name, unit, std::make_shared<file::Series>(spool_), std::make_shared<file::Series>(spool_)});
     return signals_.size() - 1;
   }
   if (!unit.empty() && !known->unit.empty() && known->unit != unit)
@@ -236,18 +243,20 @@ void Reader::take_row(std::string_view line, std::size_t number) {
     }
     if (!shift_known_) {  // times that begin again count from the date of their segment
       if (first_start_.empty()) first_start_ = said_of("Date", 0) + " " + said_of("Time", 0);
-      shift_ = !signal.times.empty() && time <= signal.times.back() ? seconds_later() : 0.0;
+      shift_ = signal.times->size() > 0 && time <= signal.last ? seconds_later() : 0.0;
       shifted_ = shifted_ || shift_ != 0.0;
       shift_known_ = true;
     }
-    signal.times.push_back(time + shift_);
-    signal.values.push_back(value);
+    signal.last = time + shift_;
+    signal.times->add(signal.last);
+    signal.clock.add(signal.last, 0.0);
+    signal.values->add(value);
   }
   if (present > 0 && present < channels_.size() && parts.size() <= channels_.back().y) cut_line_ = number;
 }
 
-void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit,
-                         std::vector<std::string>& strange) {
+void Reader::add_channel(file::Gathered& gathered, const Signal& signal, std::vector<std::string>& without_unit,
+                         std::vector<std::string>& strange) const {
   if (!options_.only.empty() && std::ranges::find(options_.only, signal.name) == options_.only.end()) return;
   Channel channel;
   channel.name = signal.name;
@@ -268,23 +277,19 @@ void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::
     channel.unit = given->second;
   }
   channel.kind = kind_of(channel.unit);
-  file::EvenClock clock;
-  for (const double time : signal.times) clock.add(time, 0.0);
-  const auto even = clock.timeline();
-  channel.timeline =
-      even ? *even : Timeline{0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(signal.times))};
-  channel.values = std::move(signal.values);
-  for (double& value : channel.values) value = channel.unit.to_si(value);
-  recording.channels.push_back(std::move(channel));
+  const auto even = signal.clock.timeline();
+  if (even) channel.timeline = *even;
+  gathered.frame.channels.push_back(std::move(channel));
+  gathered.sources.push_back({signal.values, even ? nullptr : signal.times});
 }
 
-Recording Reader::finish() {
+file::Gathered Reader::finish() {
   if (part_ == Part::file_header || segments_ == 0)
     throw Error{Error::Kind::bad_file, "'" + path_ + "': a LabVIEW measurement file without the end of its header (" +
                                            std::string(end_of_header) + "); it was cut off"};
-  Recording recording;
+  file::Gathered gathered;
   std::vector<std::string> without_unit, strange;
-  for (Signal& signal : signals_) add_channel(recording, signal, without_unit, strange);
+  for (const Signal& signal : signals_) add_channel(gathered, signal, without_unit, strange);
   problems_.refuse_any();
   if (!without_unit.empty()) {
     std::string names, sets;
@@ -298,9 +303,15 @@ Recording Reader::finish() {
                 {"'" + path_ + "': channels without a unit: " + names + "; " + why,
                  "to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets}};
   }
-  if (recording.channels.empty() ||
-      std::ranges::all_of(recording.channels, [](const Channel& one) { return one.values.empty(); }))
+  if (std::ranges::all_of(gathered.sources, [](const file::Source& one) { return one.values->size() == 0; }))
     throw Error{Error::Kind::bad_file, "'" + path_ + "' has no samples"};
+  complete(gathered.frame);
+  return gathered;
+}
+
+/// What the file says of the test, and how it was read.
+void Reader::complete(Recording& recording) {
+  recording.origin.file = path_;
   for (const char* key : {"Operator", "Description", "Project", "Date", "Time"})
     if (!file_header_[key].empty()) recording.meta[key] = file_header_[key];
   if (csv::Stamp start; csv::allowed_orders(first_start_).plain && csv::parse_stamp(first_start_, date_and_time, start))
@@ -312,19 +323,28 @@ Recording Reader::finish() {
   recording.recognised = {{"decimal mark", mark_ == ',' ? "comma" : "point"},
                           {"separator", separator_ == ',' ? "comma" : "tab"},
                           {"segments", std::to_string(segments_)}};
-  return recording;
+}
+
+file::Gathered gather(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool,
+                      const Progress& progress) {
+  if (!recognises(path))
+    throw Error{Error::Kind::bad_file, "'" + path + "' does not begin as a LabVIEW measurement file"};
+  Reader reader(path, options, std::move(spool));
+  file::each_line(path, options.encoding, progress,
+                  [&](std::string_view line, std::size_t number) { reader.take(line, number); });
+  return reader.finish();
 }
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  if (!recognises(path))
-    throw Error{Error::Kind::bad_file, "'" + path + "' does not begin as a LabVIEW measurement file"};
   auto checksum = sha256_in_background(path);
-  Reader reader(path, options);
-  file::each_line(path, options.encoding, progress,
-                  [&](std::string_view line, std::size_t number) { reader.take(line, number); });
-  Recording recording = reader.finish();
-  recording.origin = {path, std::move(checksum)};
+  Recording recording = file::in_memory(gather(path, options, nullptr, progress));
+  recording.origin.checksum = std::move(checksum);
   return recording;
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  file::hand_out(gather(path, options, std::make_shared<file::Spool>(path), progress), samples, sink, progress);
 }
 
 }  // namespace
@@ -333,6 +353,7 @@ extern const Format lvm{.name = "lvm",
                         .summary = "LabVIEW measurement file, as text",
                         .extensions = {".lvm"},
                         .recognises = recognises,
-                        .read = tumble::lvm::read};
+                        .read = tumble::lvm::read,
+                        .stream = tumble::lvm::stream};
 
 }  // namespace tumble::lvm

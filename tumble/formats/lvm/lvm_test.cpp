@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -90,6 +91,10 @@ TEST(Lvm, AnUnknownUnitIsAskedFor) {
       with(read_text_file(reference_text("one_x.lvm")), "Y_Unit_Label\tg\t", "Y_Unit_Label\tbogus\t"), "a.lvm");
   EXPECT_NE(refused.find("unknown unit 'bogus'"), std::string::npos) << refused;
   EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
+}
+
+TEST(Lvm, BlocksJoinToTheWhole) {
+  for (const char* name : {"one_x.lvm", "two_segments.lvm"}) expect_streams_the_same(reference_text(name), {}, 7);
 }
 
 TEST(Lvm, CutAnywhereItIsReadOrRefused) {

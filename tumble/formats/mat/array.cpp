@@ -1,9 +1,7 @@
 #include "tumble/formats/mat/array.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mat {
@@ -24,28 +22,27 @@ void Budget::take(std::size_t rows, std::size_t columns) {
   left_ -= rows * columns;
 }
 
+Array::Array(std::string of, std::size_t count, const std::shared_ptr<file::Spool>& spool) : name(std::move(of)) {
+  for (std::size_t k = 0; k < count; ++k) vectors.push_back(std::make_shared<file::Series>(spool));
+}
+
+Contents::Contents(const std::string& path, Keep where)
+    : keep(where), spool(where == Keep::in_spool ? std::make_shared<file::Spool>(path) : nullptr) {}
+
 Filler::Filler(Array& to, std::size_t rows, std::size_t columns, std::size_t room)
     : to_(to), rows_(rows), by_column_(rows >= columns) {
-  to_.vectors.resize(std::min(rows, columns));
   const std::size_t each = std::min(std::max(rows, columns), room / std::max<std::size_t>(1, to_.vectors.size()));
-  for (auto& vector : to_.vectors) make_room(vector, each);
+  for (auto& vector : to_.vectors) vector->make_room(each);
 }
 
 void Filler::add(const double* values, std::size_t count) {
-  double largest = 0.0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double size = std::abs(values[k]);
-    largest = size > largest ? size : largest;
-  }
-  to_.infinite = to_.infinite || std::isinf(largest);
   if (!by_column_) {
-    for (std::size_t k = 0; k < count; ++k) to_.vectors[next_++ % rows_].push_back(values[k]);
+    for (std::size_t k = 0; k < count; ++k) to_.vectors[next_++ % rows_]->add(values[k]);
     return;
   }
   while (count > 0) {
-    auto& vector = to_.vectors[next_ / rows_];
     const std::size_t now = std::min(count, rows_ - next_ % rows_);
-    vector.insert(vector.end(), values, values + now);
+    to_.vectors[next_ / rows_]->add(values, now);
     next_ += now;
     values += now;
     count -= now;

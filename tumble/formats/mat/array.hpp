@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "tumble/formats/file/series.hpp"
 
 namespace tumble::mat {
 
@@ -10,14 +14,23 @@ namespace tumble::mat {
 /// three vectors of 1000.
 struct Array {
   std::string name;  ///< "gyro", "imu.gyro"
-  std::vector<std::vector<double>> vectors;
-  bool infinite = false;  ///< some value may be infinite
+  std::vector<std::shared_ptr<file::Series>> vectors;
 
-  std::size_t length() const { return vectors.empty() ? 0 : vectors.front().size(); }
+  /// `count` vectors without values, which go to the spool if there is one.
+  Array(std::string name, std::size_t count, const std::shared_ptr<file::Spool>& spool);
+  std::size_t length() const { return vectors.empty() ? 0 : vectors.front()->size(); }
 };
+
+/// Where the numbers of a file go.
+enum class Keep { in_memory, in_spool, sizes_only };
 
 /// What a MATLAB file holds.
 struct Contents {
+  Contents(const std::string& path, Keep keep);
+
+  Keep keep;
+  std::shared_ptr<file::Spool> spool;  ///< null: in memory
+  std::uintmax_t numbers = 0;          ///< in all arrays [1]
   std::vector<Array> arrays;
   std::vector<std::pair<std::string, std::string>> texts;  ///< by the name of the variable
   std::vector<std::string> skipped;                        ///< variables that hold no plain numbers
@@ -25,7 +38,7 @@ struct Contents {
   bool cut_off = false;                                    ///< it ends within a variable; what is whole is here
 };
 
-/// Fills an array of rows x columns with values that come column by column.
+/// Fills an array, without values and min(rows, columns) wide, with values that come column by column.
 class Filler {
  public:
   /// `room`: values [1] for which memory is asked at once; more is asked for as they come.
@@ -52,10 +65,10 @@ class Budget {
 };
 
 /// MATLAB's binary files of version 5 (6, 7) and 4. Throws Error::bad_file.
-Contents read_level5(const std::string& path);
-Contents read_level4(const std::string& path);
+Contents read_level5(const std::string& path, Keep keep);
+Contents read_level4(const std::string& path, Keep keep);
 /// Version 7.3: HDF5. Throws Error::bad_file.
-Contents read_hdf5(const std::string& path);
+Contents read_hdf5(const std::string& path, Keep keep);
 
 /// Whether the file begins as one of version 4, which has no signature.
 bool is_level4(const std::string& path);

@@ -55,7 +55,7 @@ bool is_name(const char* at, std::size_t size) {
 
 void take_numbers(topics::Window& window, const Head& head, const std::string& name, Contents& contents) {
   const std::size_t size = size_of(head.type);
-  Array array{name, {}, false};
+  Array array(name, head.kind == 0 ? std::min(head.rows, head.columns) : 0, contents.spool);
   std::vector<double> values(piece_of_level4), codes;
   Filler filler(array, head.rows, head.columns, std::size_t{head.rows} * head.columns);
   for (std::size_t left = std::size_t{head.rows} * head.columns; left > 0;) {
@@ -84,8 +84,8 @@ bool is_level4(const std::string& path) {
          std::uint64_t{head->rows} * head->columns * size_of(head->type) <= 8 * window.size() + 64;
 }
 
-Contents read_level4(const std::string& path) {
-  Contents contents;
+Contents read_level4(const std::string& path, Keep keep) {
+  Contents contents(path, keep);
   contents.head = "MATLAB 4";
   topics::Window window(path);
   Budget budget(window.size());
@@ -109,6 +109,11 @@ Contents read_level4(const std::string& path) {
       continue;
     }
     budget.take(head->rows, head->columns);
+    contents.numbers += count;
+    if (keep == Keep::sizes_only) {
+      window.skip(count * size_of(head->type));
+      continue;
+    }
     take_numbers(window, *head, name, contents);
   }
   contents.cut_off = contents.cut_off || window.available() > 0;

@@ -77,7 +77,7 @@ class Level5 {
         if (tag.type != matrix) bad("it does not hold a variable");
       }
       array(bytes, "", 0);
-      bytes.finish();
+      if (contents_.keep != Keep::sizes_only) bytes.finish();
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
       if (size <= rest) bad(where(name_) + error.what());
@@ -150,7 +150,9 @@ class Level5 {
           " bytes");
     if (!tag.is_small && tag.size > bytes.most()) bad("it is cut off: the file ends within it");
     budget_.take(rows, columns);
-    Array array{name, {}, false};
+    contents_.numbers += rows * columns;
+    if (contents_.keep == Keep::sizes_only) return;  // the caller skips the rest
+    Array array(name, std::min(rows, columns), contents_.spool);
     Filler filler(array, rows, columns, std::min(rows * columns, usual_packing * (window_.size() / size)));
     if (tag.is_small) {
       double values[4];
@@ -245,8 +247,8 @@ class Level5 {
 
 }  // namespace
 
-Contents read_level5(const std::string& path) {
-  Contents contents;
+Contents read_level5(const std::string& path, Keep keep) {
+  Contents contents(path, keep);
   Level5(path, contents).run();
   return contents;
 }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int deepest_group = 16;
 constexpr hsize_t longest_characters = 65536;
-constexpr hsize_t most_at_once = hsize_t{1} << 22;  ///< numbers of a piece
+constexpr hsize_t most_at_once = hsize_t{1} << 19;  ///< numbers of a piece
 
 class Level73 {
  public:
@@ -86,11 +86,12 @@ class Level73 {
     hdf5::look_at_storage(numbers, file_, at, extent, size_);
     const bool characters = hdf5::text_attribute(numbers.dataset, "MATLAB_class").value_or("") == "char";
     if (characters && rows * columns > longest_characters) return contents_.skipped.push_back(name);
-    Array array{name, {}, true};
-    array.vectors.resize(std::min(rows, columns));
+    contents_.numbers += rows * columns;
+    if (contents_.keep == Keep::sizes_only) return;
+    Array array(name, std::min(rows, columns), contents_.spool);
     fill(numbers, array);
     if (characters && array.vectors.size() == 1)
-      contents_.texts.emplace_back(name, text_of(array.vectors.front()));
+      contents_.texts.emplace_back(name, text_of(array.vectors.front()->take()));
     else if (!characters)
       contents_.arrays.push_back(std::move(array));
   } catch (const Error& error) {
@@ -115,8 +116,7 @@ class Level73 {
           H5Dread(numbers.dataset, H5T_NATIVE_DOUBLE, memory, numbers.space, H5P_DEFAULT, values.data()) < 0)
         hdf5::fail(hdf5::last_reason());
       for (std::size_t v = 0; v < vectors; ++v)
-        for (hsize_t k = 0; k < now; ++k)
-          array.vectors[v].push_back(values[along_last ? v * now + k : k * vectors + v]);
+        for (hsize_t k = 0; k < now; ++k) array.vectors[v]->add(values[along_last ? v * now + k : k * vectors + v]);
     }
   }
 
@@ -129,9 +129,9 @@ class Level73 {
 
 }  // namespace
 
-Contents read_hdf5(const std::string& path) {
+Contents read_hdf5(const std::string& path, Keep keep) {
   const hdf5::Session session;
-  Contents contents;
+  Contents contents(path, keep);
   Level73 file(path, contents);
   std::string head(116, '\0');
   head.resize(file::InputFile(path).read(head.data(), head.size()));

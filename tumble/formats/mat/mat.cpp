@@ -1,5 +1,3 @@
-#include <cstring>
-
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/format.hpp"
@@ -23,14 +21,14 @@ Level level_of(const std::string& path) {
 
 bool recognises(const std::string& path) { return level_of(path) != Level::none; }
 
-Contents contents_of(const std::string& path) {
+Contents contents_of(const std::string& path, Keep keep) {
   switch (level_of(path)) {
     case Level::four:
-      return read_level4(path);
+      return read_level4(path, keep);
     case Level::five:
-      return read_level5(path);
+      return read_level5(path, keep);
     case Level::seven:
-      return read_hdf5(path);
+      return read_hdf5(path, keep);
     case Level::none:
       break;
   }
@@ -40,14 +38,28 @@ Contents contents_of(const std::string& path) {
                   "variable of version 4");
 }
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+file::Gathered gather(const std::string& path, const ReadOptions& options, Keep keep, const Progress& progress) {
   if (!options.segment_column.empty())
     throw Error(Error::Kind::bad_file, "'" + path + "' is a file of MATLAB: segment_column is for text tables");
-  auto checksum = sha256_in_background(path);
   report(progress, 0.0, "reading");
-  Recording recording = recording_of(contents_of(path), path, options);
+  return recording_of(contents_of(path, keep), path, options);
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  auto checksum = sha256_in_background(path);
+  Recording recording = file::in_memory(gather(path, options, Keep::in_memory, progress));
   recording.origin.checksum = std::move(checksum);
   return recording;
+}
+
+/// All arrays: which of them are wanted is known only once all were read.
+std::uintmax_t memory(const std::string& path, const ReadOptions&) {
+  return sizeof(double) * contents_of(path, Keep::sizes_only).numbers;
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  file::hand_out(gather(path, options, Keep::in_spool, progress), samples, sink, progress);
 }
 
 }  // namespace
@@ -56,6 +68,8 @@ extern const Format mat{.name = "mat",
                         .summary = "binary file of MATLAB, versions 4, 5 (6, 7) and 7.3: arrays, also in structures",
                         .extensions = {".mat"},
                         .recognises = recognises,
-                        .read = read};
+                        .read = read,
+                        .memory = memory,
+                        .stream = stream};
 
 }  // namespace tumble::mat

@@ -44,6 +44,18 @@ TEST(Mat, AllVersionsHoldTheSame) {
   }
 }
 
+TEST(Mat, BlocksJoinToTheWhole) {
+  for (const char* name : {"plain.mat", "packed.mat", "old.mat", "hdf5.mat"}) {
+    ReadOptions options = units({"gyro", "acc", "temperature"});
+    options.topics = {"gyro", "acc", "temperature"};
+    expect_streams_the_same(reference(name), options, 7);
+    // Seven vectors of 60, and what the file holds in addition to them.
+    const auto memory = recording_memory(format_of(reference(name)), reference(name), options);
+    EXPECT_GE(memory, 8u * 7 * 60) << name;
+    EXPECT_LT(memory, 8u * 16 * 60) << name;
+  }
+}
+
 std::string as_word(std::size_t value) {
   const auto word = static_cast<std::uint32_t>(value);
   return {reinterpret_cast<const char*>(&word), sizeof word};

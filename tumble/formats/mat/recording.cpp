@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -17,6 +16,7 @@ namespace tumble::mat {
 namespace {
 
 constexpr std::size_t longest_note = 200;  ///< [characters] of a text in the meta data
+constexpr std::size_t stamps_at_once = 65536;
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -59,23 +59,22 @@ std::optional<double> rate_of(const std::string& name, double value) {
 
 /// Whether the numbers read as days since the year 0, of the years 1950 to 2100: then they are far too dense for
 /// seconds.
-bool are_days(const std::vector<double>& times) {
+bool are_days(const file::Series& times) {
   constexpr double earliest = 712'224.0, latest = 767'376.0, densest = 1e-4;  // days; s between two samples
   if (times.size() < 2) return false;
-  const double interval = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
-  return times.front() > earliest && times.back() < latest && interval > 0.0 && interval < densest;
+  const double first = times.at(0), last = times.at(times.size() - 1);
+  const double interval = (last - first) / static_cast<double>(times.size() - 1);
+  return first > earliest && last < latest && interval > 0.0 && interval < densest;
 }
 
-/// Makes infinite values NaN; their number.
-std::size_t remove_infinite(std::vector<double>& values) {
-  std::size_t count = 0;
-  for (double& value : values) {
-    if (!std::isinf(value)) continue;
-    ++count;
-    value = std::numeric_limits<double>::quiet_NaN();
-  }
-  return count;
-}
+/// The times of an array: even, or the stamps as written.
+struct Clock {
+  std::optional<Timeline> even;
+  std::shared_ptr<const file::Series> stamps;
+  Unit unit;  ///< of the stamps
+};
+
+Clock even_clock(double rate) { return {Timeline{0.0, rate, nullptr}, nullptr, {}}; }
 
 /// A channel before its unit is known.
 struct Vector {
@@ -90,7 +89,7 @@ class Maker {
   Maker(Contents contents, const std::string& path, const ReadOptions& options)
       : contents_(std::move(contents)), path_(path), options_(options) {}
 
-  Recording make() {
+  file::Gathered make() {
     recording_.origin.file = path_;
     choose();
     for (const std::size_t i : chosen_) clocks_.push_back(clock_of(i));
@@ -98,7 +97,7 @@ class Maker {
     find_units();
     finish();
     take_meta();
-    return std::move(recording_);
+    return {std::move(recording_), std::move(sources_)};
   }
 
  private:
@@ -130,7 +129,7 @@ class Maker {
   std::optional<double> rate_in(const std::string& at) const {
     for (const Array& other : contents_.arrays)
       if (other.length() == 1 && other.vectors.size() == 1 && parent_of(other.name) == at)
-        if (const auto rate = rate_of(other.name, other.vectors[0][0])) return rate;
+        if (const auto rate = rate_of(other.name, other.vectors[0]->at(0))) return rate;
     return std::nullopt;
   }
 
@@ -190,7 +189,7 @@ class Maker {
   }
 
   /// The nearest: beside the array, else in the structures around it; there a time before a rate.
-  std::optional<Timeline> clock_of(std::size_t i) {
+  std::optional<Clock> clock_of(std::size_t i) {
     const Array& array = contents_.arrays[i];
     if (!options_.columns.empty()) return column_clock(array);
     for (std::string at = parent_of(array.name);; at = parent_of(at)) {
@@ -198,45 +197,47 @@ class Maker {
         const Array& stamps = contents_.arrays[*time];
         const auto given = options_.units.find(stamps.name);
         const Unit unit = given == options_.units.end() ? Unit::parse(*time_unit(stamps.name)) : given->second;
-        return timeline_of(stamps.name, stamps.vectors.front(), unit);
+        return times_of(stamps.name, stamps.vectors.front(), unit);
       }
       if (!options_.rate)
-        if (const auto rate = rate_in(at)) return Timeline{0.0, *rate, nullptr};
+        if (const auto rate = rate_in(at)) return even_clock(*rate);
       if (at.empty()) break;
     }
-    return options_.rate ? std::optional(Timeline{0.0, *options_.rate, nullptr}) : std::nullopt;
+    return options_.rate ? std::optional(even_clock(*options_.rate)) : std::nullopt;
   }
 
   /// Arrays with one time share its stamps.
-  Timeline timeline_of(const std::string& name, const std::vector<double>& written, const Unit& unit) {
-    if (const auto known = timelines_.find(name); known != timelines_.end()) return known->second;
+  Clock times_of(const std::string& name, const std::shared_ptr<const file::Series>& written, const Unit& unit) {
+    if (const auto known = clocks_by_name_.find(name); known != clocks_by_name_.end()) return known->second;
     if (kind_of(unit) != QuantityKind::time)
       refuse(fmt::format("has the time {} in {}, which is no unit of time", name, unit.text()));
-    if (options_.units.find(name) == options_.units.end() && options_.columns.empty() && are_days(written))
+    if (options_.units.find(name) == options_.units.end() && options_.columns.empty() && are_days(*written))
       refuse(
           fmt::format("has {0} in days, as datenum of MATLAB gives it; say so: --set unit.{0}=day (or "
                       "--set unit.{0}=s if they are seconds)",
                       name));
     file::EvenClock clock;
-    auto stamps = std::make_shared<std::vector<double>>();
-    stamps->reserve(written.size());
-    for (const double value : written) {
-      if (!std::isfinite(value)) refuse(fmt::format("has no time at sample {} of {}", stamps->size() + 1, name));
-      stamps->push_back(unit.to_si(value));
-      clock.add(stamps->back(), 0.0);
+    std::vector<double> piece;
+    for (std::size_t first = 0; first < written->size(); first += piece.size()) {
+      piece.clear();
+      written->read(first, std::min(stamps_at_once, written->size() - first), piece);
+      for (const double value : piece) {
+        if (!std::isfinite(value)) refuse(fmt::format("has no time at sample {} of {}", clock.count() + 1, name));
+        clock.add(unit.to_si(value), 0.0);
+      }
     }
     const auto even = clock.timeline();
-    return timelines_[name] = even ? *even : Timeline{0.0, 0.0, std::move(stamps)};
+    return clocks_by_name_[name] = {even, even ? nullptr : written, unit};
   }
 
   /// The column that `columns` call time.
-  std::optional<Timeline> column_clock(const Array& array) {
+  std::optional<Clock> column_clock(const Array& array) {
     for (std::size_t k = 0; k < std::min(options_.columns.size(), array.vectors.size()); ++k) {
       const auto [name, unit] = name_and_unit_of(options_.columns[k]);
-      if (time_unit(name)) return timeline_of(name, array.vectors[k], unit ? *unit : Unit::parse(*time_unit(name)));
+      if (time_unit(name)) return times_of(name, array.vectors[k], unit ? *unit : Unit::parse(*time_unit(name)));
     }
     const auto rate = rate_for(array);
-    return rate ? std::optional(Timeline{0.0, *rate, nullptr}) : std::nullopt;
+    return rate ? std::optional(even_clock(*rate)) : std::nullopt;
   }
 
   static std::pair<std::string, std::optional<Unit>> name_and_unit_of(const std::string& text) {
@@ -318,13 +319,12 @@ class Maker {
   void finish() {
     std::size_t infinite = 0;
     for (Vector& vector : vectors_) {
-      Channel channel{vector.name, kind_of(*vector.unit), *vector.unit, *clocks_[position_of(vector.array)],
-                      std::move(contents_.arrays[vector.array].vectors[vector.index])};
-      if (contents_.arrays[vector.array].infinite) infinite += remove_infinite(channel.values);
-      const double factor = channel.unit.factor(), offset = channel.unit.offset();
-      if (factor != 1.0 || offset != 0.0)
-        for (double& value : channel.values) value = value * factor + offset;
-      recording_.channels.push_back(std::move(channel));
+      const Clock& clock = *clocks_[position_of(vector.array)];
+      const auto& values = contents_.arrays[vector.array].vectors[vector.index];
+      infinite += values->infinite();
+      recording_.channels.push_back(
+          {vector.name, kind_of(*vector.unit), *vector.unit, clock.even.value_or(Timeline{}), {}});
+      sources_.push_back({values, clock.stamps, clock.unit.factor(), clock.unit.offset()});
     }
     if (infinite > 0)
       recording_.findings.push_back(
@@ -350,15 +350,16 @@ class Maker {
   const std::string& path_;
   const ReadOptions& options_;
   Recording recording_;
-  std::vector<std::size_t> chosen_;              ///< arrays
-  std::vector<std::optional<Timeline>> clocks_;  ///< of the chosen arrays
-  std::map<std::string, Timeline> timelines_;
+  std::vector<std::size_t> chosen_;  ///< arrays
+  std::vector<file::Source> sources_;
+  std::vector<std::optional<Clock>> clocks_;  ///< of the chosen arrays
+  std::map<std::string, Clock> clocks_by_name_;
   std::vector<Vector> vectors_;
 };
 
 }  // namespace
 
-Recording recording_of(Contents contents, const std::string& path, const ReadOptions& options) {
+file::Gathered recording_of(Contents contents, const std::string& path, const ReadOptions& options) {
   return Maker(std::move(contents), path, options).make();
 }
 

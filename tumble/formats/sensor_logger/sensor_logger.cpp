@@ -10,6 +10,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/read.hpp"
+#include "tumble/formats/file/gathered.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/temporary_file.hpp"
 #include "tumble/formats/file/text_lines.hpp"
@@ -176,15 +177,48 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
   return names;
 }
 
+constexpr std::size_t samples_at_once = 65536;
+
 /// The channels x, y, z of one file, on the clock of the file, and the first stamp [ns].
 struct SensorData {
-  std::vector<Channel> channels;
+  file::Gathered table;
   std::int64_t begin = 0;
   std::string checksum;
 };
 
+/// Joins the blocks of a table, whose channels share one clock.
+class Joiner {
+ public:
+  Joiner(file::Gathered& to, std::shared_ptr<file::Spool> spool) : to_(to), spool_(std::move(spool)) {}
+
+  void take(const Recording& block) {
+    if (to_.sources.empty()) begin(block);
+    for (std::size_t i = 0; i < block.channels.size(); ++i) {
+      const auto& values = block.channels[i].values;
+      to_.sources[i].values->add(values.data(), values.size());
+    }
+    const auto& stamps = block.channels.front().timeline.stamps;
+    if (stamps) stamps_->add(stamps->data(), stamps->size());
+  }
+
+ private:
+  void begin(const Recording& block) {
+    to_.frame.meta = block.meta;
+    if (!block.channels.front().timeline.uniform()) stamps_ = std::make_shared<file::Series>(spool_);
+    for (const Channel& channel : block.channels) {
+      const Timeline even{channel.timeline.start, channel.timeline.rate, nullptr};
+      to_.frame.channels.push_back({channel.name, channel.kind, channel.unit, even, {}});
+      to_.sources.push_back({.values = std::make_shared<file::Series>(spool_), .stamps = stamps_, .in_si = true});
+    }
+  }
+
+  file::Gathered& to_;
+  std::shared_ptr<file::Spool> spool_;
+  std::shared_ptr<file::Series> stamps_;
+};
+
 SensorData data_of(const std::string& path, const Source& source, const std::string& name, bool in_g,
-                   const Progress& progress) {
+                   const std::shared_ptr<file::Spool>& spool, const Progress& progress) {
   const Sensor& sensor = *sensor_named(name);
   const SensorFile file(path, source, name);
   ReadOptions options;
@@ -193,9 +227,10 @@ SensorData data_of(const std::string& path, const Source& source, const std::str
   const Unit unit = Unit::parse(in_g && std::string_view(sensor.unit) == "m/s^2" ? "g" : sensor.unit);
   for (const auto& axis : options.only) options.units[axis] = unit;
   SensorData data;
-  Recording recording;
+  Joiner joiner(data.table, spool);
   try {
-    recording = csv::read_table(file.path(), options, progress);
+    csv::stream(
+        file.path(), options, samples_at_once, [&](const Recording& block) { joiner.take(block); }, progress);
   } catch (const Error& error) {
     auto problems = error.problems;
     std::erase_if(problems, [](const std::string& problem) { return problem.starts_with("to copy"); });
@@ -204,30 +239,25 @@ SensorData data_of(const std::string& path, const Source& source, const std::str
         problem.replace(at, file.path().size(), path + ": " + name + ".csv");
     throw Error(error.kind, problems);
   }
-  data.begin = parse_iso_time(recording.meta[clock_start]).value_or(data.begin);
-  for (const char* axis : {"x", "y", "z"})
-    for (Channel& channel : recording.channels)
-      if (channel.name == axis) {
-        channel.name = name + "." + axis;
-        data.channels.push_back(std::move(channel));
-      }
+  data.begin = parse_iso_time(data.table.frame.meta[clock_start]).value_or(data.begin);
   data.checksum = source.folder ? sha256_of_file(file.path()) : "";
   return data;
 }
 
-/// Moves the timeline to a clock that begins earlier. Given: by [s]. Channels share their stamps.
-void shift(std::vector<Channel>& channels, double by) {
-  std::map<const void*, std::shared_ptr<const std::vector<double>>> moved;
-  for (Channel& channel : channels) {
-    channel.timeline.start += by;
-    if (channel.timeline.uniform()) continue;
-    auto& stamps = moved[channel.timeline.stamps.get()];
-    if (!stamps) {
-      auto later = *channel.timeline.stamps;
-      for (double& stamp : later) stamp += by;
-      stamps = std::make_shared<const std::vector<double>>(std::move(later));
-    }
-    channel.timeline.stamps = stamps;
+/// Moves the channels x, y, z of sensor `name` that are wanted to `all`, on a clock that begins earlier by `later` [s].
+void move_channels(SensorData& data, const std::string& name, double later, const ReadOptions& options,
+                   file::Gathered& all) {
+  const auto& channels = data.table.frame.channels;
+  for (const char* axis : {"x", "y", "z"}) {
+    const std::string full = name + "." + axis;
+    const auto found = std::ranges::find(channels, axis, &Channel::name);
+    const bool wanted = options.only.empty() || std::ranges::find(options.only, full) != options.only.end();
+    if (found == channels.end() || !wanted) continue;
+    all.frame.channels.push_back(*found);
+    all.frame.channels.back().name = full;
+    all.frame.channels.back().timeline.start += later;
+    all.sources.push_back(data.table.sources[static_cast<std::size_t>(found - channels.begin())]);
+    all.sources.back().begin = later;
   }
 }
 
@@ -253,7 +283,8 @@ void say_choice(Recording& recording, const Source& source, const std::vector<st
       {Finding::Severity::info, "sensors_not_read", {{"read", joined(read)}, {"others", joined(others)}}, path});
 }
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+/// The sensors with samples. Throws Error::bad_file; adds a finding that names those without.
+Source opened(const std::string& path, Findings& findings) {
   Source source = source_of(path);
   if (!source.ours())
     throw Error{
@@ -262,35 +293,57 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
             "' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected"};
   const auto empty = leave_empty(path, source);
   if (!source.ours()) throw Error{Error::Kind::bad_file, "'" + path + "' has no samples of " + joined(empty)};
-  Recording recording;
   if (!empty.empty())
-    recording.findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
+    findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
+  return source;
+}
+
+file::Gathered gather(const std::string& path, const ReadOptions& options, const std::shared_ptr<file::Spool>& spool,
+                      const Progress& progress) {
+  file::Gathered all;
+  Recording& recording = all.frame;
+  const Source source = opened(path, recording.findings);
   recording.meta = metadata_of(path, source);
   const bool in_g = recording.meta["platform"] == "ios" && recording.meta["standardisation"] == "false";
   const auto names = chosen(path, source, options);
   std::vector<SensorData> data;
   std::string checksums;
   for (const auto& name : names) {
-    data.push_back(data_of(path, source, name, in_g, progress));
+    data.push_back(data_of(path, source, name, in_g, spool, progress));
     checksums += data.back().checksum + "  " + name + ".csv\n";
   }
   const std::int64_t begin = std::ranges::min_element(data, {}, &SensorData::begin)->begin;
-  for (SensorData& one : data) {
-    shift(one.channels, static_cast<double>(one.begin - begin) * 1e-9);
-    for (Channel& channel : one.channels)
-      if (options.only.empty() || std::ranges::find(options.only, channel.name) != options.only.end())
-        recording.channels.push_back(std::move(channel));
-  }
+  for (std::size_t i = 0; i < data.size(); ++i)
+    move_channels(data[i], names[i], static_cast<double>(data[i].begin - begin) * 1e-9, options, all);
   if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' has none of the channels " + joined(options.only)};
   recording.meta[clock_start] = iso_time(begin) + "Z";
   say_choice(recording, source, names, path);
   recording.origin.file = path;
-  if (source.folder)
-    recording.origin.checksum = [sum = sha256_of(checksums)] { return sum; };
-  else
-    recording.origin.checksum = sha256_in_background(path);
+  if (source.folder) recording.origin.checksum = [sum = sha256_of(checksums)] { return sum; };
+  return all;
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  Recording recording = file::in_memory(gather(path, options, nullptr, progress));
+  if (!recording.origin.checksum) recording.origin.checksum = sha256_in_background(path);
   return recording;
+}
+
+/// A row has about 70 bytes, and 32 of them are needed for its numbers.
+std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
+  Findings ignored;
+  const Source source = opened(path, ignored);
+  std::uintmax_t bytes = 0;
+  for (const auto& name : chosen(path, source, options))
+    bytes += source.folder ? fs::file_size(source.paths.at(name)) : source.entries.at(name).size;
+  return bytes / 2;
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  const auto gathered = gather(path, options, std::make_shared<file::Spool>(path), progress);
+  file::hand_out(gathered, samples, sink, progress);
 }
 
 }  // namespace
@@ -300,6 +353,8 @@ extern const Format sensor_logger{.name = "sensor_logger",
                                   .extensions = {".sensorlogger"},
                                   .recognises = recognises,
                                   .read = tumble::sensor_logger::read,
+                                  .memory = memory,
+                                  .stream = stream,
                                   .folders = true};
 
 }  // namespace tumble::sensor_logger

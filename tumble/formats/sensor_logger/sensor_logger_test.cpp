@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -31,6 +32,11 @@ TEST(SensorLogger, ReadsTheSensorsThatWereNotCorrected) {
   EXPECT_EQ(recording.meta.at("clock_start"), "2023-11-14T22:13:20Z");
   const auto others = message_of(recording, "sensors_not_read");
   EXPECT_NE(others.find("Accelerometer (without gravity)"), std::string::npos) << others;
+}
+
+TEST(SensorLogger, BlocksJoinToTheWhole) {
+  expect_streams_the_same(reference_text("sensor_logger.zip"), {}, 7);
+  expect_streams_the_same(reference_text("sensor_logger.zip"), {.only = {"TotalAcceleration.z"}}, 7);
 }
 
 TEST(SensorLogger, AnotherSensorMayBePicked) {

@@ -10,6 +10,7 @@
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/names.hpp"
 #include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/gathered.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/file/text_lines.hpp"
@@ -33,6 +34,7 @@ std::string_view field(std::string_view line, std::size_t first, std::size_t cou
 /// Numbers of Fortran: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
 /// Returned: false at the first that is none.
 bool numbers_in(std::string_view line, std::vector<double>& numbers) {
+  numbers.clear();
   std::string token;
   const auto finish = [&] {
     double value = 0.0;
@@ -58,7 +60,11 @@ long whole_number(std::string_view text, long otherwise) {
 struct Dataset {
   std::size_t line = 0;  ///< of its first record
   std::vector<std::string> records;
-  std::vector<double> numbers;
+  std::size_t numbers = 0;                         ///< that were read
+  std::shared_ptr<file::Series> abscissa, values;  ///< [as written]; none of the abscissa where it is even
+  file::EvenClock clock = {};                      ///< of the abscissa
+  Unit time = Unit::parse("s");
+  std::string time_problem;                ///< empty: its unit is one of time
   long kind = 0, ordinate = 0, count = 0;  ///< function type; 2, 4: real; 5, 6: complex
   bool even = true;
   double start = 0.0, step = 0.0;  ///< of the abscissa, in its unit
@@ -76,9 +82,11 @@ struct Units {
 
 class Reader {
  public:
-  Reader(const std::string& path, const ReadOptions& options) : path_(path), options_(options) {}
+  /// `spool`: where the samples go; null: into memory.
+  Reader(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool)
+      : path_(path), options_(options), spool_(std::move(spool)) {}
   void take(std::string_view line, std::size_t number);
-  Recording finish();
+  file::Gathered finish();
 
  private:
   void begin(std::string_view number, std::size_t line);
@@ -89,7 +97,9 @@ class Reader {
   std::optional<Unit> unit_of(const std::string& name);
   std::string name_of();
   std::string unit_of_type(long type) const;
-  Timeline timeline_of(const Unit& time, std::vector<double>& values) const;
+  void take_number(double number);
+  std::optional<Timeline> even_timeline() const;
+  void find_time_unit();
   [[noreturn]] void refuse(std::size_t line, const std::string& reason) const {
     throw Error{Error::Kind::bad_file, "'" + path_ + "', line " + std::to_string(line) + ": " + reason};
   }
@@ -104,7 +114,9 @@ class Reader {
   std::set<long> other_datasets_;
   std::size_t other_functions_ = 0, read_ = 0;
   std::vector<std::string> problems_, without_unit_;
-  Recording recording_;
+  file::Gathered gathered_;
+  std::shared_ptr<file::Spool> spool_;
+  std::vector<double> of_line_;
 };
 
 void Reader::take(std::string_view line, std::size_t number) {
@@ -133,6 +145,8 @@ void Reader::begin(std::string_view number, std::size_t line) {
   if (dataset == 58) {
     dataset_ = {};
     dataset_.line = line + 1;
+    dataset_.abscissa = std::make_shared<file::Series>(spool_);
+    dataset_.values = std::make_shared<file::Series>(spool_);
   } else if (dataset != 164) {
     other_datasets_.insert(dataset);
   }
@@ -145,10 +159,21 @@ void Reader::take_58(std::string_view line, std::size_t number) {
     return;
   }
   if (!dataset_.real()) return;
-  if (!numbers_in(line, dataset_.numbers))
-    refuse(number, "'" + csv::plain_text(line, 40) + "' does not consist of numbers");
-  if (dataset_.numbers.size() > dataset_.needed())
+  if (!numbers_in(line, of_line_)) refuse(number, "'" + csv::plain_text(line, 40) + "' does not consist of numbers");
+  if (dataset_.numbers + of_line_.size() > dataset_.needed())
     refuse(number, "more numbers than the " + std::to_string(dataset_.count) + " samples of the dataset");
+  for (const double value : of_line_) take_number(value);
+}
+
+/// Where the abscissa is not even, each sample has its own before it.
+void Reader::take_number(double number) {
+  Dataset& set = dataset_;
+  const bool is_value = set.even || set.numbers % 2 == 1;
+  ++set.numbers;
+  (is_value ? set.values : set.abscissa)->add(number);
+  if (is_value) return;
+  const double stamp = set.time.to_si(number);
+  set.clock.add(stamp, 1e-6 * std::abs(stamp));
 }
 
 /// Records 6 and 7: what function it is, and how it is written.
@@ -170,6 +195,22 @@ void Reader::take_head(std::size_t number) {
     set.start = numbers[0];
     set.step = numbers[1];
   }
+  find_time_unit();
+}
+
+/// Record 8: what the abscissa is in.
+void Reader::find_time_unit() {
+  const std::string label(field(dataset_.records[7], 47, 20));
+  if (label.empty() || label == "NONE") return;
+  try {
+    const Unit unit = csv::parse_written_unit(label);
+    if (kind_of(unit) == QuantityKind::time)
+      dataset_.time = unit;
+    else
+      dataset_.time_problem = ": its abscissa is not a time";
+  } catch (const Error& error) {
+    dataset_.time_problem = std::string(", time: ") + error.what();
+  }
 }
 
 void Reader::finish_dataset(std::size_t number) {
@@ -180,9 +221,9 @@ void Reader::finish_dataset(std::size_t number) {
     ++other_functions_;
     return;
   }
-  if (dataset_.numbers.size() != dataset_.needed())
-    refuse(number, std::to_string(dataset_.numbers.size()) + " numbers instead of " +
-                       std::to_string(dataset_.needed()) + " in dataset 58; the file was cut off");
+  if (dataset_.numbers != dataset_.needed())
+    refuse(number, std::to_string(dataset_.numbers) + " numbers instead of " + std::to_string(dataset_.needed()) +
+                       " in dataset 58; the file was cut off");
   if (dataset_.count > 0) add_channel();
 }
 
@@ -237,47 +278,32 @@ std::optional<Unit> Reader::unit_of(const std::string& name) {
   return std::nullopt;
 }
 
-/// Even by start and step, which have six digits; else the stamps among the numbers.
-Timeline Reader::timeline_of(const Unit& time, std::vector<double>& values) const {
-  file::EvenClock clock;
-  auto stamps = std::make_shared<std::vector<double>>();
+/// By start and step, which have six digits, else by the stamps; nothing where these are not even.
+std::optional<Timeline> Reader::even_timeline() const {
+  const Unit& time = dataset_.time;
   if (dataset_.even) {
     const double step = time.to_si(dataset_.step),
                  half_digit = 0.5 * std::pow(10.0, std::floor(std::log10(step)) - 5.0);
-    values = dataset_.numbers;
-    return {time.to_si(dataset_.start), file::plainest_rate(step - half_digit, step + half_digit), nullptr};
+    return Timeline{time.to_si(dataset_.start), file::plainest_rate(step - half_digit, step + half_digit), nullptr};
   }
-  for (std::size_t i = 0; i < dataset_.numbers.size(); i += 2) {
-    stamps->push_back(time.to_si(dataset_.numbers[i]));
-    clock.add(stamps->back(), 1e-6 * std::abs(stamps->back()));
-    values.push_back(dataset_.numbers[i + 1]);
-  }
-  const auto even = clock.timeline();
-  return even ? *even : Timeline{0.0, 0.0, stamps};
+  return dataset_.clock.timeline();
 }
 
 void Reader::add_channel() {
   ++read_;
   const std::string name = name_of();
   if (!options_.only.empty() && std::ranges::find(options_.only, name) == options_.only.end()) return;
-  std::string label(field(dataset_.records[7], 47, 20));
-  Unit time = Unit::parse("s");
-  if (!label.empty() && label != "NONE") try {
-      time = csv::parse_written_unit(label);
-    } catch (const Error& error) {
-      problems_.push_back("channel '" + csv::plain_text(name, 60) + "', time: " + error.what());
-    }
-  if (kind_of(time) != QuantityKind::time)
-    problems_.push_back("channel '" + csv::plain_text(name, 60) + "': its abscissa is not a time");
+  if (!dataset_.time_problem.empty())
+    problems_.push_back("channel '" + csv::plain_text(name, 60) + "'" + dataset_.time_problem);
   const auto unit = unit_of(name);
   if (!unit) return;
-  Channel channel{name, kind_of(*unit), *unit, {}, {}};
-  channel.timeline = timeline_of(time, channel.values);
-  for (double& value : channel.values) value = unit->to_si(value);
-  recording_.channels.push_back(std::move(channel));
+  const auto even = even_timeline();
+  gathered_.frame.channels.push_back({name, kind_of(*unit), *unit, even.value_or(Timeline{}), {}});
+  gathered_.sources.push_back(
+      {dataset_.values, even ? nullptr : dataset_.abscissa, dataset_.time.factor(), dataset_.time.offset()});
 }
 
-Recording Reader::finish() {
+file::Gathered Reader::finish() {
   if (part_ != Part::between)
     throw Error{Error::Kind::bad_file, "'" + path_ + "': its last dataset has no end (-1); the file was cut off"};
   if (!without_unit_.empty()) {
@@ -290,31 +316,43 @@ Recording Reader::finish() {
     problems_.push_back("to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets);
   }
   if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
-  if (recording_.channels.empty())
+  Recording& recording = gathered_.frame;
+  if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path_ + "' has no time response (dataset 58, function type 1) to read" +
                                            (other_functions_ > 0 ? "; it has " + std::to_string(other_functions_) +
                                                                        " spectra or other functions"
                                                                  : "")};
   if (other_functions_ > 0)
-    recording_.findings.push_back(
+    recording.findings.push_back(
         {Finding::Severity::info, "functions_not_read", {{"functions", other_functions_}}, path_});
-  recording_.recognised = {
+  recording.origin.file = path_;
+  recording.recognised = {
       {"datasets 58", std::to_string(read_) + " time responses"},
       {"units", units_.code == 1 ? "SI, by dataset 164, where a channel has no label" : "as the channels say"}};
-  return std::move(recording_);
+  return std::move(gathered_);
 }
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+file::Gathered gather(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool,
+                      const Progress& progress) {
   if (!recognises(path))
     throw Error{Error::Kind::bad_file,
                 "'" + path + "' does not begin as a universal file (-1, then the number of a dataset)"};
-  auto checksum = sha256_in_background(path);
-  Reader reader(path, options);
+  Reader reader(path, options, std::move(spool));
   file::each_line(path, options.encoding, progress,
                   [&](std::string_view line, std::size_t number) { reader.take(line, number); });
-  Recording recording = reader.finish();
-  recording.origin = {path, std::move(checksum)};
+  return reader.finish();
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  auto checksum = sha256_in_background(path);
+  Recording recording = file::in_memory(gather(path, options, nullptr, progress));
+  recording.origin.checksum = std::move(checksum);
   return recording;
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  file::hand_out(gather(path, options, std::make_shared<file::Spool>(path), progress), samples, sink, progress);
 }
 
 }  // namespace
@@ -323,6 +361,7 @@ extern const Format uff58{.name = "uff58",
                           .summary = "universal file, time responses of dataset 58 as text",
                           .extensions = {".uff", ".unv"},
                           .recognises = recognises,
-                          .read = tumble::uff58::read};
+                          .read = tumble::uff58::read,
+                          .stream = tumble::uff58::stream};
 
 }  // namespace tumble::uff58

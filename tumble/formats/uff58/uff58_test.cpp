@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -59,6 +60,30 @@ TEST(Uff58, WhatIsNoTimeResponseIsSaid) {
   EXPECT_NE(refusal_of(dataset("g", " 1 2"), "a.uff").find("2 numbers instead of 3"), std::string::npos);
   EXPECT_NE(refusal_of(dataset("g", " 1 2 3 4"), "a.uff").find("more numbers"), std::string::npos);
   EXPECT_NE(refusal_of(dataset("g", " 1 two 3"), "a.uff").find("does not consist of numbers"), std::string::npos);
+}
+
+TEST(Uff58, BlocksJoinToTheWhole) { expect_streams_the_same(reference_text("time.uff"), {}, 7); }
+
+// Abscissae in ms, each before its sample: even, and not.
+TEST(Uff58, AbscissaBeforeEachSample) {
+  const auto with_stamps = [](std::string text, const std::string& samples) {
+    const auto put = [&](std::string_view what, std::string_view by) {
+      text.replace(text.find(what), what.size(), by);
+    };
+    put("         3         1  0.0", "         3         0  0.0");
+    put("s   ", "ms  ");
+    put("samples", samples);
+    return text;
+  };
+  const ScratchFolder folder;
+  write_file_atomically(folder.file("a.uff"), with_stamps(dataset("g", "samples"), " 1.0 5.0 3.0 6.0\n 5.0 7.0"));
+  const auto even = read_recording(folder.file("a.uff"), {}, {});
+  EXPECT_EQ(even.channels[0].timeline.rate, 500.0);
+  EXPECT_EQ(even.channels[0].timeline.start, 1e-3);
+  EXPECT_EQ(even.channels[0].values[2], Unit::parse("g").to_si(7.0));
+  write_file_atomically(folder.file("b.uff"), with_stamps(dataset("g", "samples"), " 1.0 5.0 3.0 6.0\n 15.0 7.0"));
+  EXPECT_DOUBLE_EQ(read_recording(folder.file("b.uff"), {}, {}).channels[0].time(2), 0.015);
+  expect_streams_the_same(folder.file("b.uff"), {}, 1);
 }
 
 TEST(Uff58, CutAnywhereItIsReadOrRefused) { EXPECT_LT(beginnings_read(reference_text("time.uff"), 101), 70u); }

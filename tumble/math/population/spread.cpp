@@ -13,23 +13,6 @@
 namespace tumble {
 namespace {
 
-void require_units(std::span<const UnitValue> units) {
-  std::vector<std::string> problems;
-  if (units.size() < 3)
-    problems.push_back(fmt::format("a population needs at least three units; here {} given", units.size()));
-  int exact = 0;
-  for (const auto& unit : units) {
-    if (!std::isfinite(unit.value) || !std::isfinite(unit.sd) || unit.sd < 0.0)
-      problems.push_back(
-          fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
-                      "second not negative",
-                      unit.value, unit.sd));
-    exact += unit.sd == 0.0;
-  }
-  if (exact > 1) problems.push_back(fmt::format("{} units are stated without uncertainty; at most one can be", exact));
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
-}
-
 /// A spread that is larger than any the data allow [u].
 double largest_spread(std::span<const UnitValue> units) {
   const auto [low, high] = std::ranges::minmax(units, {}, &UnitValue::value);
@@ -38,17 +21,11 @@ double largest_spread(std::span<const UnitValue> units) {
   return most;
 }
 
-/// t >= 0 at which Q(t) has fallen to q; 0 where it begins below.
-double spread_at_q(std::span<const UnitValue> units, double q) {
-  if (mean_at_spread(units, 0.0).q <= q) return 0.0;
-  double high = square(largest_spread(units));
-  while (mean_at_spread(units, high).q > q) high *= 4.0;
-  double low = 0.0;
-  for (int step = 0; step < 200 && high - low > 1e-14 * high; ++step) {
-    const double middle = 0.5 * (low + high);
-    (mean_at_spread(units, middle).q > q ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+/// Q'(t) [1/u^2], < 0.
+double slope_of_scatter(std::span<const UnitValue> units, double t, double mean) {
+  double slope = 0.0;
+  for (const auto& unit : units) slope -= square((unit.value - mean) / (t + square(unit.sd)));
+  return slope;
 }
 
 }  // namespace
@@ -85,8 +62,38 @@ double most_likely_spread(std::span<const UnitValue> units) {
   return cost(0.0) <= value ? 0.0 : t_of(x);
 }
 
+void require_population(std::span<const UnitValue> units) {
+  std::vector<std::string> problems;
+  if (units.size() < 3)
+    problems.push_back(fmt::format("a population needs at least three units; here {} given", units.size()));
+  int exact = 0;
+  for (const auto& unit : units) {
+    if (!std::isfinite(unit.value) || !std::isfinite(unit.sd) || unit.sd < 0.0)
+      problems.push_back(
+          fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
+                      "second not negative",
+                      unit.value, unit.sd));
+    exact += unit.sd == 0.0;
+  }
+  if (exact > 1) problems.push_back(fmt::format("{} units are stated without uncertainty; at most one can be", exact));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+double spread_at_scatter(std::span<const UnitValue> units, double scatter, double from) {
+  // Q is convex and falls: Newton's steps from the left never go beyond the root.
+  double t = std::max(from, 1e-18 * square(largest_spread(units)));
+  for (int step = 0; step < 200; ++step) {
+    const auto at = mean_at_spread(units, t);
+    if (at.q <= scatter) return step == 0 ? from : t;
+    const double next = t - (at.q - scatter) / slope_of_scatter(units, t, at.mean);
+    if (!(next > t * (1.0 + 1e-14))) break;
+    t = next;
+  }
+  return t;
+}
+
 UnitSpread spread_of_units(std::span<const UnitValue> units) {
-  require_units(units);
+  require_population(units);
   const double freedom = static_cast<double>(units.size()) - 1.0;
   const double t = most_likely_spread(units);
   const auto found = mean_at_spread(units, t);
@@ -96,8 +103,8 @@ UnitSpread spread_of_units(std::span<const UnitValue> units) {
   const double half = student_quantile(0.975, freedom) * out.mean_sd;
   out.mean_lower = out.mean - half, out.mean_upper = out.mean + half;
   out.sd = std::sqrt(t);
-  out.sd_lower = std::sqrt(spread_at_q(units, chi_square_quantile(0.975, freedom)));
-  out.sd_upper = std::sqrt(spread_at_q(units, chi_square_quantile(0.025, freedom)));
+  out.sd_lower = std::sqrt(spread_at_scatter(units, chi_square_quantile(0.975, freedom)));
+  out.sd_upper = std::sqrt(spread_at_scatter(units, chi_square_quantile(0.025, freedom)));
   out.scatter = mean_at_spread(units, 0.0).q;
   out.below_stated = out.scatter < chi_square_quantile(0.025, freedom);
   return out;

@@ -46,4 +46,12 @@ MeanAtSpread mean_at_spread(std::span<const UnitValue> units, double t);
 /// t = tau^2 [u^2] >= 0 with the largest restricted likelihood (8.3).
 double most_likely_spread(std::span<const UnitValue> units);
 
+/// t [u^2] >= `from` at which Q(t) has fallen to `scatter` [1]; `from` where it is below that there already.
+/// See: docs/equations (8.4).
+double spread_at_scatter(std::span<const UnitValue> units, double scatter, double from = 0.0);
+
+/// Throws Error::bad_data with all that is wrong with units [u]: fewer than three values, a value or sd that is not finite, two
+/// without uncertainty.
+void require_population(std::span<const UnitValue> units);
+
 }  // namespace tumble

@@ -198,28 +198,40 @@ VectorPopulation vector_population(std::span<const UnitVector> units) {
   return out;
 }
 
-VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
+VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
                                         const Matrix& shared) {
-  const auto p = population.mean.size();
-  if (unit.values.size() != p)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("the unit has {} parameters, its population {}", unit.values.size(), p));
+  const auto p = population.mean.size(), m = unit.values.size();
+  const Matrix& a = unit.combinations;
+  if (a.columns != p || a.rows != m || unit.covariance.rows != m)
+    throw Error(Error::Kind::bad_data, fmt::format("the unit has {} parameters, its population {}", a.columns, p));
   const Matrix prior = population.spread + population.mean_covariance;
-  const Matrix k = shared.rows == p ? shared : Matrix(p, p);
-  const Matrix departure_covariance = prior + unit.covariance - k - transposed(k);
+  const Matrix k = shared.rows == m ? shared : Matrix(m, p);
+  const Matrix cross = a * prior - k;  // [m x p]: of the departure with the parameters' departure from the mean
+  const Matrix both = k * transposed(a);
+  const auto factor = cholesky(a * prior * transposed(a) + unit.covariance - both - transposed(both));
+  if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
+  std::vector<double> away = scaled_sum(unit.values, -1.0, a * population.mean);
   VectorInPopulation out;
   out.degrees_of_freedom = static_cast<double>(population.units) - 1.0;
-  out.distance = distance_of(unit, population.mean, departure_covariance).first;
-  const auto which = seen(unit);
-  const Matrix gain = chosen_columns(prior - k, which) * inverse_symmetric(part(departure_covariance, which));
-  const auto shift = gain * part(departure(unit, population.mean), which);
-  out.values = scaled_sum(population.mean, 1.0, shift);
-  out.covariance = prior - gain * chosen_rows(transposed(prior - k), which);
-  const double dimensions = static_cast<double>(which.size()), c = population.inflation;
-  out.belongs = c > 1.0 ? cdf(complement(boost::math::fisher_f(dimensions, std::max(4.1, 2.0 * c / (c - 1.0))),
-                                         out.distance / dimensions))
-                        : cdf(complement(boost::math::chi_squared(dimensions), out.distance));
+  out.distance = dot(away, solve(factor, away));
+  out.values = scaled_sum(population.mean, 1.0, transposed_product(cross, solve(factor, away)));
+  out.covariance = prior - transposed_product(cross, solve(factor, cross));
+  const double dimensions = static_cast<double>(m), c = population.inflation;
+  out.belongs = m == 0 ? 1.0
+                : c > 1.0
+                    ? cdf(complement(boost::math::fisher_f(dimensions, std::max(4.1, 2.0 * c / (c - 1.0))),
+                                     out.distance / dimensions))
+                    : cdf(complement(boost::math::chi_squared(dimensions), out.distance));
   return out;
+}
+
+VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
+                                        const Matrix& shared) {
+  const auto which = seen(unit);
+  return vector_in_population(
+      population,
+      ShownOfUnit{chosen_rows(identity(unit.values.size()), which), part(unit.values, which), part(unit.covariance, which)},
+      shared.rows == 0 ? shared : chosen_rows(shared, which));
 }
 
 }  // namespace tumble

@@ -35,6 +35,13 @@ struct VectorPopulation {
 /// See:      docs/equations (8.10), (8.11).
 VectorPopulation vector_population(std::span<const UnitVector> units);
 
+/// What a test showed of a unit of which some parameters, or only sums of some, were visible.
+struct ShownOfUnit {
+  Matrix combinations;         ///< A [m x p]: each value is the sum of the parameters with these weights
+  std::vector<double> values;  ///< [m], each in a unit of its own
+  Matrix covariance;           ///< [m x m], the private part (8.2)
+};
+
 /// A new unit by its own result and its population.
 struct VectorInPopulation {
   std::vector<double> values;       ///< [p]
@@ -44,10 +51,16 @@ struct VectorInPopulation {
   double belongs = 1.0;             ///< p-value [1] of D if the unit is of the population
 };
 
-/// Given:    the population; the unit's own result; `shared` [p x p], covariance between this result and the mean from
-///           errors that both share, empty for none.
+/// The population enters as if it were one more test of the unit: what its own test does not show, or shows only in
+/// sums, comes from there.
+///
+/// Given:    the population; what the unit's own test shows; `shared` [m x p], covariance between its errors and those of
+///           the mean, which come from errors that both share; empty for none.
 /// Throws:   Error::bad_data where numbers of parameters differ, or the covariance is not positive definite.
 /// See:      docs/equations (8.13), (8.17).
+VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
+                                        const Matrix& shared = {});
+/// Of a unit whose test shows each parameter by itself, or not at all (NaN).
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared = {});
 

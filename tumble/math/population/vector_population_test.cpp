@@ -104,6 +104,32 @@ TEST(VectorPopulation, MissingParametersSayNothing) {
   EXPECT_GT(found.covariance(3, 3), 0.5 * whole.spread(3, 3)) << "the population alone says what it is";
 }
 
+// The information of both adds: (P^-1 + A' C^-1 A)^-1, as if the population were rows of the fit.
+TEST(VectorPopulation, SumsOfParametersAreSeparatedByThePopulation) {
+  const RandomStream random(13);
+  const Fleet fleet(4, random);
+  std::vector<UnitVector> units;
+  std::vector<double> truth;
+  for (std::uint64_t i = 0; i < 15; ++i) units.push_back(fleet.unit(random.split(i), truth));
+  const auto population = vector_population(units);
+  ShownOfUnit shown{Matrix(2, 4), {1.3, -0.4}, identity(2)};
+  shown.combinations(0, 0) = 1.0, shown.combinations(0, 2) = -0.75;  // the first with part of the third
+  shown.combinations(1, 1) = 1.0;
+  shown.covariance(0, 1) = shown.covariance(1, 0) = 0.3;
+  const auto found = vector_in_population(population, shown);
+  const Matrix prior = inverse_symmetric(population.spread + population.mean_covariance);
+  const Matrix weight = inverse_symmetric(shown.covariance);
+  const Matrix covariance =
+      inverse_symmetric(prior + transposed(shown.combinations) * weight * shown.combinations);
+  const auto values = covariance * scaled_sum(prior * population.mean, 1.0,
+                                              transposed(shown.combinations) * (weight * shown.values));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(found.values[i], values[i], 1e-10) << i;
+    for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(found.covariance(i, j), covariance(i, j), 1e-10) << i << j;
+  }
+  EXPECT_LT(found.covariance(0, 0), population.spread(0, 0) + population.mean_covariance(0, 0));
+}
+
 TEST(VectorPopulation, AnAlienIsSeenAndSharedErrorsAreAFloor) {
   const RandomStream random(21);
   const Fleet fleet(6, random);

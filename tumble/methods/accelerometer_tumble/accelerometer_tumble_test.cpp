@@ -110,6 +110,12 @@ TEST(AccelerometerTumble, FourPositionsAreTheFourPositionFormulas) {
   EXPECT_EQ(text_of(findings, "not_distinguished", "term"), "third_order_coefficient (K_3)");
   EXPECT_EQ(text_of(findings, "not_distinguished", "others"), "scale_factor");
   EXPECT_EQ(text_of(findings, "not_distinguished", "meanings"), "K_1 (1 + K_3)");
+  const auto& contains = find_parameter(found.estimate, "scale_factor")->contains;  // K_1 + weight K_3
+  ASSERT_EQ(contains.size(), 1u);
+  EXPECT_EQ(contains[0].name, "third_order_coefficient");
+  const double g = gravity(*found.evidence.plan.site);
+  EXPECT_NEAR(contains[0].weight, find_parameter(found.estimate, "scale_factor")->value * g * g, 1e-9 * g * g);
+  EXPECT_TRUE(find_parameter(found.estimate, "bias")->contains.empty());
   EXPECT_EQ(text_of(findings, "not_shown", "terms"), "cross_coupling_io, cross_coupling_ip, misalignment_p");
   EXPECT_EQ(value_of(findings, "no_position_to_spare", "positions"), 4.0);
   EXPECT_EQ(value_of(findings, "no_position_to_spare", "parameters"), 4.0);

@@ -158,6 +158,11 @@ Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
         {term.name, term.symbol, unit, j == slope ? k : b[j] / k,
          term.description + (meaning == solution.stands_for.end() ? "" : "; means " + meaning->second),
          degrees_of_freedom(solution.fit, gradient)});
+    if (const auto found = solution.contains.find(term.name); found != solution.contains.end())
+      for (const auto& [name, of, weight] : found->second)
+        answer.estimate.parameters.back().contains.push_back(
+            {name, name == solution.columns[offset].name ? Unit::parse("deg/h") : Unit::parse("ppm"),
+             j == slope ? weight * k : weight});
     answer.gradients.push_back(std::move(gradient));
   }
   return answer;

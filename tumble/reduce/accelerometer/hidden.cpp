@@ -87,6 +87,7 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
     return finding.code == "not_distinguished" || finding.code == "not_shown";
   });
   solution.stands_for.clear();
+  solution.contains.clear();
   std::map<std::string, std::string> absorbed;
   std::vector<std::string> empty;
   for (const auto& dropped : solution.dropped) {
@@ -103,6 +104,9 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
       if (dropped.weights[j] == 0.0) continue;
       const auto share = signed_share(dropped.weights[j] * per_unit(out, term), out.symbol);
       absorbed[term.name] += share;
+      // the column of the scale factor is multiplied by it
+      const double size = term.name == "scale_factor" ? fit.scale_factor : 1.0;
+      solution.contains[term.name].push_back({out.name, Unit::parse(out.unit), size * dropped.weights[j]});
       others.push_back(term.name);
       meanings.push_back(meaning(term, share));
     }

@@ -16,6 +16,7 @@ namespace {
 void append(const Solution& output, Solution& all) {
   all.columns.insert(all.columns.end(), output.columns.begin(), output.columns.end());
   all.stands_for.insert(output.stands_for.begin(), output.stands_for.end());
+  all.contains.insert(output.contains.begin(), output.contains.end());
   all.observations += output.observations;
   for (const auto& finding : output.findings) {
     const auto equal = [&](const Finding& f) { return f.message == finding.message && f.where == finding.where; };

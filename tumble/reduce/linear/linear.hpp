@@ -91,6 +91,7 @@ struct Solution {
   std::vector<Dropped> dropped;                   ///< indices of Problem::columns
   std::vector<std::size_t> hidden_by_schedule;    ///< those of them that the whole schedule does not show either
   std::map<std::string, std::string> stands_for;  ///< by name of a column used: "D_F + D_OO", where it is not itself
+  std::map<std::string, std::vector<Parameter::Contained>> contains;  ///< the same as numbers
   std::size_t observations = 0;
   double drift_sd = 0.0;  ///< [SI] by which segments differ beyond model, rig errors and white noise; 0 if predicted
   Findings findings;      ///< which columns are not used, and what the others then mean

@@ -26,6 +26,8 @@ double shown_weight(double weight, const Term& used, const Term& dropped) {
   return weight * Unit::parse(dropped.unit).factor() / Unit::parse(used.unit).factor();
 }
 
+Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
+
 std::string listed(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 bool is_empty(const Dropped& dropped) {
@@ -40,6 +42,7 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
     const Term& term = problem.columns[k];
     const auto share = signed_term(shown_weight(dropped.weights[k], term, out), out.name);
     solution.stands_for.try_emplace(term.name, term.name).first->second += share;
+    solution.contains[term.name].push_back({out.name, unit_of(out), dropped.weights[k]});
     others.push_back(term.name);
     meanings.push_back(term.name + share);
   }
@@ -47,8 +50,6 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
           "not_distinguished",
           {{"term", out.name}, {"others", listed(others)}, {"meanings", listed(meanings)}, {"advice", problem.advice}}};
 }
-
-Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
 
 }  // namespace
 
@@ -163,6 +164,8 @@ Estimate estimate_of(const Solution& solution) {
         {term.name, term.symbol, unit_of(term), fit.parameters[j],
          term.description + (meaning == solution.stands_for.end() ? "" : "; means " + meaning->second),
          degrees_of_freedom(fit, unit)});
+    if (const auto found = solution.contains.find(term.name); found != solution.contains.end())
+      estimate.parameters.back().contains = found->second;
   }
   settle(estimate, lines_of(fit.sources));
   estimate.fit = {solution.observations, fit.degrees_of_freedom, fit.chi_square, fit.condition};

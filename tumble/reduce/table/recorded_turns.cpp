@@ -38,15 +38,20 @@ struct Angles {
 /// Where a motion is, by angles.
 struct Phase {
   double from = 0.0;               ///< [rad]
+  double known_at = 0.0;           ///< rate: mean time of the readings [s since the beginning of the segment]
   std::complex<double> wave = {};  ///< sine: amplitude exp(j phase) by that of the plan; 1 if it is as planned
 };
 
 std::optional<Phase> phase_of_rate(double rate, const Angles& angles) {
   std::complex<double> sum;
-  for (std::size_t i = 0; i < angles.times.size(); ++i)
+  double times = 0.0;
+  for (std::size_t i = 0; i < angles.times.size(); ++i) {
     sum += std::polar(1.0, angles.values[i] - rate * angles.times[i]);
-  if (angles.times.empty() || std::abs(sum) < least_resultant * static_cast<double>(angles.times.size())) return {};
-  return Phase{std::arg(sum), 0.0};
+    times += angles.times[i];
+  }
+  const auto count = static_cast<double>(angles.times.size());
+  if (angles.times.empty() || std::abs(sum) < least_resultant * count) return {};
+  return Phase{std::arg(sum), times / count, {}};
 }
 
 /// Readings without the jumps of a turn.
@@ -62,7 +67,7 @@ std::optional<Phase> phase_of_sine(const Motion& motion, const Angles& angles) t
   const std::complex<double> wave =
       j * fit.line[0] * std::polar(1.0, -two_pi * motion.frequency * fit.centre) / motion.amplitude;
   if (std::abs(std::abs(wave) - 1.0) > amplitude_tolerance) return {};
-  return Phase{fit.polynomial[0], wave / std::abs(wave)};
+  return Phase{fit.polynomial[0], 0.0, wave / std::abs(wave)};
 } catch (const Error& error) {
   if (error.kind != Error::Kind::bad_data) throw;
   return {};
@@ -150,6 +155,7 @@ std::optional<Motion> recorded_motion(const Plan& plan, const Course& course, co
   const double near =
       motion.kind == Kind::sine ? planned->from : as_planned->values.front() - motion.value * as_planned->times.front();
   out.from = near + apart;
+  out.lasts = 2.0 * recorded->known_at;
   if (motion.kind == Kind::sine) out.phase = std::arg(recorded->wave);
   return out;
 }

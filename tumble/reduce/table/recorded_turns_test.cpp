@@ -54,6 +54,21 @@ TEST(RecordedTurns, ARateGoesOnFromTheAngleOfTheEncoder) {
   }
 }
 
+/// An error of the rate adds up to degrees here; half of them would remain where it counted from the beginning.
+TEST(RecordedTurns, TheAngleOfARateIsKnownInTheMiddleOfItsReadings) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
+  Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = turning.value * (1.0 + 1e-4)});
+  evidence.plan = plan_of_motion(turning, 100.0, true);
+  const auto turns = recorded_turns(evidence);
+  const Motion& found = motion_of(turns);
+  ASSERT_TRUE(found.from);
+  const double settled = turning.value / evidence.plan.rig.number("inner_max_acceleration");
+  EXPECT_NEAR(0.5 * found.lasts, 0.5 * (settled + 100.0), 0.5) << "readings from `settled` to the end, 2 a second";
+  const double middle = 0.5 * found.lasts;
+  const double truth = angle_at(turning.value * (1.0 + 1e-4), late + middle, evidence.plan);
+  EXPECT_NEAR(std::remainder(*found.from + turning.value * middle - truth, two_pi), 0.0, 1e-9);
+}
+
 TEST(RecordedTurns, ReadingsWithinOneTurnSayTheSame) {
   const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
   Evidence evidence = under_way(turning);

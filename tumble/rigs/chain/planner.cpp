@@ -80,7 +80,9 @@ class Planner {
       case Kind::rate:
         check_rate(motion.value);
         kind_ = Kind::rate;
-        if (motion.from) return go_on(*motion.from, motion.value * (1.0 + errors_.rate));
+        if (motion.from)
+          return go_on(*motion.from - errors_.rate * motion.value * 0.5 * motion.lasts,
+                       motion.value * (1.0 + errors_.rate));
         return change_rate(motion.value * (1.0 + errors_.rate));
       case Kind::sine:
       case Kind::sweep:

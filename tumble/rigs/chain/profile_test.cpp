@@ -156,6 +156,16 @@ TEST(Profile, ARateWithFromIsUnderWayAndIsFollowedAsAnyRate) {
   EXPECT_NEAR(state(profile, 35.0).angle, 0.8 + 80.0 + 4.0, 4.0);  // brakes for 2 s, then at most half a turn
 }
 
+TEST(Profile, AnErrorOfARateTurnsAboutTheMiddleOfTheReadingsThatItsAngleFollowsFrom) {
+  const AxisLimits endless{"table", 5.0, 2.0};
+  Motion under_way = rate(4.0);
+  under_way.from = 0.8;
+  under_way.lasts = 2.0 * 11.0;
+  const auto profile = profile_of({segment(20.0, under_way)}, endless, {.rate = 1e-3}, nullptr);
+  for (const double time : {0.0, 11.0, 19.0})
+    EXPECT_NEAR(state(profile, time).angle, 0.8 + 4.0 * time + 4e-3 * (time - 11.0), 1e-12);
+}
+
 TEST(Profile, ASineWithFromOscillatesAboutItFromTheBeginning) {
   const AxisLimits limits{"table", 5.0, 50.0};
   Motion under_way = sine(0.2, 0.5, 0.7);

@@ -102,21 +102,40 @@ void take_observation(Turn& turn, std::size_t index, std::optional<double> obser
   progress.count += 1.0;
 }
 
-/// Values of the controller for the rig. The rate is that of the controller, or follows from two positions.
+/// One more position of an axis whose controller reads no rate. Returned: the slope of the line through those of the
+/// last second, at least three; one resolution of the controller, or one late reply, weighs less than in a difference.
+std::optional<double> rate_of_positions(const StationAxis& axis, AxisProgress& progress, double time, double position) {
+  constexpr double span = 1.0;  // [s]
+  constexpr std::size_t least = 3;
+  auto& all = progress.turned_at;
+  if (!all.empty() && time <= all.back().first) return progress.rate;
+  if (!all.empty()) position = all.back().second + turned_difference(axis, position - all.back().second);
+  all.emplace_back(time, position);
+  while (all.size() > least && all.front().first < time - span) all.pop_front();
+  SettleWindow line;
+  for (const auto& [t, x] : all) {
+    line.n += 1.0;
+    line.t += t - time;
+    line.x += x - position;
+    line.tt += (t - time) * (t - time);
+    line.tx += (t - time) * (x - position);
+  }
+  return all.size() < 2 ? progress.rate : std::optional(slope_of(line));
+}
+
+/// Values of the controller for the rig. The rate is that of the controller, or follows from positions.
 void convert(Turn& turn, const StationAxis& axis, AxisProgress& progress, const ControllerReply& reply) {
   const auto value = [&](const char* name) -> std::optional<double> {
     const auto found = reply.values.find(name);
     if (found == reply.values.end()) return std::nullopt;
     return found->second;
   };
-  const auto before = progress.position;
   if (const auto position = value("position")) progress.position = axis.sign * *position + axis.offset;
   if (const auto temperature = value("temperature")) progress.temperature = axis.sign * *temperature + axis.offset;
-  const double passed = turn.now() - progress.read_at;
   if (const auto rate = value("rate"))
     progress.rate = axis.sign * *rate;
-  else if (value("position") && before && passed > 0.0)
-    progress.rate = turned_difference(axis, *progress.position - *before) / passed;
+  else if (value("position") && (reply.verb == "read" || reply.verb == "state"))  // others repeat what was sent
+    progress.rate = rate_of_positions(axis, progress, turn.now(), *progress.position);
   if (reply.values.empty()) return;
   progress.read_at = turn.now();
   if (progress.rate) progress.at_rest = std::abs(*progress.rate) <= zero_rate(axis) ? progress.at_rest + 1 : 0;
@@ -223,6 +242,8 @@ bool all_at_rest(const Turn& turn) {
 
 void restart_settling(Turn& turn) {
   turn.state.settle_by = turn.now() + settle_timeout(turn);
+  using Power = ExecutiveState::Power;
+  if (turn.state.power == Power::wait) turn.state.power = Power::off;  // the unit soaks where the axes are at rest
   for (auto& progress : turn.state.axes) {
     progress.window = {};
     progress.settled = false;

@@ -28,8 +28,8 @@ std::string unknown_yet(const Turn& turn) {
   return "";
 }
 
-/// Where a supply switches the unit: off, time without power, on, warm-up.
-void advance_supply(Turn& turn, std::size_t supply) {
+/// Where a supply switches the unit: off, time without power, on, warm-up. With `only_off` it is switched off.
+void advance_supply(Turn& turn, std::size_t supply, bool only_off) {
   auto& state = turn.state;
   const auto& power = turn.station().power;
   const auto verb = [&](const char* name) { ask(turn, supply, {{name}, Purpose::power}); };
@@ -42,7 +42,7 @@ void advance_supply(Turn& turn, std::size_t supply) {
   }
   if (!state.failures.empty())
     return begin_safe(turn, RunPhase::stopping, RunEnding::failed, state.failures.begin()->second);
-  if (outstanding(turn, Purpose::power)) return;
+  if (only_off || outstanding(turn, Purpose::power)) return;
   if (state.power == Power::off) {
     state.power = Power::wait;
     state.power_until = turn.now() + power.off_time;
@@ -141,11 +141,21 @@ void advance_pausing(Turn& turn) {
     begin_safe(turn, RunPhase::stopping, RunEnding::failed, "the axes did not come to rest");
 }
 
+bool may_move(Turn& turn) {
+  const auto& supply = turn.station().power.device;
+  const bool on_from_the_start = !supply && turn.state.powered_run == 0 && !turn.state.resumed;
+  if (!several_runs(turn) || on_from_the_start) return power_is_right(turn);
+  if (!supply || turn.state.powered_run == turn.segment().run) return true;
+  if (turn.state.power != Power::off) turn.state.power = Power::idle;
+  advance_supply(turn, *supply, true);
+  return is_active(turn.state.phase) && turn.state.power == Power::off && !outstanding(turn, Purpose::power);
+}
+
 bool power_is_right(Turn& turn) {
   auto& state = turn.state;
   if (state.powered_run == turn.segment().run) return true;
   if (turn.station().power.device) {
-    advance_supply(turn, *turn.station().power.device);
+    advance_supply(turn, *turn.station().power.device, false);
   } else if (state.powered_run == 0 && !state.resumed) {
     power_up_row(turn);  // the person who started the run has switched it on
   } else if (!state.prompt) {

@@ -28,6 +28,7 @@ void demand(AxisProgress& progress, Demand what, double value) {
   progress.window = {};
   progress.settled = false;
   progress.outside = 0;
+  progress.turned_at.clear();
 }
 
 void send_motion(Turn& turn, std::size_t index, const std::string& verb, std::map<std::string, double> values,
@@ -147,11 +148,12 @@ void send_motions(Turn& turn) {
     const auto found = motions.find(turn.station().axes[i].name);
     auto& progress = turn.state.axes[i];
     progress.ramping = false;
-    if (found != motions.end())
-      send_axis(turn, i, found->second);
-    else if (turns(progress))
-      rest_axis(turn, i, Purpose::motion);
+    if (found == motions.end() && turns(progress)) rest_axis(turn, i, Purpose::motion);
   }
+  // after the stops, which some controllers cannot give to one axis only
+  for (std::size_t i = 0; i < turn.station().axes.size(); ++i)
+    if (const auto found = motions.find(turn.station().axes[i].name); found != motions.end())
+      send_axis(turn, i, found->second);
   turn.state.motions_sent = true;
 }
 

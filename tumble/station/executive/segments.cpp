@@ -103,7 +103,7 @@ void advance_dwelling(Turn& turn) {
     enter(turn, RunPhase::settling);
     return restart_settling(turn);
   }
-  if (turn.reached(turn.state.entered + soak_time(turn))) begin_recording(turn);
+  if (turn.reached(turn.state.entered + soak_time(turn)) && power_is_right(turn)) begin_recording(turn);
 }
 
 /// Whether the stopping rule is met for all units that are still in the run.
@@ -149,7 +149,7 @@ void next_segment(Turn& turn) {
     state.after_hold = state.phase;
     return enter(turn, RunPhase::holding);
   }
-  if (power_is_right(turn)) begin_attempt(turn);
+  if (may_move(turn)) begin_attempt(turn);
 }
 
 void begin_attempt(Turn& turn) {
@@ -159,6 +159,7 @@ void begin_attempt(Turn& turn) {
   state.attempt_open = true;
   state.motions_sent = false;
   state.restarts = 0;
+  if (state.power != ExecutiveState::Power::off) state.power = ExecutiveState::Power::idle;
   auto row = row_of(turn, RunRow::Kind::segment_begins);
   write_row(turn, std::move(row));
   enter(turn, RunPhase::moving);

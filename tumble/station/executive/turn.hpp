@@ -120,6 +120,9 @@ void advance_finishing(Turn& turn);
 void begin_finishing(Turn& turn);
 void begin_pause(Turn& turn);
 void advance_pausing(Turn& turn);
+/// True when the axes may go to where the segment begins. In a plan with several power-ups the unit is off until they
+/// are there: it begins each power-up soaked and at rest there, as in the simulation of the plan.
+bool may_move(Turn& turn);
 /// True when the unit is in the power-up of the segment.
 bool power_is_right(Turn& turn);
 void power_up_row(Turn& turn);

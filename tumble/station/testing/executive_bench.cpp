@@ -148,6 +148,7 @@ ControllerReply ExecutiveBench::reply_to(const Ask& ask) {
     return reply;
   }
   if (reply.verb == "identify") reply.words["identity"] = "BENCH " + ask.device + " SN 7";
+  if (reply.verb == "state") reply.values["motion"] = 0.0;
   if (reply.verb == "state") reply.words["state"] = fault_of(Kind::alarm, ask.device, now_) ? "alarm" : "ready";
   const bool stuck = fault_of(Kind::stuck, ask.device, now_) != nullptr;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -160,8 +161,9 @@ ControllerReply ExecutiveBench::reply_to(const Ask& ask) {
     if (setup.kind == StationAxis::Kind::temperature) {
       reply.values["temperature"] = setup.sign * (axes_[i].temperature - setup.offset);
     } else {
-      reply.values["position"] = setup.sign * (axes_[i].position - setup.offset) + error;
-      reply.values["rate"] = setup.sign * axes_[i].rate + error;
+      const double position = setup.sign * (axes_[i].position - setup.offset) + error;
+      reply.values["position"] = resolution > 0.0 ? resolution * std::round(position / resolution) : position;
+      if (reads_rate) reply.values["rate"] = setup.sign * axes_[i].rate + error;
     }
   }
   return reply;

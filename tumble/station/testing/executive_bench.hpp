@@ -70,6 +70,8 @@ class ExecutiveBench {
   double true_rate(const std::string& axis) const;
   double true_position(const std::string& axis) const;
   std::size_t steps = 0;
+  bool reads_rate = true;   ///< the controllers of turning axes read their rate
+  double resolution = 0.0;  ///< [rad] of the positions that they read
 
  private:
   struct Scheduled {

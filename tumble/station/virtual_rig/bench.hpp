@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -29,6 +30,9 @@ struct AxisControl {
   double drifts_since = 0.0;                ///< [s]
   std::optional<AxisReading> frozen = {};
   unsigned commands = 0;  ///< what was planned for later is void after a further command
+  /// [rad] whole turns that rates have made, which the drive adds to the positions that it is told (profile_of() of the
+  /// rigs): a controller counts them
+  double whole_turns = 0.0;
 
   bool has(Trouble trouble) const { return troubles.contains(trouble); }
   bool is_air() const { return axis.unit == "degC"; }
@@ -64,6 +68,7 @@ struct Bench {
   int power_ups = 0;
   std::map<std::string, AxisControl> axes = {};
   std::multimap<double, Later> later = {};
+  double soaks_since = -HUGE_VAL;  ///< [s] the air or the power of the instruments has changed
 
   Bench(const Plan& plan, std::uint64_t seed, SampleTiming timing);
 
@@ -108,6 +113,9 @@ struct Bench {
   void start_course(double time, int run);
   void carry(double time, const Later& later);
   void enter(double time, const std::map<std::string, Motion>& changes, bool others_go_on);
+  bool is_soaked(double time) const;
+  /// The motion of a controller, whose positions count all turns, as the drive must be told it. `time` [s].
+  Motion without_turns(double time, AxisControl& control, Motion motion);
   Motion altered(double time, const AxisControl& control, const Motion& motion);
   void plan_later(double time, const std::string& axis, const Motion& motion, double trips_after);
   void apply(double time, const std::string& axis, const Motion& motion, double trips_after);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/station/virtual_rig/bench.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::virtual_rig {
@@ -55,6 +56,21 @@ Motion Bench::altered(double time, const AxisControl& controller, const Motion& 
   if (controller.has(Trouble::drifting_rate) && out.kind == Kind::rate)
     out.value *= 1.0 + size(Trouble::drifting_rate) * std::max(0.0, time - controller.drifts_since);
   return out;
+}
+
+Motion Bench::without_turns(double time, AxisControl& controller, Motion motion) {
+  const std::string& axis = controller.axis.name;
+  const std::string of_axis = plan->rig.has(axis + "_max_acceleration") ? axis + "_" : "";
+  const bool has_stop = plan->rig.has(of_axis + "lowest") || plan->rig.has(of_axis + "highest");
+  if (!controller.turns() || has_stop || !goes_somewhere(motion)) return motion;
+  if (controller.demand.kind == Kind::rate) {
+    const DriveState now = drive(time, axis);
+    const double brakes = plan->rig.number(of_axis + "max_acceleration");
+    const double stop = now.value + now.rate * std::abs(now.rate) / (2.0 * brakes);
+    controller.whole_turns = two_pi * std::round((motion.kind == Kind::slew ? stop : stop - target_of(motion)) / two_pi);
+  }
+  if (motion.kind == Kind::slew || controller.demand.kind != Kind::rate) target_of(motion) -= controller.whole_turns;
+  return motion;
 }
 
 /// Closes the running segment. Who is not told anything goes on, or comes to rest.
@@ -151,9 +167,11 @@ Refusal Bench::command(double time, const std::string& axis, const Motion& motio
   if (by_hand) return fmt::format("{}: the instrument is being moved", axis);
   double trips_after = HUGE_VAL;
   if (const Refusal refusal = refusal_of(time, axis, motion, trips_after); !refusal.empty()) return refusal;
-  controller.demand = motion;
+  const Motion told = without_turns(time, controller, motion);
+  if (controller.is_air()) soaks_since = time;
+  controller.demand = told;
   controller.told = true;
-  apply(time, axis, motion, trips_after);
+  apply(time, axis, told, trips_after);
   return {};
 }
 
@@ -185,6 +203,7 @@ Refusal Bench::carry_out(double time, const Segment& segment) {
     }
     controller.demand = change->second;
     controller.told = true;
+    if (controller.is_air()) soaks_since = time;
     if (!controller.has(Trouble::stuck)) made[name] = altered(time, controller, change->second);
   }
   enter(time, made, false);

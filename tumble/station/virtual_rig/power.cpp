@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <utility>
 
+#include "tumble/station/soak.hpp"
 #include "tumble/station/virtual_rig/bench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -36,12 +38,23 @@ void Bench::start_course(double time, int run) {
   // an oven that will be used regulates from the beginning
   if (axes.contains("temperature") && !control("temperature").told && mentions(planned, run, "temperature"))
     first.axes.emplace("temperature", Motion{.value = plan->rig.number("temperature")});
+  for (auto& [name, controller] : axes) {  // it begins where all turns are counted
+    const double turns = std::exchange(controller.whole_turns, 0.0);
+    if (controller.demand.kind == Motion::Kind::slew) controller.demand.to += turns;
+    if (controller.demand.kind == Motion::Kind::hold) controller.demand.value += turns;
+  }
   const std::size_t id = courses.empty() ? 0 : courses.rbegin()->first + 1;
   courses.emplace(id, Course(plan, random, run, time, std::move(first)));
   std::erase_if(courses, [&](const auto& entry) {
     return entry.first != id &&
            std::ranges::none_of(units, [&](const Powered& unit) { return unit.course == entry.first; });
   });
+}
+
+/// Whether instruments that were off have the temperature of the air.
+bool Bench::is_soaked(double time) const {
+  constexpr double within = 0.05;  // [K]
+  return time - soaks_since >= soak_time_of(*plan, within);
 }
 
 void Bench::place(double time, const std::map<std::string, double>& values) {
@@ -53,6 +66,7 @@ void Bench::place(double time, const std::map<std::string, double>& values) {
     controller.demand = {.kind = controller.is_air() ? Motion::Kind::dwell : Motion::Kind::hold, .value = value};
     controller.told = true;
   }
+  soaks_since = -HUGE_VAL;
   start_course(time, 0);
 }
 
@@ -60,14 +74,17 @@ void Bench::power(double time, bool to) {
   advance(time);
   if (to == on) return;
   on = to;
-  if (!on) return units.back().unit.end(time);
+  if (!on) {
+    soaks_since = time;
+    return units.back().unit.end(time);
+  }
   ++power_ups;
   const PlannedRun run = planned_run(planned, power_ups, time);
   const bool stands = std::ranges::all_of(axes, [&](const auto& entry) {
     const DriveState state = drive(time, entry.first);
     return state.reached && state.rate == 0.0;
   });
-  if (stands) start_course(time, run.run);
+  if (stands && is_soaked(time)) start_course(time, run.run);
   units.push_back({Unit(plan, random, run, power_ups, time - course().begin()), courses.rbegin()->first});
 }
 

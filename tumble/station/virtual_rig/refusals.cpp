@@ -52,8 +52,10 @@ Motion Bench::standstill(double time, const std::string& axis) {
   const Motion& demand = controller.demand;
   const Kind kind = controller.is_air() ? Kind::dwell : Kind::hold;
   if (axis == "shake") return {.kind = kind, .value = 0.0};
-  if (demand.kind == Kind::slew || demand.kind == Kind::ramp) return {.kind = kind, .value = demand.to};
-  if (demand.kind == Kind::hold || demand.kind == Kind::dwell) return {.kind = kind, .value = demand.value};
+  if (demand.kind == Kind::slew || demand.kind == Kind::ramp)
+    return {.kind = kind, .value = demand.to + controller.whole_turns};
+  if (demand.kind == Kind::hold || demand.kind == Kind::dwell)
+    return {.kind = kind, .value = demand.value + controller.whole_turns};
   return {.kind = kind, .value = drive(time, axis).value};
 }
 

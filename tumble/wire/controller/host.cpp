@@ -151,7 +151,21 @@ void ControllerHost::advance(std::vector<ControllerReply>& replies) {
   if (!due_) end(reply_, replies);
 }
 
+/// What was stopped must not begin again with the next line that carries all axes: a stop that names no axis has
+/// stopped them all.
+void ControllerHost::forget_motions() {
+  const auto names_axis = [](const ControllerPiece& piece) {
+    return piece.axis != 0 || piece.kind == ControllerPiece::Kind::axis;
+  };
+  const bool of_one = std::ranges::any_of(command_->exchanges, [&](const ControllerExchange& one) {
+    return one.modbus || std::ranges::any_of(one.send.pieces, names_axis);
+  });
+  const std::string mine = fmt::format(".{}", request_.axis);
+  std::erase_if(last_, [&](const auto& value) { return !of_one || value.first.ends_with(mine); });
+}
+
 void ControllerHost::end(ControllerReply reply, std::vector<ControllerReply>& replies) {
+  if (command_->verb == "stop") forget_motions();
   replies.push_back(std::move(reply));
   command_ = nullptr;
   awaits_ = due_ = false;

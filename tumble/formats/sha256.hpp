@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace tumble::checksum {
+namespace tumble {
 
 /// SHA-256 of bytes that come piece by piece.
 class Sha256 {
@@ -20,7 +20,4 @@ class Sha256 {
   std::unique_ptr<void, Release> context_;
 };
 
-/// Of a whole file. Throws Error::bad_file.
-std::string sha256_of_file(const std::string& path);
-
-}  // namespace tumble::checksum
+}  // namespace tumble

@@ -1,0 +1,91 @@
+#include "archive_options.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::cli {
+namespace {
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::string utc(std::chrono::system_clock::time_point time, const char* format) {
+  return fmt::format(fmt::runtime(std::string("{:") + format + "}"),
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
+}
+
+}  // namespace
+
+Argument archive_argument(ArchiveOptions& options) {
+  return {.name = "--archive",
+          .value = &options.address,
+          .description =
+              "archive: a file, or postgresql://USER@HOST/DATABASE\n(default: the environment variable TUMBLE_ARCHIVE)",
+          .type = "ARCHIVE"};
+}
+
+Argument by_argument(ArchiveOptions& options) {
+  return {.name = "--by",
+          .value = &options.who,
+          .description = "who does this (default: the name of the login)",
+          .type = "NAME"};
+}
+
+std::string archive_address(const ArchiveOptions& options) {
+  return options.address.empty() ? variable("TUMBLE_ARCHIVE") : options.address;
+}
+
+Archive open_archive(const ArchiveOptions& options) {
+  const std::string address = archive_address(options);
+  if (address.empty())
+    throw Error(
+        Error::Kind::bad_input,
+        "--archive ARCHIVE is missing: a file such as lab.db, or postgresql://USER@HOST/DATABASE; the environment "
+        "variable TUMBLE_ARCHIVE may name it too");
+  return Archive(address, utc_now());
+}
+
+ArchiveAct act_of(const ArchiveOptions& options) {
+  std::string who = options.who;
+  for (const char* const name : {"LOGNAME", "USER"})
+    if (who.empty()) who = variable(name);
+  return {who, utc_now(), options.why};
+}
+
+UnitName unit_name(const std::string& text) {
+  if (text.empty()) return {};
+  const auto slash = text.find('/');
+  if (slash == 0 || slash == std::string::npos || slash + 1 == text.size())
+    throw Error(Error::Kind::bad_input,
+                fmt::format("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", text));
+  return {text.substr(0, slash), text.substr(slash + 1)};
+}
+
+void note_deposited(const Terminal& terminal, const Deposited& done) {
+  std::string text;
+  const auto add = [&](std::size_t count, const char* singular, const char* plural) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, count == 1 ? singular : plural);
+  };
+  add(done.runs, "run", "runs");
+  add(done.results, "result", "results");
+  add(done.files, "file", "files");
+  add(done.certificates, "certificate", "certificates");
+  const std::string known = done.known > 0 ? fmt::format("; there already: {}", done.known) : "";
+  note(terminal, fmt::format("archived {}{}", text.empty() ? "nothing new" : text, known));
+  for (const auto& id : done.result_ids) note(terminal, "result " + id.substr(0, 12));
+}
+
+std::string utc_now() { return utc(std::chrono::system_clock::now(), "%Y-%m-%dT%H:%M:%SZ"); }
+
+std::string utc_day(double seconds) {
+  return utc(std::chrono::system_clock::now() + std::chrono::seconds(static_cast<std::int64_t>(seconds)), "%Y-%m-%d");
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,213 @@
+#include "archive_views.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tumble/report/text_table.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Align = TextColumn::Align;
+
+constexpr std::size_t digits = 12;  // of a SHA-256 for people
+constexpr std::size_t most_problems = 50;
+
+TextColumn left(std::string name) { return {std::move(name), "", {}, Align::left}; }
+
+/// Heading and table; nothing where it has no rows.
+std::string titled(const std::string& title, const std::vector<TextColumn>& columns, std::size_t width) {
+  return columns.front().cells.empty() ? "" : "\n" + title + "\n" + text_table(columns, width);
+}
+
+std::string written(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string results_table(const UnitRecord& record, std::size_t width) {
+  TextColumn when = left("test ended"), method = left("method"), verdict = left("verdict"), who = left("by"),
+             id = left("result"), note = left("");
+  for (const auto& result : record.results) {
+    when.cells.push_back(result.ended.empty() ? result.archived + " (archived)" : result.ended);
+    method.cells.push_back(result.method);
+    verdict.cells.push_back(result.verdict);
+    who.cells.push_back(result.who);
+    id.cells.push_back(result.sha256.substr(0, digits));
+    std::string words = result.simulated ? "simulated" : "";
+    if (!result.correction.empty())
+      words += fmt::format("{}replaced by {}: {}", words.empty() ? "" : "; ", result.replaced_by.substr(0, digits),
+                           result.correction);
+    note.cells.push_back(words);
+  }
+  return titled("Results", {when, method, verdict, who, id, note}, width);
+}
+
+std::string files_table(const UnitRecord& record, std::size_t width) {
+  TextColumn role = left("file"), name = left("name"), id = left("SHA-256"), bytes{"bytes", "", {}};
+  for (const auto& file : record.files) {
+    role.cells.push_back(file.role);
+    name.cells.push_back(file.name);
+    bytes.cells.push_back(fmt::format("{}", file.bytes));
+    id.cells.push_back(file.sha256.substr(0, digits));
+  }
+  return titled("Files", {role, name, bytes, id}, width);
+}
+
+std::string runs_table(const UnitRecord& record, std::size_t width) {
+  TextColumn started = left("started"), title = left("title"), station = left("station"), who = left("operator"),
+             ending = left("ended"), slot = left("slot");
+  for (const auto& run : record.runs) {
+    started.cells.push_back(run.started);
+    title.cells.push_back(run.title);
+    station.cells.push_back(run.station);
+    slot.cells.push_back(run.slot);
+    who.cells.push_back(run.who);
+    ending.cells.push_back(run.ending);
+  }
+  return titled("Runs", {started, title, station, slot, who, ending}, width);
+}
+
+std::string certificates_table(const UnitRecord& record, std::size_t width) {
+  TextColumn number = left("certificate"), format = left("format"), issued = left("issued"), who = left("by"),
+             result = left("result");
+  for (const auto& one : record.certificates) {
+    number.cells.push_back(one.number);
+    format.cells.push_back(one.format);
+    issued.cells.push_back(one.issued);
+    who.cells.push_back(one.issued_by);
+    result.cells.push_back(one.result.substr(0, digits));
+  }
+  return titled("Certificates", {number, format, issued, who, result}, width);
+}
+
+std::string steps_table(const UnitRecord& record, std::size_t width) {
+  TextColumn number{"", "", {}}, when = left("time"), who = left("by"), action = left("what"), subject = left("which"),
+                                 reason = left("why");
+  for (const auto& step : record.steps) {
+    number.cells.push_back(fmt::format("{}", step.number));
+    when.cells.push_back(step.when);
+    who.cells.push_back(step.who);
+    action.cells.push_back(step.action);
+    subject.cells.push_back(step.subject.substr(0, digits));
+    reason.cells.push_back(step.reason);
+  }
+  return titled("Events", {number, when, who, action, subject, reason}, width);
+}
+
+}  // namespace
+
+std::string units_text(const std::vector<ArchivedUnit>& units, std::size_t width) {
+  TextColumn model = left("model"), serial = left("serial"), first = left("first"), last = left("last"),
+             count{"results", "", {}};
+  for (const auto& unit : units) {
+    model.cells.push_back(unit.name.model);
+    serial.cells.push_back(unit.name.serial);
+    count.cells.push_back(fmt::format("{}", unit.results));
+    first.cells.push_back(unit.first);
+    last.cells.push_back(unit.last);
+  }
+  return units.empty() ? "the archive has no units\n" : text_table({model, serial, count, first, last}, width);
+}
+
+std::string units_json(const std::vector<ArchivedUnit>& units) {
+  Json all = Json::array();
+  for (const auto& unit : units)
+    all.push_back({{"model", unit.name.model},
+                   {"serial", unit.name.serial},
+                   {"results", unit.results},
+                   {"first", unit.first},
+                   {"last", unit.last}});
+  return written(all);
+}
+
+std::string record_text(const UnitRecord& record, std::size_t width) {
+  return fmt::format("{}/{}\n", record.name.model, record.name.serial) + results_table(record, width) +
+         runs_table(record, width) + files_table(record, width) + certificates_table(record, width) +
+         steps_table(record, width);
+}
+
+std::string record_json(const UnitRecord& record) {
+  Json json{{"model", record.name.model}, {"serial", record.name.serial}};
+  for (const char* const name : {"results", "runs", "files", "certificates", "events"}) json[name] = Json::array();
+  for (const auto& one : record.results)
+    json["results"].push_back({{"sha256", one.sha256},
+                               {"method", one.method},
+                               {"title", one.title},
+                               {"verdict", one.verdict},
+                               {"by", one.who},
+                               {"begun", one.begun},
+                               {"ended", one.ended},
+                               {"archived", one.archived},
+                               {"tumble", one.program_version},
+                               {"run", one.run},
+                               {"simulated", one.simulated},
+                               {"replaced_by", one.replaced_by},
+                               {"reason", one.correction}});
+  for (const auto& one : record.runs)
+    json["runs"].push_back({{"id", one.id},
+                            {"title", one.title},
+                            {"station", one.station},
+                            {"slot", one.slot},
+                            {"operator", one.who},
+                            {"started", one.started},
+                            {"ended", one.ended},
+                            {"ending", one.ending}});
+  for (const auto& one : record.files)
+    json["files"].push_back({{"sha256", one.sha256},
+                             {"role", one.role},
+                             {"name", one.name},
+                             {"bytes", one.bytes},
+                             {"run", one.run},
+                             {"slot", one.slot}});
+  for (const auto& one : record.certificates)
+    json["certificates"].push_back({{"number", one.number},
+                                    {"format", one.format},
+                                    {"sha256", one.sha256},
+                                    {"result", one.result},
+                                    {"issued_by", one.issued_by},
+                                    {"issued", one.issued}});
+  for (const auto& one : record.steps)
+    json["events"].push_back({{"number", one.number},
+                              {"time", one.when},
+                              {"by", one.who},
+                              {"what", one.action},
+                              {"which", one.subject},
+                              {"why", one.reason},
+                              {"detail", one.detail}});
+  return written(json);
+}
+
+std::string due_text(const std::vector<DueCalibration>& due, const std::string& today, std::size_t width) {
+  TextColumn day = left("due"), equipment = left("equipment"), certificate = left("certificate"), note = left("");
+  for (const auto& one : due) {
+    day.cells.push_back(one.due);
+    equipment.cells.push_back(one.equipment);
+    certificate.cells.push_back(one.certificate);
+    note.cells.emplace_back(one.due < today ? "has ended" : "");
+  }
+  return due.empty() ? "no calibration ends by then\n" : text_table({day, equipment, certificate, note}, width);
+}
+
+std::string due_json(const std::vector<DueCalibration>& due) {
+  Json all = Json::array();
+  for (const auto& one : due)
+    all.push_back({{"due", one.due},
+                   {"equipment", one.equipment},
+                   {"certificate", one.certificate},
+                   {"laboratory", one.laboratory}});
+  return written(all);
+}
+
+std::string check_text(const ArchiveCheck& check) {
+  std::string text = fmt::format("looked at: chains {}, events {}, results {}, files {}\n", check.chains, check.events,
+                                 check.results, check.files);
+  if (check.problems.empty()) return text + fmt::format("nothing has changed\nheads of the chains: {}\n", check.heads);
+  text += fmt::format("changed: {}\n", check.problems.size());
+  for (std::size_t i = 0; i < std::min(most_problems, check.problems.size()); ++i)
+    text += "  " + check.problems[i] + "\n";
+  if (check.problems.size() > most_problems)
+    text += fmt::format("  and {} more\n", check.problems.size() - most_problems);
+  return text;
+}
+
+}  // namespace tumble::cli

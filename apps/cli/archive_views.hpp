@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/verify.hpp"
+
+namespace tumble::cli {
+
+/// What an archive answers, as text for people or as JSON.
+std::string units_text(const std::vector<ArchivedUnit>& units, std::size_t width);
+std::string units_json(const std::vector<ArchivedUnit>& units);
+std::string record_text(const UnitRecord& record, std::size_t width);
+std::string record_json(const UnitRecord& record);
+std::string due_text(const std::vector<DueCalibration>& due, const std::string& today, std::size_t width);
+std::string due_json(const std::vector<DueCalibration>& due);
+std::string check_text(const ArchiveCheck& check);
+
+}  // namespace tumble::cli

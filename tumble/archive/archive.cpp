@@ -1,0 +1,100 @@
+#include "tumble/archive/archive.hpp"
+
+#include <filesystem>
+#include <regex>
+
+#include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/schema/shape.hpp"
+#include "tumble/version.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using schema::shown_address;
+
+std::string folder_beside(const std::string& address) { return fs::path(address).replace_extension(".files").string(); }
+
+std::string folder_of_files(database::Database& database, const std::string& address) {
+  for (const auto& row : database.ask("SELECT value FROM facts WHERE name = 'files'")) return database::text(row, 0);
+  return folder_beside(address);
+}
+
+void require_no_archive(const std::string& address) {
+  if (!database::is_server(address) && fs::exists(address))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("'{}' is there already: an archive is never written over another file", address));
+}
+
+void make_folder(const std::string& folder) {
+  std::error_code problem;
+  fs::create_directories(folder, problem);
+  if (problem)
+    throw Error(Error::Kind::bad_file, fmt::format("cannot make the folder '{}': {}", folder, problem.message()));
+}
+
+schema::OpenArchive* open_at(const std::string& address, const std::string& when) {
+  if (!database::is_server(address) && !fs::exists(address))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("there is no archive '{0}'; `tumble archive init --archive {0}` makes one", address));
+  return schema::guarded(address, [&] {
+    database::Database database(address, false);
+    const auto version = schema::version_of(database);
+    if (version == 0)
+      throw Error(Error::Kind::bad_file, fmt::format("'{}' holds no archive of Tumble", shown_address(address)));
+    if (version > schema::newest_version())
+      throw Error(
+          Error::Kind::bad_file,
+          fmt::format(
+              "archive '{}' has version {} of the tables, and this program knows them up to {}: use a newer one",
+              shown_address(address), version, schema::newest_version()));
+    schema::migrate(database, version, when, std::string(tumble::version));
+    std::string folder = folder_of_files(database, address);
+    return new schema::OpenArchive{address, std::move(folder), std::move(database)};
+  });
+}
+
+}  // namespace
+
+namespace schema {
+
+OpenArchive& opened(const Archive& archive) { return *static_cast<OpenArchive*>(archive.opened()); }
+
+std::string shown_address(const std::string& address) {
+  static const std::regex password("(://[^:/@]*):[^@/]*@");
+  return std::regex_replace(address, password, "$1:...@");
+}
+
+}  // namespace schema
+
+void Archive::Close::operator()(void* opened) const { delete static_cast<schema::OpenArchive*>(opened); }
+
+Archive::Archive(const std::string& address, const std::string& when) : opened_(open_at(address, when)) {}
+const std::string& Archive::address() const { return schema::opened(*this).address; }
+const std::string& Archive::folder() const { return schema::opened(*this).folder; }
+
+void make_archive(const std::string& address, const std::string& folder, const ArchiveAct& act) {
+  const bool server = database::is_server(address);
+  if (server && folder.empty())
+    throw Error(Error::Kind::bad_input,
+                "--files FOLDER is required for an archive on a server: the folder of its files, which all who use the "
+                "archive see under this name");
+  require_no_archive(address);
+  schema::guarded(address, [&] {
+    database::Database database(address, true);
+    if (schema::version_of(database) != 0)
+      throw Error(Error::Kind::bad_input, fmt::format("'{}' holds an archive already", shown_address(address)));
+    make_folder(folder.empty() ? folder_beside(address) : folder);
+    schema::migrate(database, 0, act.when, std::string(tumble::version));
+    const auto note = [&](const std::string& name, const std::string& value) {
+      database.run("INSERT INTO facts (name, value) VALUES (?, ?)", {name, value});
+    };
+    if (!folder.empty()) note("files", fs::absolute(folder).lexically_normal().string());
+    note("made_by", act.who);
+    note("made", act.when);
+  });
+}
+
+}  // namespace tumble

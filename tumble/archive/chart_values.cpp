@@ -1,0 +1,83 @@
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "tumble/archive/deposits/parts.hpp"
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/schema/opened.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble {
+
+namespace {
+
+using database::Row;
+
+[[noreturn]] void refuse_parameter(database::Database& database, const std::string& parameter) {
+  std::vector<std::string> known;
+  database.visit("SELECT DISTINCT name FROM parameters", {},
+                 [&](const Row& row) { known.push_back(database::text(row, 0)); });
+  throw Error(Error::Kind::bad_input, fmt::format("no result of the archive has the parameter '{}'{}", parameter,
+                                                  did_you_mean(parameter, known)));
+}
+
+std::vector<std::pair<std::int64_t, UnitName>> names_of_units(database::Database& database, const std::string& model,
+                                                              const UnitName& unit) {
+  std::vector<std::pair<std::int64_t, UnitName>> names;
+  const bool single = !unit.serial.empty();
+  database.visit(
+      "SELECT id, model, serial FROM units WHERE (? = '' OR model = ?) AND (? = '' OR serial = ?)",
+      {single ? unit.model : model, single ? unit.model : model, unit.serial, unit.serial}, [&](const Row& row) {
+        names.emplace_back(database::integer(row, 0), UnitName{database::text(row, 1), database::text(row, 2)});
+      });
+  std::ranges::sort(names, {}, [](const auto& one) { return one.first; });
+  return names;
+}
+
+std::unordered_set<std::int64_t> replaced_results(database::Database& database) {
+  std::unordered_set<std::int64_t> replaced;
+  database.visit("SELECT result FROM corrections", {},
+                 [&](const Row& row) { replaced.insert(database::integer(row, 0)); });
+  return replaced;
+}
+
+void read_values(database::Database& database, const UnitName& unit, bool all_units, ParameterOverUnits& over) {
+  std::unordered_set<std::int64_t> wanted;
+  if (!all_units)
+    for (const auto& [id, name] : over.units) wanted.insert(id);
+  const auto replaced = replaced_results(database);
+  const auto take = [&](const Row& row) {
+    const ChartValue value{database::integer(row, 0), database::integer(row, 1),
+                           static_cast<double>(database::integer(row, 2)), database::number(row, 3),
+                           database::number(row, 4)};
+    if ((all_units || wanted.contains(value.unit)) && !replaced.contains(value.result)) over.values.push_back(value);
+  };
+  if (unit.serial.empty())
+    database.visit("SELECT unit, result, moment, value, sd FROM parameters WHERE name = ? ORDER BY moment",
+                   {over.parameter}, take);
+  else
+    database.visit(
+        "SELECT p.unit, p.result, p.moment, p.value, p.sd FROM results r JOIN parameters p ON p.result = r.id WHERE "
+        "r.unit = ? "
+        "AND p.name = ? ORDER BY p.moment",
+        {schema::number_of(deposits::sha256_of_unit(unit)), over.parameter}, take);
+}
+
+}  // namespace
+
+ParameterOverUnits parameter_over_units(const Archive& archive, const std::string& parameter, const std::string& model,
+                                        const UnitName& unit) {
+  return schema::guarded(archive.address(), [&] {
+    auto& database = schema::opened(archive).database;
+    const auto shown = database.ask("SELECT shown_unit FROM parameters WHERE name = ? LIMIT 1", {parameter});
+    if (shown.empty()) refuse_parameter(database, parameter);
+    ParameterOverUnits over;
+    over.parameter = parameter;
+    over.shown = Unit::parse(database::text(shown[0], 0));
+    over.units = names_of_units(database, model, unit);
+    read_values(database, unit, model.empty() && unit.serial.empty(), over);
+    return over;
+  });
+}
+
+}  // namespace tumble

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include "tumble/archive/database/value.hpp"
+
+namespace tumble::database {
+
+/// An archive on a PostgreSQL server. libpq is loaded with the first one. All functions throw Refusal.
+class Postgres {
+ public:
+  /// `address`: "postgresql://user@host/database", as libpq takes it.
+  explicit Postgres(const std::string& address);
+  void rows(const std::string& sql, const Row& values, const RowSink& sink);
+  void script(const std::string& sql);
+
+ private:
+  struct Finish {
+    void operator()(void* connection) const;
+  };
+  const std::string& prepared(const std::string& sql, const Row& values);
+
+  std::unique_ptr<void, Finish> connection_;
+  std::unordered_map<std::string, std::string> names_;  ///< of prepared statements, by their SQL
+};
+
+/// `?` outside of quotes becomes $1, $2, ...
+std::string numbered_parameters(const std::string& sql);
+
+}  // namespace tumble::database

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/archive/deposit.hpp"
+#include "tumble/archive/schema/chain.hpp"
+#include "tumble/core/estimate.hpp"
+
+namespace tumble::deposits {
+
+/// A result as it is put in.
+struct ReadResult {
+  const ResultDeposit* deposit = nullptr;
+  std::string sha256, program_version;
+  Estimate estimate;
+  UnitName unit;
+  std::string begun, ended;
+  std::optional<std::int64_t> corrects;  ///< number of the result that it replaces
+};
+
+struct ReadInput {
+  std::string role, sha256, name;
+};
+
+/// Files that a result was made from: plans, recordings, the calibration.
+std::vector<ReadInput> inputs_of(const Estimate& estimate);
+
+/// Reads it. Adds to `problems` what is wrong.
+ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems);
+
+/// Number of a unit; its row and its first event are appended where it is new.
+std::int64_t unit_row(schema::Change& change, const UnitName& unit);
+/// Each returns whether it was new.
+bool put_result(schema::Change& change, const ReadResult& result);
+bool put_file(schema::Change& change, const FileDeposit& file, const std::string& sha256, std::int64_t bytes);
+bool put_equipment(schema::Change& change, const EquipmentDeposit& equipment);
+bool put_run(schema::Change& change, const RunDeposit& run);
+bool put_certificate(schema::Change& change, const CertificateDeposit& certificate, const std::string& sha256);
+
+std::string equipment_id(const EquipmentDeposit& equipment);
+std::string sha256_of_unit(const UnitName& unit);
+
+}  // namespace tumble::deposits

@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tumble/archive/deposits/parts.hpp"
+#include "tumble/core/instant.hpp"
+#include "tumble/formats/checksum.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::deposits {
+
+namespace {
+
+/// The version that wrote a result; the text was read as a result before.
+std::string program_of(const std::string& json) {
+  const auto parsed = nlohmann::json::parse(json, nullptr, false);
+  const auto version = parsed.is_object() ? parsed.find("tumble") : parsed.end();
+  return version != parsed.end() && version->is_string() ? version->get<std::string>() : std::string();
+}
+
+/// From the first sample to the last one of all recordings that say it.
+void times_of(const Estimate& estimate, std::string& begun, std::string& ended) {
+  for (const auto& [file, times] : recording_times(estimate)) {
+    if (!times.begun.empty() && (begun.empty() || times.begun < begun)) begun = times.begun;
+    if (!times.ended.empty() && times.ended > ended) ended = times.ended;
+  }
+}
+
+}  // namespace
+
+std::vector<ReadInput> inputs_of(const Estimate& estimate) {
+  const Provenance& provenance = estimate.provenance;
+  const auto calibration = provenance.settings.find("calibration");
+  std::vector<ReadInput> inputs;
+  for (const auto& plan : provenance.plans) inputs.push_back({"plan", plan.sha256, plan.file});
+  for (const auto& input : provenance.inputs) {
+    const bool calibrates = calibration != provenance.settings.end() && calibration->second == input.file;
+    if (!input.sha256.empty()) inputs.push_back({calibrates ? "calibration" : "recording", input.sha256, input.file});
+  }
+  return inputs;
+}
+
+ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems) {
+  ReadResult result;
+  result.deposit = &deposit;
+  try {
+    result.estimate = estimate_from_json(deposit.json, deposit.file);
+  } catch (const Error& error) {
+    problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    return result;
+  }
+  result.sha256 = sha256_of(deposit.json);
+  result.program_version = program_of(deposit.json);
+  result.unit = {deposit.unit.model.empty() ? result.estimate.instrument_model : deposit.unit.model,
+                 deposit.unit.serial.empty() ? result.estimate.instrument_serial : deposit.unit.serial};
+  if (result.unit.serial.empty() || result.unit.model.empty())
+    problems.push_back(
+        fmt::format("{}: the result does not say which unit it is of: give --unit MODEL/SERIAL, or [instrument] model "
+                    "and serial in the plan",
+                    deposit.file));
+  result.begun = deposit.begun;
+  result.ended = deposit.ended;
+  if (result.begun.empty() && result.ended.empty()) times_of(result.estimate, result.begun, result.ended);
+  if (result.ended.empty()) result.ended = result.begun;
+  return result;
+}
+
+}  // namespace tumble::deposits

@@ -1,0 +1,196 @@
+#include "tumble/archive/history.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+#include "tumble/archive/deposits/parts.hpp"
+#include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/storage/packing.hpp"
+#include "tumble/formats/checksum.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble {
+
+namespace {
+
+using database::integer;
+using database::number;
+using database::Row;
+using database::text;
+
+database::Database& database_of(const Archive& archive) { return schema::opened(archive).database; }
+
+std::vector<ArchivedResult> results_of(database::Database& database, const UnitName& unit, std::int64_t id) {
+  std::vector<ArchivedResult> results;
+  database.visit(
+      "SELECT r.sha256, r.run, r.method, r.title, r.program_version, r.verdict, r.who, r.begun, r.ended, r.archived, "
+      "r.seed, "
+      "n.sha256, c.reason FROM results r LEFT JOIN corrections c ON c.result = r.id LEFT JOIN results n ON n.id = "
+      "c.replaced_by WHERE r.unit = ? ORDER BY r.moment, r.id",
+      {id}, [&](const Row& row) {
+        results.push_back({.sha256 = text(row, 0),
+                           .unit = unit,
+                           .run = text(row, 1),
+                           .method = text(row, 2),
+                           .title = text(row, 3),
+                           .program_version = text(row, 4),
+                           .verdict = text(row, 5),
+                           .who = text(row, 6),
+                           .begun = text(row, 7),
+                           .ended = text(row, 8),
+                           .archived = text(row, 9),
+                           .simulated = !text(row, 10).empty(),
+                           .replaced_by = text(row, 11),
+                           .correction = text(row, 12)});
+      });
+  return results;
+}
+
+void files_and_certificates(database::Database& database, std::int64_t id, UnitRecord& record) {
+  database.visit(
+      "SELECT DISTINCT f.sha256, f.role, f.name, f.run, f.slot, f.bytes FROM files f WHERE f.unit = ? OR f.sha256 IN "
+      "(SELECT i.sha256 FROM inputs i JOIN results r ON r.id = i.result WHERE r.unit = ?) ORDER BY 2, 3, 1",
+      {id, id}, [&](const Row& row) {
+        record.files.push_back({text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), integer(row, 5)});
+      });
+  database.visit(
+      "SELECT c.sha256, c.number, r.sha256, c.format, c.issued_by, c.issued FROM certificates c JOIN results r ON r.id "
+      "= "
+      "c.result WHERE r.unit = ? ORDER BY c.issued, c.number, c.format",
+      {id}, [&](const Row& row) {
+        record.certificates.push_back(
+            {text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5)});
+      });
+}
+
+void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& record) {
+  database.visit(
+      "SELECT r.id, r.title, r.station, r.operator, r.started, r.ended, r.ending, s.slot FROM runs r JOIN run_units s "
+      "ON "
+      "s.run = r.id WHERE s.unit = ? ORDER BY r.started, r.id",
+      {id}, [&](const Row& row) {
+        record.runs.push_back({text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5),
+                               text(row, 6), text(row, 7)});
+      });
+  database.visit("SELECT seq, time, who, action, subject, reason, detail FROM events WHERE chain = ? ORDER BY seq",
+                 {schema::chain_of_unit(record.name.model, record.name.serial)}, [&](const Row& row) {
+                   record.steps.push_back({integer(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4),
+                                           text(row, 5), text(row, 6)});
+                 });
+}
+
+[[noreturn]] void refuse_unit(database::Database& database, const std::string& words) {
+  std::vector<std::string> known;
+  database.visit("SELECT serial, model FROM units", {}, [&](const Row& row) {
+    known.push_back(text(row, 0));
+    known.push_back(text(row, 1) + "/" + text(row, 0));
+  });
+  throw Error(Error::Kind::bad_input, fmt::format("the archive has no unit '{}'{}", words, did_you_mean(words, known)));
+}
+
+constexpr std::size_t fewest_digits = 6;
+
+}  // namespace
+
+std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::string& model) {
+  return schema::guarded(archive.address(), [&] {
+    std::vector<ArchivedUnit> units;
+    database_of(archive).visit(
+        "SELECT u.model, u.serial, COUNT(r.id), MIN(COALESCE(r.ended, r.archived)), MAX(COALESCE(r.ended, r.archived)) "
+        "FROM "
+        "units u LEFT JOIN results r ON r.unit = u.id WHERE (? = '' OR u.model = ?) GROUP BY u.model, u.serial",
+        {model, model}, [&](const Row& row) {
+          units.push_back(
+              {{text(row, 0), text(row, 1)}, static_cast<std::size_t>(integer(row, 2)), text(row, 3), text(row, 4)});
+        });
+    std::ranges::sort(units, {}, [](const ArchivedUnit& unit) { return std::tie(unit.name.model, unit.name.serial); });
+    return units;
+  });
+}
+
+UnitName find_unit(const Archive& archive, const std::string& words) {
+  return schema::guarded(archive.address(), [&] {
+    auto& database = database_of(archive);
+    std::vector<UnitName> found;
+    std::vector<std::string> names;
+    const auto look = [&](const std::string& model, const std::string& serial) {
+      database.visit("SELECT model, serial FROM units WHERE serial = ? AND (? = '' OR model = ?) ORDER BY model",
+                     {serial, model, model}, [&](const Row& row) {
+                       found.push_back({text(row, 0), text(row, 1)});
+                       names.push_back(text(row, 0) + "/" + text(row, 1));
+                     });
+    };
+    look("", words);
+    for (auto slash = words.find('/'); found.empty() && slash != std::string::npos; slash = words.find('/', slash + 1))
+      look(words.substr(0, slash), words.substr(slash + 1));
+    if (found.empty()) refuse_unit(database, words);
+    if (found.size() > 1)
+      throw Error(Error::Kind::bad_input, fmt::format("several models have the serial number '{}': write one of {}",
+                                                      words, fmt::join(names, ", ")));
+    return found.front();
+  });
+}
+
+UnitRecord unit_record(const Archive& archive, const UnitName& unit) {
+  return schema::guarded(archive.address(), [&] {
+    auto& database = database_of(archive);
+    const std::int64_t id = schema::number_of(deposits::sha256_of_unit(unit));
+    UnitRecord record;
+    record.name = unit;
+    record.results = results_of(database, unit, id);
+    files_and_certificates(database, id, record);
+    runs_and_steps(database, id, record);
+    return record;
+  });
+}
+
+std::string find_result(const Archive& archive, const std::string& digits) {
+  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (digits.size() < fewest_digits || !hex)
+    throw Error(
+        Error::Kind::bad_input,
+        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
+                    "history` shows them",
+                    digits, fewest_digits));
+  return schema::guarded(archive.address(), [&] {
+    const auto rows = database_of(archive).ask(
+        "SELECT sha256 FROM results WHERE sha256 >= ? AND sha256 < ? ORDER BY sha256 LIMIT 2", {digits, digits + "g"});
+    if (rows.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
+    if (rows.size() > 1)
+      throw Error(Error::Kind::bad_input, fmt::format("several results begin with '{}': give more digits", digits));
+    return text(rows[0], 0);
+  });
+}
+
+std::string result_text(const Archive& archive, const std::string& sha256) {
+  return schema::guarded(archive.address(), [&] {
+    const auto rows = database_of(archive).ask("SELECT packed FROM results WHERE id = ?", {schema::number_of(sha256)});
+    if (rows.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", sha256));
+    const std::string what = "result " + sha256.substr(0, 12);
+    std::string json = storage::unpacked(database::bytes(rows[0], 0), what);
+    if (sha256_of(json) != sha256)
+      throw Error(Error::Kind::bad_file, what + ": its bytes have changed since it was archived");
+    return json;
+  });
+}
+
+std::vector<DueCalibration> due_calibrations(const Archive& archive, const std::string& until) {
+  return schema::guarded(archive.address(), [&] {
+    std::map<std::string, DueCalibration> last;
+    database_of(archive).visit("SELECT equipment, certificate, laboratory, due FROM calibrations WHERE due IS NOT NULL",
+                               {}, [&](const Row& row) {
+                                 DueCalibration& one = last[text(row, 0)];
+                                 if (text(row, 3) > one.due)
+                                   one = {text(row, 0), text(row, 1), text(row, 2), text(row, 3)};
+                               });
+    std::vector<DueCalibration> due;
+    for (const auto& [equipment, one] : last)
+      if (one.due <= until) due.push_back(one);
+    std::ranges::stable_sort(due, {}, &DueCalibration::due);
+    return due;
+  });
+}
+
+}  // namespace tumble

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include "tumble/archive/schema/shape.hpp"
+
+namespace tumble::schema {
+
+namespace {
+
+/// What both databases understand. BLOB is BYTEA on a server. Steps of earlier versions are never changed.
+constexpr const char* step_1 = R"(
+CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE units (id BIGINT PRIMARY KEY, model TEXT NOT NULL, serial TEXT NOT NULL, maker TEXT, revision TEXT,
+  UNIQUE (serial, model));
+CREATE TABLE files (sha256 TEXT PRIMARY KEY, unit BIGINT, run TEXT, slot TEXT, role TEXT NOT NULL, name TEXT NOT NULL,
+  bytes BIGINT NOT NULL);
+CREATE TABLE results (id BIGINT PRIMARY KEY, sha256 TEXT NOT NULL UNIQUE, unit BIGINT NOT NULL, run TEXT,
+  method TEXT NOT NULL, title TEXT NOT NULL, plan_sha256 TEXT, station_sha256 TEXT, program_version TEXT NOT NULL,
+  seed TEXT, verdict TEXT, begun TEXT, ended TEXT, archived TEXT NOT NULL, who TEXT NOT NULL, moment BIGINT NOT NULL,
+  bytes BIGINT NOT NULL, packed BLOB NOT NULL);
+CREATE TABLE parameters (result BIGINT NOT NULL, place BIGINT NOT NULL, name TEXT NOT NULL, symbol TEXT,
+  value DOUBLE PRECISION, sd DOUBLE PRECISION, degrees_of_freedom DOUBLE PRECISION, shown_unit TEXT NOT NULL,
+  unit BIGINT NOT NULL, moment BIGINT NOT NULL, PRIMARY KEY (result, place));
+CREATE TABLE inputs (result BIGINT NOT NULL, place BIGINT NOT NULL, role TEXT NOT NULL, sha256 TEXT NOT NULL,
+  name TEXT NOT NULL, PRIMARY KEY (result, place));
+CREATE TABLE certificates (sha256 TEXT PRIMARY KEY, number TEXT NOT NULL, result BIGINT NOT NULL, format TEXT NOT NULL,
+  rule TEXT, issued_by TEXT, issued TEXT);
+CREATE TABLE corrections (result BIGINT PRIMARY KEY, replaced_by BIGINT, reason TEXT NOT NULL, who TEXT NOT NULL,
+  corrected TEXT NOT NULL);
+CREATE TABLE runs (id TEXT PRIMARY KEY, title TEXT NOT NULL, plan_sha256 TEXT, station TEXT, station_sha256 TEXT,
+  program_version TEXT, operator TEXT, started TEXT, ended TEXT, ending TEXT);
+CREATE TABLE run_units (run TEXT NOT NULL, slot TEXT NOT NULL, unit BIGINT NOT NULL, PRIMARY KEY (run, slot));
+CREATE TABLE run_equipment (run TEXT NOT NULL, equipment TEXT NOT NULL, certificate TEXT,
+  PRIMARY KEY (run, equipment));
+CREATE TABLE equipment (id TEXT PRIMARY KEY, name TEXT NOT NULL, maker TEXT, model TEXT, serial TEXT, firmware TEXT,
+  location TEXT);
+CREATE TABLE calibrations (id TEXT PRIMARY KEY, equipment TEXT NOT NULL, certificate TEXT NOT NULL, laboratory TEXT,
+  due TEXT, document_sha256 TEXT);
+CREATE TABLE events (chain TEXT NOT NULL, seq BIGINT NOT NULL, time TEXT NOT NULL, who TEXT NOT NULL,
+  action TEXT NOT NULL, subject TEXT NOT NULL, reason TEXT, detail TEXT, rows_sha256 TEXT, previous TEXT,
+  sha256 TEXT NOT NULL, PRIMARY KEY (chain, seq));
+CREATE INDEX results_of_unit ON results (unit, moment);
+CREATE INDEX results_of_run ON results (run);
+CREATE INDEX parameters_over_units ON parameters (name, moment, unit, value, sd, result);
+CREATE INDEX inputs_by_hash ON inputs (sha256);
+CREATE INDEX files_of_unit ON files (unit);
+CREATE INDEX certificates_of_result ON certificates (result);
+CREATE INDEX calibrations_of_equipment ON calibrations (equipment);
+CREATE INDEX runs_of_unit ON run_units (unit);
+)";
+
+constexpr const char* tables_of_step_1[] = {"facts",         "units",        "files",        "results", "parameters",
+                                            "inputs",        "certificates", "corrections",  "runs",    "run_units",
+                                            "run_equipment", "equipment",    "calibrations", "events"};
+
+std::string for_engine(std::string sql, bool server) {
+  const std::string from = " BLOB", to = " BYTEA";
+  for (auto at = sql.find(from); server && at != std::string::npos; at = sql.find(from, at + to.size()))
+    sql.replace(at, from.size(), to);
+  return sql;
+}
+
+/// Triggers that refuse to change and to delete rows.
+std::string append_only(const std::string& table, bool server) {
+  const std::string text = "the archive is append-only: a correction is a new row";
+  if (server)
+    return fmt::format(
+        "CREATE TRIGGER {0}_stays BEFORE UPDATE OR DELETE OR TRUNCATE ON {0} EXECUTE FUNCTION tumble_refuse();\n",
+        table);
+  std::string sql;
+  for (const char* const change : {"UPDATE", "DELETE"})
+    sql += fmt::format("CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN SELECT RAISE(ABORT, '{2}'); END;\n", table,
+                       change, text);
+  return sql;
+}
+
+constexpr const char* refuse_on_server =
+    "CREATE FUNCTION tumble_refuse() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN RAISE EXCEPTION "
+    "'the archive is append-only: a correction is a new row'; END $$;\n";
+
+std::string first_schema(bool server) {
+  std::string sql = for_engine(step_1, server);
+  if (server) sql += refuse_on_server;
+  for (const char* const table : tables_of_step_1) sql += append_only(table, server);
+  return sql;
+}
+
+}  // namespace
+
+std::int64_t newest_version() { return 1; }
+
+void migrate(database::Database& database, std::int64_t from, const std::string& when, const std::string& program) {
+  database.transact([&] {
+    if (from < 1) {
+      database.script(
+          "CREATE TABLE schema_version (version BIGINT PRIMARY KEY, applied TEXT NOT NULL, program TEXT NOT NULL)");
+      database.script(first_schema(database.server()));
+      database.run("INSERT INTO schema_version (version, applied, program) VALUES (?, ?, ?)",
+                   {std::int64_t{1}, when, program});
+    }
+  });
+}
+
+std::int64_t version_of(database::Database& database) {
+  const auto tables =
+      database.server()
+          ? database.ask(
+                "SELECT table_name::text FROM information_schema.tables WHERE table_name = 'schema_version' "
+                "AND table_schema = ANY (current_schemas(false))")
+          : database.ask("SELECT name FROM sqlite_master WHERE type = 'table' AND name = 'schema_version'");
+  if (tables.empty()) return 0;
+  const auto versions = database.ask("SELECT MAX(version) FROM schema_version");
+  return database::integer(versions.at(0), 0);
+}
+
+}  // namespace tumble::schema

@@ -1,0 +1,242 @@
+#include "tumble/archive/testing/suite.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/schema/shape.hpp"
+#include "tumble/archive/testing/samples.hpp"
+#include "tumble/archive/verify.hpp"
+#include "tumble/formats/checksum.hpp"
+
+namespace tumble::testing {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Archive new_archive(const ArchivePlace& place) {
+  make_archive(place.address, place.folder + "/kept", sample_act());
+  return Archive(place.address);
+}
+
+std::string write_file(const ArchivePlace& place, const std::string& name, const std::string& text) {
+  const std::string path = place.folder + "/" + name;
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+/// Three results of one unit, one of another, and the recording of the first.
+Deposit fleet(const ArchivePlace& place) {
+  const std::string recording = write_file(place, "data.csv", "time[s],x[deg/h]\n0,1\n1,2\n");
+  Deposit deposit;
+  for (const double bias : {1.0, 1.2, 0.9})
+    deposit.results.push_back(
+        sample_deposit({.bias = bias,
+                        .ended = "2026-03-0" + std::to_string(deposit.results.size() + 1) + "T12:00:00Z",
+                        .recording_sha256 = sha256_of_file(recording)}));
+  deposit.results.push_back(sample_deposit({.serial = "0174", .bias = 5.0}));
+  deposit.files.push_back({.path = recording, .name = "data.csv"});
+  return deposit;
+}
+
+void expect_sound(const Archive& archive) {
+  const ArchiveCheck check = verify_archive(archive);
+  EXPECT_TRUE(check.problems.empty()) << check.problems.front();
+}
+
+std::string problem_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+void keeps_what_is_put_in(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  const Deposited done = put_in(archive, fleet(place), sample_act());
+  EXPECT_EQ(done.results, 4u);
+  EXPECT_EQ(done.files, 1u);
+  const UnitRecord record = unit_record(archive, find_unit(archive, "0173"));
+  ASSERT_EQ(record.results.size(), 3u);
+  EXPECT_EQ(record.results[1].ended, "2026-03-02T12:00:00Z");
+  EXPECT_EQ(record.results[0].who, "Li Wei");
+  ASSERT_EQ(record.files.size(), 1u);
+  EXPECT_EQ(record.files[0].role, "recording");
+  EXPECT_EQ(record.steps.size(), 5u);  // the unit, three results, a file
+  EXPECT_EQ(result_text(archive, record.results[0].sha256),
+            sample_json({.bias = 1.0, .ended = "2026-03-01T12:00:00Z", .recording_sha256 = record.files[0].sha256}));
+  ASSERT_EQ(archived_units(archive).size(), 2u);
+  EXPECT_EQ(archived_units(archive)[0].results, 3u);
+  expect_sound(archive);
+}
+
+void ingest_is_idempotent(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  const std::string heads = verify_archive(archive).heads;
+  const Deposited again = put_in(archive, fleet(place), {"Somebody", "2027-01-01T00:00:00Z", {}});
+  EXPECT_EQ(again.results + again.files, 0u);
+  EXPECT_EQ(again.known, 5u);
+  EXPECT_EQ(verify_archive(archive).heads, heads);
+}
+
+void refuses_changes_and_deletions(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  for (const auto* const sql :
+       {"UPDATE results SET who = 'me'", "DELETE FROM results", "UPDATE events SET who = 'me'", "DELETE FROM events",
+        "UPDATE parameters SET value = 0", "DELETE FROM units", "DELETE FROM files", "DELETE FROM facts"})
+    EXPECT_THROW(schema::opened(archive).database.script(sql), database::Refusal) << sql;
+  expect_sound(archive);
+}
+
+void corrections_keep_the_original(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  const std::string old = unit_record(archive, {"gyro", "0173"}).results[0].sha256;
+  Deposit correction;
+  correction.results.push_back(sample_deposit({.bias = 1.05}));
+  correction.results[0].corrects = old;
+  EXPECT_NE(problem_of([&] { put_in(archive, correction, sample_act()); }).find("--reason"), std::string::npos);
+  put_in(archive, correction, sample_act("wrong serial number of the reference"));
+  const UnitRecord record = unit_record(archive, {"gyro", "0173"});
+  ASSERT_EQ(record.results.size(), 4u);
+  const auto replaced = std::ranges::find(record.results, old, &ArchivedResult::sha256);
+  EXPECT_EQ(replaced->correction, "wrong serial number of the reference");
+  EXPECT_EQ(replaced->replaced_by, sha256_of(correction.results[0].json));
+  EXPECT_EQ(parameter_over_units(archive, "bias", "").values.size(), 4u);
+  EXPECT_FALSE(result_text(archive, old).empty());
+  expect_sound(archive);
+}
+
+void all_problems_come_at_once_and_nothing_is_written(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  Deposit deposit;
+  deposit.results.push_back({.json = sample_json({.serial = ""}), .file = "nameless.json"});
+  deposit.results.push_back({.json = "{}", .file = "empty.json"});
+  deposit.results.push_back(sample_deposit({}));
+  deposit.files.push_back({.path = write_file(place, "stray.csv", "x"), .name = "stray.csv"});
+  const std::string problems = problem_of([&] { put_in(archive, deposit, {}); });
+  for (const char* const part : {"nameless.json", "empty.json", "stray.csv", "--by"})
+    EXPECT_NE(problems.find(part), std::string::npos) << problems;
+  EXPECT_TRUE(archived_units(archive).empty());
+}
+
+void unknown_names_are_answered_with_near_ones(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  Deposit deposit = fleet(place);
+  deposit.results.push_back(sample_deposit({}));
+  deposit.results.back().unit = {"other", "0174"};
+  put_in(archive, deposit, sample_act());
+  EXPECT_NE(problem_of([&] { find_unit(archive, "0172"); }).find("0173"), std::string::npos);
+  EXPECT_NE(problem_of([&] { find_unit(archive, "0174"); }).find("gyro/0174, other/0174"), std::string::npos);
+  EXPECT_EQ(find_unit(archive, "other/0174").model, "other");
+  EXPECT_NE(problem_of([&] { parameter_over_units(archive, "bais", ""); }).find("'bias'"), std::string::npos);
+  EXPECT_NE(problem_of([&] { find_result(archive, "12"); }).find("6 or more"), std::string::npos);
+}
+
+void writers_at_once_lose_and_double_nothing(const ArchivePlace& place) {
+  new_archive(place);
+  constexpr int writers = 20, each = 5;
+  std::vector<std::string> problems(writers);
+  std::vector<std::thread> threads;
+  for (int w = 0; w < writers; ++w)
+    threads.emplace_back([&, w] {
+      problems[static_cast<std::size_t>(w)] = problem_of([&] {
+        Archive archive(place.address);
+        for (int i = 0; i < each; ++i) {
+          Deposit deposit;
+          deposit.results.push_back(sample_deposit({.bias = 100.0 * w + i}));  // of one unit: one chain for all
+          deposit.results.push_back(
+              sample_deposit({.serial = std::to_string(w % 4), .bias = 1.0 * i}));  // some are the same
+          put_in(archive, deposit, sample_act());
+        }
+      });
+    });
+  for (auto& thread : threads) thread.join();
+  for (const auto& problem : problems) EXPECT_EQ(problem, "nothing was thrown");
+  const Archive archive(place.address);
+  EXPECT_EQ(unit_record(archive, {"gyro", "0173"}).results.size(), static_cast<std::size_t>(writers * each));
+  for (const char* const serial : {"0", "1", "2", "3"})
+    EXPECT_EQ(unit_record(archive, {"gyro", serial}).results.size(), static_cast<std::size_t>(each));
+  expect_sound(archive);
+}
+
+/// Rows changed behind the archive's back, one cell of each column after the other, are found.
+void changed_cells_are_found(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  Deposit correction;
+  correction.results.push_back(sample_deposit({.bias = 1.05}));
+  correction.results[0].corrects = unit_record(archive, {"gyro", "0173"}).results[0].sha256;
+  put_in(archive, correction, sample_act("mistake"));
+  auto& database = schema::opened(archive).database;
+  std::vector<const schema::Shape*> shapes{&schema::units,  &schema::files,       &schema::results, &schema::parameters,
+                                           &schema::inputs, &schema::corrections, &schema::events};
+  for (const auto* const shape : shapes) {
+    database.script(database.server() ? "ALTER TABLE " + shape->name + " DISABLE TRIGGER ALL"
+                                      : "DROP TRIGGER " + shape->name + "_no_UPDATE");
+    for (const auto& column : shape->columns) {
+      const auto rows =
+          database.ask("SELECT " + column + " FROM " + shape->name + " WHERE " + column + " IS NOT NULL LIMIT 1");
+      if (rows.empty()) continue;
+      const database::Value before = rows[0][0];
+      database::Value after = before;
+      if (auto* whole = std::get_if<std::int64_t>(&after)) *whole += 1'000'000'007;
+      if (auto* real = std::get_if<double>(&after)) *real += 1e-12;
+      if (auto* text = std::get_if<std::string>(&after)) text->back() = static_cast<char>(text->back() ^ 1);
+      if (auto* bytes = std::get_if<database::Bytes>(&after)) bytes->data[bytes->data.size() / 2] ^= 1;
+      const std::string change = "UPDATE " + shape->name + " SET " + column + " = ? WHERE " + column + " = ?";
+      try {
+        database.run(change, {after, before});
+      } catch (const database::Refusal&) {
+        continue;  // a key that is there already
+      }
+      EXPECT_FALSE(verify_archive(archive).problems.empty()) << shape->name << "." << column;
+      database.run(change, {before, after});
+    }
+  }
+  expect_sound(archive);
+}
+
+void missing_and_added_rows_are_found(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  auto& database = schema::opened(archive).database;
+  database.run("INSERT INTO corrections (result, reason, who, corrected) VALUES (1, 'x', 'x', 'x')");
+  const auto check = verify_archive(archive);
+  ASSERT_EQ(check.problems.size(), 1u);
+  EXPECT_NE(check.problems[0].find("corrections"), std::string::npos);
+  database.script(database.server() ? "ALTER TABLE parameters DISABLE TRIGGER ALL"
+                                    : "DROP TRIGGER parameters_no_DELETE");
+  database.script("DELETE FROM parameters WHERE value = (SELECT MAX(value) FROM parameters)");
+  EXPECT_GT(verify_archive(archive).problems.size(), 1u);
+}
+
+}  // namespace
+
+const std::vector<ArchiveCase>& archive_cases() {
+  static const std::vector<ArchiveCase> all{
+      {"KeepsWhatIsPutIn", keeps_what_is_put_in},
+      {"IngestIsIdempotent", ingest_is_idempotent},
+      {"RefusesChangesAndDeletions", refuses_changes_and_deletions},
+      {"CorrectionsKeepTheOriginal", corrections_keep_the_original},
+      {"AllProblemsComeAtOnceAndNothingIsWritten", all_problems_come_at_once_and_nothing_is_written},
+      {"UnknownNamesAreAnsweredWithNearOnes", unknown_names_are_answered_with_near_ones},
+      {"WritersAtOnceLoseAndDoubleNothing", writers_at_once_lose_and_double_nothing},
+      {"ChangedCellsAreFound", changed_cells_are_found},
+      {"MissingAndAddedRowsAreFound", missing_and_added_rows_are_found},
+  };
+  return all;
+}
+
+}  // namespace tumble::testing

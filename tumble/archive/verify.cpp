@@ -1,0 +1,117 @@
+#include "tumble/archive/verify.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "tumble/archive/schema/chain.hpp"
+#include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/storage/packing.hpp"
+#include "tumble/formats/checksum.hpp"
+
+namespace tumble {
+
+namespace {
+
+using database::Row;
+using database::text;
+
+class Verification {
+ public:
+  Verification(const Archive& archive, ArchiveCheck& check)
+      : database_(schema::opened(archive).database), folder_(archive.folder()), check_(check) {}
+
+  void chain(const std::string& name) {
+    std::int64_t expected = 1;
+    std::string previous;
+    for (const Row& row : database_.ask(schema::select_all(schema::events) + " WHERE chain = ? ORDER BY seq", {name})) {
+      ++check_.events;
+      const std::string where = name + ", event " + std::to_string(database::integer(row, 1));
+      if (database::integer(row, 1) != expected) complain(where + ": an event before it is missing");
+      if (text(row, 9) != previous) complain(where + ": does not follow the event before it");
+      if (schema::sha256_of_event(row) != text(row, 10)) complain(where + ": the event has changed");
+      expected = database::integer(row, 1) + 1;
+      previous = text(row, 10);
+      rows_of(row, where);
+    }
+    heads_ += name + " " + previous + "\n";
+    ++check_.chains;
+  }
+
+  /// After all chains: rows that no event brought.
+  void counts() {
+    for (const auto* shape : schema::covered_shapes()) {
+      const auto there = database_.ask("SELECT COUNT(*) FROM " + shape->name);
+      const auto covered = covered_[shape];
+      if (const auto count = database::integer(there.at(0), 0); count != covered)
+        complain(fmt::format("table {}: has {} rows, and events brought {}", shape->name, count, covered));
+    }
+    check_.heads = sha256_of(heads_);
+  }
+
+  void complain(std::string problem) { check_.problems.push_back(std::move(problem)); }
+
+ private:
+  void rows_of(const Row& event, const std::string& where) {
+    const std::string &action = text(event, 4), &subject = text(event, 5);
+    const auto& shapes = schema::shapes_of(action);
+    if (shapes.empty()) return;
+    schema::RowDigest digest;
+    for (const auto* shape : shapes)
+      database_.visit(schema::select_all(*shape) + " WHERE " + shape->key + " = ?", {schema::key_of(*shape, subject)},
+                      [&](const Row& row) {
+                        digest.add(*shape, row);
+                        ++covered_[shape];
+                        contents_of(*shape, row);
+                      });
+    if (digest.hex() != text(event, 8)) complain(fmt::format("{}: the {} {} has changed", where, action, subject));
+  }
+
+  void contents_of(const schema::Shape& shape, const Row& row) try {
+    if (&shape == &schema::results) {
+      ++check_.results;
+      const std::string what = "result " + text(row, 1).substr(0, 12);
+      if (sha256_of(storage::unpacked(database::bytes(row, shape.columns.size() - 1), what)) != text(row, 1))
+        complain(what + ": its bytes have changed since it was archived");
+    } else if (&shape == &schema::files || &shape == &schema::certificates) {
+      ++check_.files;
+      storage::unpack(folder_, text(row, 0), [](std::string_view) {});
+    }
+  } catch (const Error& error) {
+    complain(error.what());
+  }
+
+  database::Database& database_;
+  std::string folder_, heads_;
+  ArchiveCheck& check_;
+  std::map<const schema::Shape*, std::int64_t> covered_;
+};
+
+void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& progress) {
+  auto& database = schema::opened(archive).database;
+  check.problems = database.damage();
+  if (!check.problems.empty()) return;
+  Verification verification(archive, check);
+  std::vector<std::string> chains;
+  database.visit("SELECT DISTINCT chain FROM events", {}, [&](const Row& row) { chains.push_back(text(row, 0)); });
+  std::ranges::sort(chains);
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    report(progress, static_cast<double>(i) / static_cast<double>(chains.size()), "verifying");
+    verification.chain(chains[i]);
+  }
+  verification.counts();
+}
+
+}  // namespace
+
+/// A file that is damaged so much that SQLite refuses it is a problem that was found.
+ArchiveCheck verify_archive(const Archive& archive, const Progress& progress) {
+  ArchiveCheck check;
+  try {
+    verify_rows(archive, check, progress);
+  } catch (const database::Refusal& refusal) {
+    check.problems.push_back(refusal.text);
+  }
+  return check;
+}
+
+}  // namespace tumble

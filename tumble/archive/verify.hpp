@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tumble/archive/archive.hpp"
+#include "tumble/core/progress.hpp"
+
+namespace tumble {
+
+/// What verify_archive() looked at and found.
+struct ArchiveCheck {
+  std::size_t chains = 0, events = 0, results = 0, files = 0;
+  std::vector<std::string> problems;  ///< empty: nothing has changed
+  /// SHA-256 over the last event of every chain: written down elsewhere, it shows later that no chain was cut short.
+  std::string heads;
+};
+
+/// Reads everything and compares: every event with its chain, every row with the event that brought it, every result
+/// with its SHA-256, every stored file with its own. A row that no event brought is a problem too.
+///
+/// Throws    Error::bad_file where the database cannot be read at all
+ArchiveCheck verify_archive(const Archive& archive, const Progress& progress = {});
+
+}  // namespace tumble

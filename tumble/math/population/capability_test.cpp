@@ -1,0 +1,86 @@
+#include "tumble/math/population/capability.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/random.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// Units of sd 1 around 0 of true values, each measured with u.
+std::vector<UnitValue> production(std::size_t count, double u, const RandomStream& random) {
+  std::vector<UnitValue> units;
+  for (std::size_t i = 0; i < count; ++i)
+    units.push_back({random.split("true").normal(i) + u * random.split("measured").normal(i), u});
+  return units;
+}
+
+TEST(Capability, IsTheRoomToTheNearerLimit) {
+  EXPECT_NEAR(capability_index({1.0, 0.5}, {-5.0, 4.0}), 2.0, 1e-15);
+  EXPECT_NEAR(capability_index({1.0, 0.5}, {-unlimited, 4.0}), 2.0, 1e-15);
+  EXPECT_NEAR(capability_index({1.0, 0.5}, {-0.5, unlimited}), 1.0, 1e-15);
+  EXPECT_LT(capability_index({5.0, 0.5}, {-5.0, 4.0}), 0.0);
+  EXPECT_EQ(capability_index({1.0, 0.0}, {-5.0, 4.0}), unlimited);
+  EXPECT_EQ(capability_index({5.0, 0.0}, {-5.0, 4.0}), -unlimited);
+}
+
+TEST(Capability, ChargesTheProductionWithItsOwnSpreadOnly) {
+  const auto found = capability_of(production(4000, 1.0, RandomStream(3)), {-4.0, 4.0});
+  EXPECT_NEAR(found.index, 4.0 / 3.0, 0.1);
+  EXPECT_NEAR(found.measured, 4.0 / 3.0 / std::sqrt(2.0), 0.05);
+  EXPECT_LT(found.lower, found.index);
+  EXPECT_GT(found.upper, found.index);
+}
+
+TEST(Capability, OfUnitsWithoutSpreadIsOnlyKnownFromBelow) {
+  const auto found = capability_of(production(20, 30.0, RandomStream(4)), {-100.0, 100.0});
+  EXPECT_EQ(found.upper, unlimited);
+  EXPECT_TRUE(std::isfinite(found.lower));
+}
+
+TEST(Capability, DoesNotDependOnTheUnitOfMeasure) {
+  auto units = production(30, 0.5, RandomStream(5));
+  const auto a = capability_of(units, {-3.0, 4.0});
+  for (auto& unit : units) unit = {1e-6 * unit.value + 2e-6, 1e-6 * unit.sd};
+  const auto b = capability_of(units, {-1e-6, 6e-6});
+  for (const auto member : {&Capability::index, &Capability::lower, &Capability::upper, &Capability::measured})
+    EXPECT_NEAR(b.*member, a.*member, 1e-6 * a.*member);
+}
+
+TEST(Capability, DrawsOfThePopulationHaveItsIntervals) {
+  const auto units = production(25, 0.7, RandomStream(6));
+  const auto spread = spread_of_units(units);
+  const auto draws = possible_populations(units);
+  ASSERT_EQ(draws.size(), 2000u);
+  EXPECT_NEAR(draws[50].sd, spread.sd_lower, 0.02);
+  EXPECT_NEAR(draws[1949].sd, spread.sd_upper, 0.02);
+  for (std::size_t i = 1; i < draws.size(); ++i) EXPECT_LE(draws[i - 1].sd, draws[i].sd);
+}
+
+TEST(Capability, RefusesLimitsThatAreNone) {
+  const auto units = production(5, 0.1, RandomStream(7));
+  EXPECT_THROW(capability_of(units, {}), Error);
+  EXPECT_THROW(capability_of(units, {1.0, -1.0}), Error);
+  EXPECT_THROW(capability_of(units, {NAN, 1.0}), Error);
+}
+
+TEST(CapabilityCoverage, IntervalsHoldTheTrueIndex) {
+  constexpr int fleets = 100;
+  for (const double u : {0.3, 1.0, 2.0}) {
+    int held = 0;
+    for (std::uint64_t i = 0; i < fleets; ++i) {
+      const auto found = capability_of(production(20, u, RandomStream(8).split(i)), {-4.0, 4.0});
+      held += found.lower <= 4.0 / 3.0 && 4.0 / 3.0 <= found.upper;
+    }
+    EXPECT_GE(held, 86) << u;  // 0.95 of 100 less four sd
+  }
+}
+
+}  // namespace
+}  // namespace tumble

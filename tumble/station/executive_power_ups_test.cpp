@@ -1,0 +1,68 @@
+// Plans with several power-ups: each begins where its first segment wants the axes, with a unit that was off there.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tumble/station/testing/executive_bench.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble {
+namespace {
+
+using testing::bench_segment;
+using testing::bench_station;
+using testing::ExecutiveBench;
+
+Motion chamber_at(double celsius) { return {.kind = Motion::Kind::dwell, .value = 273.15 + celsius}; }
+
+constexpr double off_time = 600.0, soak = 60.0;  // [s]
+
+std::shared_ptr<const Course> two_power_ups(bool supply) {
+  Course course{.station = bench_station(supply),
+                .schedule = {bench_segment("cold", 100.0, {{"chamber", chamber_at(-20.0)}}, 1),
+                             bench_segment("hot", 100.0, {{"chamber", chamber_at(60.0)}}, 2)}};
+  course.station.power.off_time = off_time;
+  course.units = {{"1", "A"}};
+  course.prompt_deadline = 7200.0;
+  return std::make_shared<const Course>(std::move(course));
+}
+
+std::vector<double> times_of(const ExecutiveBench& bench, const std::string& verb, const std::string& device) {
+  std::vector<double> times;
+  for (const auto& one : bench.asked)
+    if (one.ask.request.verb == verb && one.ask.device == device) times.push_back(one.time);
+  return times;
+}
+
+TEST(ExecutivePowerUps, BeginWhereTheFirstSegmentIsRecorded) {
+  ExecutiveBench bench(two_power_ups(true));
+  ASSERT_EQ(bench.run(2e4), RunEnding::complete);
+  const auto off = times_of(bench, "off", "supply"), on = times_of(bench, "start", "supply"),
+             set = times_of(bench, "set_temperature", "climate");
+  ASSERT_EQ(on.size(), 2u);
+  ASSERT_GE(off.size(), 2u);
+  ASSERT_EQ(set.size(), 2u);
+  for (std::size_t run = 0; run < 2; ++run) {
+    EXPECT_LT(off[run], set[run]) << "the unit is off while the chamber goes there";
+    EXPECT_LT(bench.recorded[run].begin - on[run], 0.01) << "the recording begins with the power-up";
+    EXPECT_GE(on[run] - set[run], soak + off_time) << "it has soaked at this temperature";
+  }
+}
+
+TEST(ExecutivePowerUps, APersonIsAskedWhenTheAxesAreThere) {
+  ExecutiveBench bench(two_power_ups(false));
+  bench.answering = [](const Prompt&) { return std::pair(700.0, std::string("done")); };
+  ASSERT_EQ(bench.run(2e4), RunEnding::complete);
+  ASSERT_EQ(bench.prompts.size(), 1u);
+  const auto set = times_of(bench, "set_temperature", "climate");
+  ASSERT_EQ(set.size(), 2u);
+  EXPECT_GT(bench.recorded[1].begin - set[1], soak + 700.0);
+  const auto up = std::ranges::find_if(bench.rows, [](const RunRow& row) {
+    return row.kind == RunRow::Kind::power_up && row.run == 2;
+  });
+  ASSERT_NE(up, bench.rows.end());
+  EXPECT_NEAR(bench.recorded[1].begin, up->time, 0.01);
+}
+
+}  // namespace
+}  // namespace tumble
