@@ -1,4 +1,5 @@
-// Every plan that one recording answers: its rehearsal over the protocols of a station gives the answer of its simulation.
+// Every plan that one recording answers: its rehearsal over the protocols of a station gives the answer of its
+// simulation.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A controller whose lines carry three axes at once drives a table: the axis that is told something moves, and the others
-// go on as they were told before.
+// A controller whose lines carry three axes at once drives a table: the axis that is told something moves, and the
+// others go on as they were told before.
 
 #include <gtest/gtest.h>
 

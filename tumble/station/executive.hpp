@@ -220,7 +220,7 @@ struct AxisProgress {
   double turns = 0.0;                                 ///< [rad] whole turns that the plan does not count
   std::optional<double> position, rate, temperature;  ///< last read
   double read_at = -1.0;                              ///< [s]
-  std::deque<std::pair<double, double>> turned_at;    ///< [s], [rad]: the last positions, of a device that reads no rate
+  std::deque<std::pair<double, double>> turned_at;  ///< [s], [rad]: the last positions, of a device that reads no rate
   SettleWindow window = {};
   bool settled = false;
   int outside = 0;                ///< readings out of tolerance, one after the other

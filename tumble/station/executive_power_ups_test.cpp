@@ -57,9 +57,8 @@ TEST(ExecutivePowerUps, APersonIsAskedWhenTheAxesAreThere) {
   const auto set = times_of(bench, "set_temperature", "climate");
   ASSERT_EQ(set.size(), 2u);
   EXPECT_GT(bench.recorded[1].begin - set[1], soak + 700.0);
-  const auto up = std::ranges::find_if(bench.rows, [](const RunRow& row) {
-    return row.kind == RunRow::Kind::power_up && row.run == 2;
-  });
+  const auto up = std::ranges::find_if(
+      bench.rows, [](const RunRow& row) { return row.kind == RunRow::Kind::power_up && row.run == 2; });
   ASSERT_NE(up, bench.rows.end());
   EXPECT_NEAR(bench.recorded[1].begin, up->time, 0.01);
 }

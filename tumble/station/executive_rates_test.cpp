@@ -15,9 +15,10 @@ using testing::ExecutiveBench;
 
 /// A table at 120 deg/s that is asked for its position every 0.1 s, and for its state every fifth time.
 std::shared_ptr<const Course> turning_course(double tolerance) {
-  Course course{.station = bench_station(),
-                .schedule = {bench_segment("turns", 20.0, {{"table", {.kind = Motion::Kind::rate, .value = 120.0 * degree}}}),
-                             bench_segment("stands", 5.0, {{"table", {.value = 30.0 * degree}}})}};
+  Course course{
+      .station = bench_station(),
+      .schedule = {bench_segment("turns", 20.0, {{"table", {.kind = Motion::Kind::rate, .value = 120.0 * degree}}}),
+                   bench_segment("stands", 5.0, {{"table", {.value = 30.0 * degree}}})}};
   course.station.axes[0].settle.rate = tolerance;
   course.units = {{"1", "A"}};
   return std::make_shared<const Course>(std::move(course));

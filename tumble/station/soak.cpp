@@ -20,7 +20,8 @@ double soak_time_of(const Plan& plan, double within) {
     used = true;
   }
   if (!used) return 0.0;
-  const double own = std::max(std::abs(plan.rig.number("top_self_heating")), std::abs(plan.rig.number("side_self_heating")));
+  const double own =
+      std::max(std::abs(plan.rig.number("top_self_heating")), std::abs(plan.rig.number("side_self_heating")));
   const double slowest = std::max(plan.rig.number("top_time"), plan.rig.number("side_time"));
   return slowest * std::log(std::max(1.0, (hottest - coldest + own) / within));
 }

@@ -27,19 +27,20 @@ struct RecordedTurns {
 ///   sine   th = from + A sin(phase + 2 pi f t)      least squares, see fit_sine
 ///
 /// with t_i since the beginning of the segment. An error of the rate changes the angle before and after the
-/// mean of these times, but not there, where the readings give it: Motion::lasts is twice this time. A reading stamped t is that of the middle of its sample, t + 1/(2
-/// rate). It may count turns or not. The plan's own motion remains where it differs from the readings by no more than
-/// 0.1 deg, or than the rig errors of the plan explain (six standard deviations of `repeatability_sd`, and of
-/// `rate_error_sd` of the way since the axis stood, at most 0.5 rad); and where the readings do not show the commanded
-/// motion: residuals above 26 deg, an amplitude off by more than a fifth, less than a period.
+/// mean of these times, but not there, where the readings give it: Motion::lasts is twice this time. A reading stamped
+/// t is that of the middle of its sample, t + 1/(2 rate). It may count turns or not. The plan's own motion remains
+/// where it differs from the readings by no more than 0.1 deg, or than the rig errors of the plan explain (six standard
+/// deviations of `repeatability_sd`, and of `rate_error_sd` of the way since the axis stood, at most 0.5 rad); and
+/// where the readings do not show the commanded motion: residuals above 26 deg, an amplitude off by more than a fifth,
+/// less than a period.
 ///
 /// A segment that several recordings hold with different phases has a plan of its own in each; the errors of the rig
 /// are then those of several rigs.
 ///
 /// What is neglected: the zero of the encoder, which remains in the budget as the rig's `index_zero_sd`; that of the
 /// fit itself, of the order of the encoder's noise over the root of the number of readings; an error of the frequency;
-/// encoders that read at another time than the middle of a sample, which shifts by rate times that time. What an axis does in a
-/// segment that does not mention it, after it turned, still follows from the plan.
+/// encoders that read at another time than the middle of a sample, which shifts by rate times that time. What an axis
+/// does in a segment that does not mention it, after it turned, still follows from the plan.
 RecordedTurns recorded_turns(const Evidence& evidence);
 
 }  // namespace tumble::table

@@ -69,8 +69,9 @@ struct Profile {
 /// * sine, sweep: returns to where it stood, then oscillates about this angle; the amplitude fades in over two periods.
 ///   The phase counts from the beginning of the segment.
 /// * rate, sine with `from`: under way at that angle (about it) from the beginning. The angle of a rate was found from
-///   readings, of which the middle is at half of `lasts`: there an error of the rate changes nothing. It counts as settled when the same
-///   command without `from` would have: the recording may hold a change of rate that the angle alone does not show.
+///   readings, of which the middle is at half of `lasts`: there an error of the rate changes nothing. It counts as
+///   settled when the same command without `from` would have: the recording may hold a change of rate that the angle
+///   alone does not show.
 /// * not mentioned: what was to be held stays so; what turned or oscillated comes to rest.
 ///
 /// Problems (limits, motions not reached within their segment) are appended to `problems` unless it is null.

@@ -67,7 +67,8 @@ Motion Bench::without_turns(double time, AxisControl& controller, Motion motion)
     const DriveState now = drive(time, axis);
     const double brakes = plan->rig.number(of_axis + "max_acceleration");
     const double stop = now.value + now.rate * std::abs(now.rate) / (2.0 * brakes);
-    controller.whole_turns = two_pi * std::round((motion.kind == Kind::slew ? stop : stop - target_of(motion)) / two_pi);
+    controller.whole_turns =
+        two_pi * std::round((motion.kind == Kind::slew ? stop : stop - target_of(motion)) / two_pi);
   }
   if (motion.kind == Kind::slew || controller.demand.kind != Kind::rate) target_of(motion) -= controller.whole_turns;
   return motion;
