@@ -202,11 +202,13 @@ void measure_acknowledgements(const std::string& folder, double seconds) {
     const std::vector<double> values(20);
     const double begin = steady();
     for (std::uint64_t portion = 0; steady() < begin + seconds; ++portion) {
-      std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::duration_cast<
-          std::chrono::steady_clock::duration>(std::chrono::duration<double>(begin + 0.01 * double(portion)))));
+      std::this_thread::sleep_until(
+          std::chrono::steady_clock::time_point(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+              std::chrono::duration<double>(begin + 0.01 * double(portion)))));
       const double now = steady();
       std::uint64_t last = recorder.raw(link, StoreDirection::received, now - begin, bytes);
-      for (std::uint64_t k = 0; k < 20; ++k) last = recorder.sample(stream, {now - begin, {}, 20 * portion + k, values});
+      for (std::uint64_t k = 0; k < 20; ++k)
+        last = recorder.sample(stream, {now - begin, {}, 20 * portion + k, values});
       const std::lock_guard lock(mutex);
       waiting.emplace_back(last, now);
     }

@@ -46,29 +46,51 @@ Recording recording_of(SlotReader& slot, const RunReader& run, const StoreConten
 
 }  // namespace
 
-std::vector<StoreRecording> read_recordings(const StoreFile& store, const std::string& path, const Progress& progress) {
-  StoreContent content = describe(store);
-  RunReader run(content);
-  const auto names = slots_of(content);
+StoreReading::StoreReading(const StoreFile& store, const std::string& path, const Progress& progress)
+    : store_(store), content_(describe(store)), run_(content_) {
+  const auto names = slots_of(content_);
   std::vector<SlotReader> slots;
-  for (const std::string& name : names) slots.emplace_back(content, name);
+  for (const std::string& name : names) slots.emplace_back(content_, name);
   report(progress, 0.0, "reading the live store");
-  visit(store, content, [&](const StoreItem& item) {
-    run.look(item);
+  visit(store_, content_, [&](const StoreItem& item) {
+    run_.look(item);
     for (SlotReader& slot : slots) slot.look(item);
   });
-  run.finish();
-  for (SlotReader& slot : slots) slot.settle();
+  run_.finish();
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    slots[i].settle();
+    if (!slots[i].has_samples()) continue;
+    names_.push_back(names[i]);
+    slots_.push_back(std::move(slots[i]));
+  }
+  if (slots_.empty())
+    throw Error(Error::Kind::bad_data, fmt::format("'{}' holds {} items, but no sample", path, content_.items));
   report(progress, 0.3, "reading the live store");
-  visit(store, content, [&](const StoreItem& item) {
-    for (SlotReader& slot : slots) slot.take(item);
+}
+
+Recording StoreReading::next_of(std::size_t slot) { return recording_of(slots_[slot], run_, content_, names_[slot]); }
+
+void StoreReading::stream(std::size_t slot, std::size_t samples, const BlockSink& sink) {
+  SlotReader& reader = slots_[slot];
+  const bool at_once = reader.streams();
+  reader.rewind();
+  bool first = true;
+  visit(store_, content_, [&](const StoreItem& item) {
+    reader.take(item);
+    if (!at_once || reader.waiting() < samples) return;
+    sink(next_of(slot));
+    first = false;
   });
+  if (first || reader.waiting() > 0) sink(next_of(slot));
+}
+
+std::vector<StoreRecording> StoreReading::recordings(const Progress& progress) {
+  visit(store_, content_, [&](const StoreItem& item) {
+    for (SlotReader& slot : slots_) slot.take(item);
+  });
+  report(progress, 0.9, "reading the live store");
   std::vector<StoreRecording> recordings;
-  for (std::size_t i = 0; i < slots.size(); ++i)
-    if (Recording recording = recording_of(slots[i], run, content, names[i]); !recording.channels.empty())
-      recordings.push_back({names[i], std::move(recording)});
-  if (recordings.empty())
-    throw Error(Error::Kind::bad_data, fmt::format("'{}' holds {} items, but no sample", path, content.items));
+  for (std::size_t i = 0; i < slots_.size(); ++i) recordings.push_back({names_[i], next_of(i)});
   return recordings;
 }
 
@@ -117,7 +139,7 @@ std::vector<StoreRecording> read_store(const std::string& run, const Progress& p
   Disk disk;
   const recorder::StoreFile store = recorder::open_store(path, disk);
   try {
-    return recorder::read_recordings(store, path, progress);
+    return recorder::StoreReading(store, path, progress).recordings(progress);
   } catch (const recorder::Refusal& refusal) {
     recorder::refuse_to_read(path, refusal);
   }

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
+#include <functional>
 #include <span>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/station/recorder/file_blocks.hpp"
 #include "tumble/station/recorder/read_recordings.hpp"
 #include "tumble/station/recorder/visit.hpp"
 #include "tumble/station/recorder_read.hpp"
@@ -39,60 +40,116 @@ std::string folder_of_file(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path().string() : std::string(".");
 }
 
-constexpr std::size_t verified_at_once = std::size_t{1} << 18;  ///< samples of a channel
+constexpr std::size_t sealed_at_once = std::size_t{1} << 17;  ///< samples of a channel: a chunk of the file
 
-/// Whether a block goes on with the samples of a channel from `first` on. Equal but for the rounding of the unit that
-/// the file has: of 0 degC some digits are lost in kelvin.
-bool continues(const Channel& channel, std::size_t first, const std::vector<double>& block) {
+/// Hands out the recording of a slot, as often as it is asked for.
+using BlockSource = std::function<void(const BlockSink& sink)>;
+
+/// Equal but for the rounding of the unit that the file has: of 0 degC some digits are lost in kelvin.
+bool same_sealed_values(const Channel& channel, std::span<const double> a, std::span<const double> b) {
   const double zero = std::abs(channel.unit.to_si(0.0));
   const auto same = [zero](double x, double y) {
     return (std::isnan(x) && std::isnan(y)) || std::abs(x - y) <= 1e-14 * (std::abs(x) + zero);
   };
-  return block.size() <= channel.values.size() - first &&
-         std::ranges::equal(block, std::span(channel.values).subspan(first, block.size()), same);
+  return std::ranges::equal(a, b, same);
 }
 
-/// What was written is read back, block after block: channels, samples and marks. Units may round the last digit of a
-/// sample.
-void verify_sealed(const Recording& recording, const std::string& path) {
-  std::vector<std::size_t> read(recording.channels.size());
-  std::optional<std::size_t> marks;
-  bool same = true;
-  stream_recording(format_of(path), path, {}, verified_at_once, [&](const Recording& block) {
-    if (!marks) marks = block.marks.size();
-    same = same && block.channels.size() == recording.channels.size();
-    for (const Channel& channel : block.channels) {
-      const auto own = std::ranges::find(recording.channels, channel.name, &Channel::name);
-      same = same && own != recording.channels.end();
-      if (!same) return;
-      std::size_t& count = read[static_cast<std::size_t>(own - recording.channels.begin())];
-      same = continues(*own, count, channel.values);
-      count += channel.values.size();
+/// A file beside the blocks that were written into it.
+class Verification {
+ public:
+  explicit Verification(const std::string& path) : file_(path, sealed_at_once) {}
+
+  void compare(const Recording& block) {
+    if (same_ && read_.empty()) begin(block);
+    for (std::size_t c = 0; same_ && c < block.channels.size(); ++c) compare(c, block.channels[c]);
+  }
+  /// Whether all was the same, and the file has no more.
+  bool holds() {
+    while (same_ && take()) {
     }
-  }, {});
-  for (std::size_t c = 0; c < read.size(); ++c) same = same && read[c] == recording.channels[c].values.size();
-  if (!same || marks != recording.marks.size())
+    return same_ && std::ranges::all_of(read_, [](const Waiting& waiting) { return waiting.rest().empty(); });
+  }
+
+ private:
+  struct Waiting {
+    std::vector<double> values;
+    std::size_t from = 0;
+    std::span<const double> rest() const { return std::span(values).subspan(from); }
+  };
+
+  void begin(const Recording& block) {
+    read_.resize(block.channels.size());
+    for (const Channel& channel : block.channels) names_.push_back(channel.name);
+    same_ = take() && marks_ == block.marks.size();
+  }
+
+  /// One more block of the file.
+  bool take() {
+    const auto block = file_.next();
+    if (!block) return false;
+    marks_ = block->marks.size();
+    same_ = same_ && block->channels.size() == names_.size();
+    for (std::size_t c = 0; same_ && c < names_.size(); ++c) {
+      const Channel* const channel = find_channel(*block, names_[c]);
+      if (!channel) return same_ = false;
+      Waiting& waiting = read_[c];
+      waiting.values.erase(waiting.values.begin(), waiting.values.begin() + static_cast<std::ptrdiff_t>(waiting.from));
+      waiting.from = 0;
+      waiting.values.insert(waiting.values.end(), channel->values.begin(), channel->values.end());
+    }
+    return same_;
+  }
+
+  void compare(std::size_t c, const Channel& channel) {
+    for (std::span<const double> wanted = channel.values; same_ && !wanted.empty();) {
+      if (read_[c].rest().empty() && !take()) same_ = false;
+      const std::size_t count = std::min(wanted.size(), read_[c].rest().size());
+      same_ = same_ && same_sealed_values(channel, wanted.first(count), read_[c].rest().first(count));
+      read_[c].from += count;
+      wanted = wanted.subspan(count);
+    }
+  }
+
+  recorder::FileBlocks file_;
+  std::vector<std::string> names_;
+  std::vector<Waiting> read_;  ///< of the file, by channel, and not compared yet
+  std::size_t marks_ = 0;
+  bool same_ = true;
+};
+
+/// What was written is read back: channels, samples and marks. Units may round the last digit of a sample.
+void verify_sealed(const BlockSource& source, const std::string& path) {
+  Verification verification(path);
+  source([&](const Recording& block) {
+    hand_out(block, sealed_at_once, [&](const Recording& part) { verification.compare(part); });
+  });
+  if (!verification.holds())
     throw Error(Error::Kind::bad_file,
                 fmt::format("'{}' does not read back as it was written; the live store is kept", path));
 }
 
-/// Writes one file under its name, whole or not at all. Returns its SHA-256.
-std::string write_sealed(const Recording& recording, const fs::path& target, Disk& disk) {
+/// Writes one file under its name, whole or not at all. Returns its SHA-256, and the findings of the recording.
+SealedRecording write_sealed(const BlockSource& source, const fs::path& target, Disk& disk) {
+  SealedRecording sealed;
   const std::string part = target.string() + ".part";
   disk.produce(part, [&] {
     const RecordingWriter writer = format_to_write("recording.h5").writer(part);
-    writer.append(recording);
+    source([&](const Recording& block) {
+      writer.append(block);
+      sealed.findings = block.findings;
+    });
     writer.commit();
   });
   disk.synchronise(part);
-  const std::string sha256 = sha256_of_file(part);
-  verify_sealed(recording, part);
+  sealed.sha256 = sha256_of_file(part);
+  verify_sealed(source, part);
   disk.rename(part, target.string());
   disk.synchronise_folder(folder_of_file(target));
-  if (sha256_of_file(target.string()) != sha256)
+  sealed.path = target.string();
+  if (sha256_of_file(sealed.path) != sealed.sha256)
     throw Error(Error::Kind::bad_file,
                 fmt::format("'{}' has changed while it was sealed; the live store is kept", target.string()));
-  return sha256;
+  return sealed;
 }
 
 }  // namespace
@@ -102,16 +159,19 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
   const std::string path = recorder::path_of_store(run);
   recorder::StoreFile store = recorder::open_store(path, disk);
   try {
-    const auto recordings = recorder::read_recordings(store, path, progress);
-    const fs::path wanted = seal_target_of(folder_of_file(path), target, recorder::describe(store));
+    recorder::StoreReading reading(store, path, progress);
+    const fs::path wanted = seal_target_of(folder_of_file(path), target, reading.content());
     std::vector<SealedRecording> sealed;
     recorder::Batch batch;
     batch.last = store.state().last;
     batch.time = store.state().time;
-    for (const auto& [slot, recording] : recordings) {
-      report(progress, 0.6, "writing");
-      const fs::path file = with_slot(wanted, slot, recordings.size() > 1);
-      sealed.push_back({slot, file.string(), write_sealed(recording, file, disk), recording.findings});
+    for (std::size_t i = 0; i < reading.slots().size(); ++i) {
+      report(progress, 0.4 + 0.6 * static_cast<double>(i) / static_cast<double>(reading.slots().size()), "writing");
+      const std::string& slot = reading.slots()[i];
+      const fs::path file = with_slot(wanted, slot, reading.slots().size() > 1);
+      sealed.push_back(
+          write_sealed([&](const BlockSink& sink) { reading.stream(i, sealed_at_once, sink); }, file, disk));
+      sealed.back().slot = slot;
       batch.facts["sealed" + (slot.empty() ? "" : "." + slot)] = sealed.back().sha256;
     }
     store.write(batch);

@@ -50,8 +50,8 @@ double most_likely_spread(std::span<const UnitValue> units);
 /// See: docs/equations (8.4).
 double spread_at_scatter(std::span<const UnitValue> units, double scatter, double from = 0.0);
 
-/// Throws Error::bad_data with all that is wrong with units [u]: fewer than three values, a value or sd that is not finite, two
-/// without uncertainty.
+/// Throws Error::bad_data with all that is wrong with units [u]: fewer than three values, a value or sd that is not
+/// finite, two without uncertainty.
 void require_population(std::span<const UnitValue> units);
 
 }  // namespace tumble

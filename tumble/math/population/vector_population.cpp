@@ -217,21 +217,20 @@ VectorInPopulation vector_in_population(const VectorPopulation& population, cons
   out.values = scaled_sum(population.mean, 1.0, transposed_product(cross, solve(factor, away)));
   out.covariance = prior - transposed_product(cross, solve(factor, cross));
   const double dimensions = static_cast<double>(m), c = population.inflation;
-  out.belongs = m == 0 ? 1.0
-                : c > 1.0
-                    ? cdf(complement(boost::math::fisher_f(dimensions, std::max(4.1, 2.0 * c / (c - 1.0))),
-                                     out.distance / dimensions))
-                    : cdf(complement(boost::math::chi_squared(dimensions), out.distance));
+  out.belongs = m == 0    ? 1.0
+                : c > 1.0 ? cdf(complement(boost::math::fisher_f(dimensions, std::max(4.1, 2.0 * c / (c - 1.0))),
+                                           out.distance / dimensions))
+                          : cdf(complement(boost::math::chi_squared(dimensions), out.distance));
   return out;
 }
 
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared) {
   const auto which = seen(unit);
-  return vector_in_population(
-      population,
-      ShownOfUnit{chosen_rows(identity(unit.values.size()), which), part(unit.values, which), part(unit.covariance, which)},
-      shared.rows == 0 ? shared : chosen_rows(shared, which));
+  return vector_in_population(population,
+                              ShownOfUnit{chosen_rows(identity(unit.values.size()), which), part(unit.values, which),
+                                          part(unit.covariance, which)},
+                              shared.rows == 0 ? shared : chosen_rows(shared, which));
 }
 
 }  // namespace tumble

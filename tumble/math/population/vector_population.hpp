@@ -54,7 +54,8 @@ struct VectorInPopulation {
 /// The population enters as if it were one more test of the unit: what its own test does not show, or shows only in
 /// sums, comes from there.
 ///
-/// Given:    the population; what the unit's own test shows; `shared` [m x p], covariance between its errors and those of
+/// Given:    the population; what the unit's own test shows; `shared` [m x p], covariance between its errors and those
+/// of
 ///           the mean, which come from errors that both share; empty for none.
 /// Throws:   Error::bad_data where numbers of parameters differ, or the covariance is not positive definite.
 /// See:      docs/equations (8.13), (8.17).

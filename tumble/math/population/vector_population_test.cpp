@@ -119,10 +119,9 @@ TEST(VectorPopulation, SumsOfParametersAreSeparatedByThePopulation) {
   const auto found = vector_in_population(population, shown);
   const Matrix prior = inverse_symmetric(population.spread + population.mean_covariance);
   const Matrix weight = inverse_symmetric(shown.covariance);
-  const Matrix covariance =
-      inverse_symmetric(prior + transposed(shown.combinations) * weight * shown.combinations);
-  const auto values = covariance * scaled_sum(prior * population.mean, 1.0,
-                                              transposed(shown.combinations) * (weight * shown.values));
+  const Matrix covariance = inverse_symmetric(prior + transposed(shown.combinations) * weight * shown.combinations);
+  const auto values =
+      covariance * scaled_sum(prior * population.mean, 1.0, transposed(shown.combinations) * (weight * shown.values));
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(found.values[i], values[i], 1e-10) << i;
     for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(found.covariance(i, j), covariance(i, j), 1e-10) << i << j;

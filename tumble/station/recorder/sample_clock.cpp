@@ -37,6 +37,7 @@ void SampleClock::add(std::uint64_t number, double arrival, std::optional<double
     backward_ = true;
     return;
   }
+  if (declared_ > 0.0) lay(sequence, arrival, 1.0 / declared_);
   last_ = sequence;
   step_ = std::gcd(step_, sequence - first_);
   if (device) {
@@ -71,8 +72,7 @@ double SampleClock::device_slope() const {
 
 double SampleClock::arrival_rate() const { return count_ > 2 && slope() > 0.0 ? 1.0 / slope() : 0.0; }
 
-void SampleClock::settle(double declared) {
-  declared_ = declared;
+void SampleClock::settle() {
   step_ = std::max<std::uint64_t>(step_, 1);
   const double resolution = 1e-9 * std::abs(slope());
   const auto agrees = [&](double interval) {
@@ -80,15 +80,21 @@ void SampleClock::settle(double declared) {
   };
   interval_ = slope();
   if (const double device = device_slope(); agrees(device)) interval_ = device;
-  if (declared > 0.0 && agrees(1.0 / declared)) interval_ = 1.0 / declared;
+  placed_ = declared_ > 0.0 && agrees(1.0 / declared_);
+  if (placed_) interval_ = 1.0 / declared_;
+  laid_ = laid_ && placed_;
   const std::uint64_t most = 4 * count_ + 1000;  // more are missing than a recording should hold
   even_ = interval_ > 0.0 && !backward_ && count_ > 1 && (last_ - first_) / step_ < most;
 }
 
+void SampleClock::lay(std::uint64_t sequence, double arrival, double interval) {
+  const double begin = arrival - static_cast<double>(sequence - first_) * interval;
+  begin_ = laid_ ? std::min(begin_, begin) : begin;
+  laid_ = true;
+}
+
 void SampleClock::place(std::uint64_t number, double arrival) {
-  const double begin = arrival - static_cast<double>(shifted(number) - first_) * interval_;
-  begin_ = placed_ ? std::min(begin_, begin) : begin;
-  placed_ = true;
+  if (!placed_) lay(shifted(number), arrival, interval_);
 }
 
 std::size_t SampleClock::index(std::uint64_t number) const {

@@ -20,11 +20,14 @@ namespace tumble::recorder {
 /// four of its standard deviations.
 class SampleClock {
  public:
+  explicit SampleClock(double declared = 0.0) : declared_(declared) {}  ///< [Hz] of the sequence; 0: not
   /// A sample with its number, its arrival [s], and the time of the device [s].
   void add(std::uint64_t sequence, double arrival, std::optional<double> device);
-  /// Decides on the interval. `declared` [Hz] of the sequence; 0: not.
-  void settle(double declared);
-  /// After settle(), a second time through the samples, arrival [s]: the earliest line.
+  /// Decides on the interval.
+  void settle();
+  /// Whether the earliest line is known after settle(): it is while the declared rate holds.
+  bool placed() const { return placed_; }
+  /// Else, after settle(), a second time through the samples, arrival [s]: the earliest line.
   void place(std::uint64_t sequence, double arrival);
 
   std::uint64_t count() const { return count_; }
@@ -50,6 +53,7 @@ class SampleClock {
   };
   std::uint64_t shifted(std::uint64_t sequence) const;
   bool restarts(std::uint64_t sequence, double arrival) const;
+  void lay(std::uint64_t sequence, double arrival, double interval);
 
   std::vector<Restart> restarts_;
   double arrival_ = 0.0;  ///< [s] of the last sample
@@ -60,7 +64,7 @@ class SampleClock {
   std::optional<double> device_first_, device_last_;
   std::uint64_t device_from_ = 0, device_to_ = 0;
   double declared_ = 0.0, interval_ = 0.0, begin_ = 0.0;
-  bool even_ = false, placed_ = false, backward_ = false;
+  bool even_ = false, placed_ = false, laid_ = false, backward_ = false;
 };
 
 }  // namespace tumble::recorder

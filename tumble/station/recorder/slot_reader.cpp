@@ -1,7 +1,9 @@
 #include "tumble/station/recorder/slot_reader.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 namespace tumble::recorder {
 
@@ -13,7 +15,7 @@ SlotReader::SlotReader(const StoreContent& content, std::string slot) {
     if (instrument_.empty()) instrument_ = stream.name;
     for (const FrameChannel& channel : stream.channels) {
       const auto [place, is_new] = known.try_emplace(channel.name, signals_.size());
-      if (is_new) signals_.push_back({channel, {}, stream.rate, stream.link, true, {}, {}});
+      if (is_new) signals_.push_back({channel, SampleClock(stream.rate), stream.rate, stream.link, true, {}, {}});
       Signal& signal = signals_[place->second];
       if (!is_new) signal.one_sequence = signal.one_sequence && stream.link && stream.link == signal.link;
       signals.push_back(place->second);
@@ -29,13 +31,33 @@ void SlotReader::look(const StoreItem& item) {
 
 void SlotReader::settle() {
   for (Signal& signal : signals_) {
-    signal.clock.settle(signal.declared);
+    signal.clock.settle();
     signal.one_sequence = signal.one_sequence && signal.clock.even();
-    if (signal.one_sequence)
-      signal.values.assign(signal.clock.length(), std::nan(""));
-    else
-      signal.values.reserve(signal.clock.count());
   }
+}
+
+bool SlotReader::streams() const {
+  return std::ranges::all_of(signals_, [](const Signal& signal) {
+    return signal.clock.count() == 0 || (signal.one_sequence && signal.clock.placed());
+  });
+}
+
+bool SlotReader::has_samples() const {
+  return std::ranges::any_of(signals_, [](const Signal& signal) { return signal.clock.count() > 0; });
+}
+
+void SlotReader::rewind() {
+  for (Signal& signal : signals_) {
+    signal.values.clear();
+    signal.stamps.clear();
+    signal.given = 0;
+  }
+}
+
+std::size_t SlotReader::waiting() const {
+  std::size_t most = 0;
+  for (const Signal& signal : signals_) most = std::max(most, signal.values.size());
+  return most;
 }
 
 void SlotReader::take(const StoreItem& item) {
@@ -46,7 +68,9 @@ void SlotReader::take(const StoreItem& item) {
     const double value = item.sample.values[k];
     if (signal.one_sequence) {
       signal.clock.place(item.sample.sequence, item.time);
-      signal.values[signal.clock.index(item.sample.sequence)] = value;
+      const std::size_t at = signal.clock.index(item.sample.sequence) - signal.given;
+      if (at >= signal.values.size()) signal.values.resize(at + 1, std::nan(""));  // lost ones are missing
+      signal.values[at] = value;
     } else {
       signal.values.push_back(value);
       signal.stamps.push_back(item.time);
@@ -70,7 +94,7 @@ std::vector<Channel> SlotReader::channels() {
   std::vector<Channel> channels;
   std::shared_ptr<const std::vector<double>> stamps;
   for (Signal& signal : signals_) {
-    if (signal.values.empty() || signal.clock.count() == 0) continue;
+    if (signal.clock.count() == 0) continue;
     if (signal.channel.increment) {
       const double rate = samples_a_second(signal.clock, signal.one_sequence, signal.declared, signal.stamps);
       for (double& value : signal.values) value *= rate;
@@ -83,8 +107,9 @@ std::vector<Channel> SlotReader::channels() {
         stamps = std::make_shared<const std::vector<double>>(std::move(signal.stamps));
       timeline.stamps = stamps;
     }
-    channels.push_back(
-        {signal.channel.name, kind_of(signal.channel.unit), signal.channel.unit, timeline, std::move(signal.values)});
+    signal.given += signal.values.size();
+    channels.push_back({signal.channel.name, kind_of(signal.channel.unit), signal.channel.unit, timeline,
+                        std::exchange(signal.values, {})});
   }
   return channels;
 }

@@ -16,8 +16,13 @@ class SlotReader {
   SlotReader(const StoreContent& content, std::string slot);
   void look(const StoreItem& item);  ///< first time
   void settle();
-  void take(const StoreItem& item);  ///< second time
-  /// The channels that have samples; can be asked once.
+  /// Whether the samples can be handed out while they are taken: the clocks are even, and known before.
+  bool streams() const;
+  void take(const StoreItem& item);  ///< second time, and where they are handed out as often as wanted after rewind()
+  void rewind();
+  bool has_samples() const;
+  std::size_t waiting() const;  ///< samples of the channel that has most
+  /// The channels that have samples, with those taken since the last time. Unless streams(), after all were taken.
   std::vector<Channel> channels();
   std::string instrument() const;
   /// Clocks that are even, by the name of a first channel.
@@ -31,6 +36,7 @@ class SlotReader {
     std::optional<std::size_t> link;
     bool one_sequence = true;  ///< its streams count in one sequence
     std::vector<double> values, stamps;
+    std::size_t given = 0;  ///< samples before `values`
   };
   std::vector<std::vector<std::size_t>> signals_of_stream_;
   std::vector<Signal> signals_;
