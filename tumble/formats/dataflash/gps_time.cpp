@@ -13,8 +13,8 @@ constexpr double fix_in_three_dimensions = 3.0;
 
 /// GPS minus UTC [s] at a time of GPS [s]. Bulletin C of the IERS, 36 to 70.
 std::int64_t leap_seconds(std::int64_t gps) {
-  if (gps >= 1'167'264'018) return 18;  // 2017-01-01
-  if (gps >= 1'119'744'017) return 17;  // 2015-07-01
+  if (gps >= 1'167'264'018) return 18;    // 2017-01-01
+  if (gps >= 1'119'744'017) return 17;    // 2015-07-01
   return gps >= 1'025'136'016 ? 16 : 15;  // 2012-07-01, 2009-01-01
 }
 

@@ -11,8 +11,8 @@ namespace tumble::dataflash {
 /// where there is no such time.
 std::optional<std::int64_t> utc_of(double week, double milliseconds);
 
-/// [ns] since 1970-01-01 UTC at which the autopilot started, whose clock the log has, as the message GPS of a receiver with
-/// a fix says; nothing where it has none.
+/// [ns] since 1970-01-01 UTC at which the autopilot started, whose clock the log has, as the message GPS of a receiver
+/// with a fix says; nothing where it has none.
 std::optional<std::int64_t> start_by_gps(const Description& description, const char* message);
 
 }  // namespace tumble::dataflash

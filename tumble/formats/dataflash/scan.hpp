@@ -35,7 +35,7 @@ struct Scan {
   std::map<std::string, double> parameters;
   std::string firmware;
   std::optional<std::int64_t> started;  ///< [ns] since 1970-01-01 UTC where that clock is 0, as a GPS receiver says
-  double rejected = 0.0;  ///< messages that the logger could not write
+  double rejected = 0.0;                ///< messages that the logger could not write
   Damage damage;
 
   /// The field that numbers the instances; null where there is none.
