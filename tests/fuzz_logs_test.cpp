@@ -46,21 +46,6 @@ std::string damaged(std::string bytes, std::mt19937_64& random) {
   return bytes;
 }
 
-/// Reads whole and in blocks.
-std::string read_both_ways(const Format& format, const std::string& path, const ReadOptions& options) {
-  const auto whole = fuzz::outcome([&] { return fuzz::wrong_with(format.read(path, options, {})); });
-  if (!whole.empty()) return whole;
-  return fuzz::outcome([&] {
-    std::string wrong;
-    stream_recording(format, path, options, 5,
-                     [&](const Recording& block) {
-                       if (wrong.empty()) wrong = fuzz::wrong_with(block);
-                     },
-                     {});
-    return wrong;
-  });
-}
-
 void attack_reference(const std::string& name, std::uint64_t seed, ReadOptions options, int times = 400) {
   const ScratchFolder folder;
   const std::string original = read_text_file(TUMBLE_SOURCE_DIR "/tests/reference/" + name), file = folder.file("f");
@@ -69,9 +54,8 @@ void attack_reference(const std::string& name, std::uint64_t seed, ReadOptions o
     options.units[unit] = Unit::parse("g");
   const Format& format = format_of(TUMBLE_SOURCE_DIR "/tests/reference/" + name);
   for (int i = 0; i < times; ++i) {
-    const std::string bytes = damaged(original, random);
-    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    ASSERT_EQ(read_both_ways(format, file, options), "") << name << ", mutation " << i << " of seed " << seed;
+    fuzz::write_bytes(damaged(original, random), file);
+    ASSERT_EQ(fuzz::read_hostile_as(format, file, options, 5), "") << name << ", mutation " << i << " of seed " << seed;
     if (i % 2 == 0) options.rate = options.rate ? std::nullopt : std::optional(100.0);
   }
 }

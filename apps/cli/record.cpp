@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <ctime>
@@ -13,6 +12,7 @@
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 #include "verbs.hpp"
+#include "wall_clock.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -36,8 +36,6 @@ extern "C" void end_recording(int number) {
   std::signal(number, SIG_DFL);
   std::raise(number);
 }
-
-double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::string utc() {
   const std::time_t now = std::time(nullptr);
@@ -163,7 +161,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const RecordRequest request = request_of(arguments);
   Display display(terminal);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_recording);
-  RecordWorld world{steady, utc, [] { return wanted_end != 0; }};
+  RecordWorld world{wall_time, utc, [] { return wanted_end != 0; }};
   world.show = [&](const RecordView& view) { display.show(view); };
   world.sealing = [&] { display.end(); };
   const RecordOutcome outcome = tumble::record(request, world);

@@ -45,10 +45,11 @@ inline ReadOptions some_options(std::size_t size) {
   return options;
 }
 
-/// Reads the file as a recording of one format, whole and in blocks. Anything but a Recording or an Error with a
-/// message is a defect: an exception of another kind, a sample that is infinite, a timeline that does not fit. Returned
-/// empty, or what is wrong
-inline std::string read_hostile_as(const Format& format, const std::string& path, const ReadOptions& options) {
+/// Reads the file as a recording of one format, whole and in blocks of `samples` [1]. Anything but a Recording or an
+/// Error with a message is a defect: an exception of another kind, a sample that is infinite, a timeline that does not
+/// fit. Returned empty, or what is wrong
+inline std::string read_hostile_as(const Format& format, const std::string& path, const ReadOptions& options,
+                                   std::size_t samples = 64) {
   const auto recognised = outcome([&] {
     static_cast<void>(format.recognises(path));
     return "";
@@ -58,7 +59,7 @@ inline std::string read_hostile_as(const Format& format, const std::string& path
   if (!whole.empty()) return std::string(format.name) + ": " + whole;
   const auto streamed = outcome([&] {
     std::string wrong;
-    stream_recording(format, path, options, 64,
+    stream_recording(format, path, options, samples,
                      [&](const Recording& block) {
                        if (wrong.empty()) wrong = wrong_with(block);
                      },

@@ -7,17 +7,18 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
-#include "tumble/earth/earth.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
+#include "tumble/tasks/plan_file/limits.hpp"
+#include "tumble/tasks/plan_file/recording_entry.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
+#include "tumble/tasks/plan_file/site.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -64,31 +65,6 @@ void read_instrument(Reading& reading, const toml::table& table) {
     reading.model = look_up(
         section, "model", [&]() -> auto& { return find_model(reading.plan.instrument_model); });
   section.close();
-}
-
-void read_site(Reading& reading, const toml::table& table) {
-  Section section(table, "[site]", reading.problems);
-  Site site;
-  site.latitude = section.quantity("latitude", Unit::parse("deg")).value_or(0.0);
-  site.longitude = section.quantity("longitude", Unit::parse("deg")).value_or(0.0);
-  site.height = section.quantity("height", Unit::parse("m"));
-  site.gravity = section.quantity("gravity", Unit::parse("m/s^2"));
-  site.latitude_sd = section.quantity("latitude_sd", Unit::parse("arcsec"));
-  if (!table.contains("latitude")) section.missing("latitude", "\"34.25 deg\"");
-  if (std::abs(site.latitude) > half_pi) section.problem_at("latitude", "must be from -90 to 90 deg");
-  if (std::abs(site.longitude) > two_pi) section.problem_at("longitude", "must be from -360 to 360 deg");
-  if (site.latitude_sd && !(*site.latitude_sd >= 0.0 && *site.latitude_sd <= half_pi))
-    section.problem_at("latitude_sd", "must be from 0 to 90 deg");
-  if (std::abs(site.height.value_or(0.0)) > 1e5) section.problem_at("height", "must be from -100 to 100 km");
-  if (site.gravity && !(*site.gravity > 0.0)) section.problem_at("gravity", "must be above zero");
-  // what rock and relief do to gravity stays below 1e-3 of it
-  else if (const double normal = normal_gravity(site.latitude, site.height.value_or(0.0));
-           site.gravity && std::abs(*site.gravity / normal - 1.0) > 0.01)
-    section.problem_at("gravity",
-                       fmt::format("{:g} m/s^2 is impossible: at this latitude and height it is about {:.3f} m/s^2",
-                                   *site.gravity, normal));
-  section.close();
-  reading.plan.site = site;
 }
 
 /// The keys of a table, as overridden by the command line, against what `options` accept.
@@ -238,55 +214,16 @@ std::vector<std::string> labels_of(const Schedule& schedule) {
   return labels;
 }
 
-char read_decimal(Section& section) {
-  const auto text = section.text("decimal");
-  if (!text) return '\0';
-  try {
-    return parse_decimal(*text);
-  } catch (const Error& error) {
-    section.problem_at("decimal", error.problems.front());
-    return '\0';
-  }
-}
-
-std::string read_date_order(Section& section) {
-  const auto text = section.text("date");
-  if (!text) return "";
-  try {
-    return parse_date_order(*text);
-  } catch (const Error& error) {
-    section.problem_at("date", error.problems.front());
-    return "";
-  }
-}
-
 void read_recordings(Reading& reading, const toml::array& tables) {
   const auto folder = std::filesystem::path(reading.plan.file).parent_path();
   for (const auto& node : tables) {
     Section section(*node.as_table(), "[[recording]]", reading.problems);
-    RecordingEntry entry;
-    const auto file = section.text("file");
-    if (!node.as_table()->contains("file")) section.missing("file", "\"position-1.csv\"");
-    entry.file = (folder / file.value_or("")).lexically_normal().string();
-    entry.segment = section.text("segment").value_or("");
-    entry.run = section.integer("run").value_or(0);
-    entry.columns = section.texts("columns");
-    entry.segment_column = section.text("segment_column").value_or("");
-    entry.topics = section.texts("topics");
-    entry.frames = section.text("frames").value_or("");
-    if (entry.frames.find(".toml") != std::string::npos)
-      entry.frames = (folder / entry.frames).lexically_normal().string();
-    entry.decimal = read_decimal(section);
-    entry.time = section.text("time").value_or("");
-    entry.date = read_date_order(section);
-    entry.encoding = section.text("encoding").value_or("");
-    entry.skip = static_cast<std::size_t>(std::max(section.integer("skip").value_or(0), 0));
+    RecordingEntry entry = plan_file::read_recording_entry(section, folder);
     if (const auto plan = section.text("plan")) {
       const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());
       if (unread) part->second = plan_of_recording(reading, section, part->first);
       entry.plan = part->second;  // recordings that name one file are parts of one test on one rig
     }
-    if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");
     const auto labels = labels_of(entry.plan ? entry.plan->schedule : reading.plan.schedule);
     if (!entry.segment.empty() && std::find(labels.begin(), labels.end(), entry.segment) == labels.end()) {
       section.problem_at("segment", fmt::format("the schedule has no segment '{}'{}", entry.segment,
@@ -299,40 +236,6 @@ void read_recordings(Reading& reading, const toml::array& tables) {
       entry.file = one;
       reading.plan.recordings.push_back(entry);
     }
-  }
-}
-
-std::optional<Quantity> read_bound(Section& section, std::string_view key) {
-  const auto* node = section.find(key);
-  if (!node) return std::nullopt;
-  try {
-    const auto text = tables::text_of(*node);
-    if (text && !node->is_array()) return parse_quantity(*text);
-    section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at(key, problem);
-  }
-  return std::nullopt;
-}
-
-void read_limits(Reading& reading, const toml::array& tables) {
-  for (const auto& node : tables) {
-    const auto& table = *node.as_table();
-    Section section(table, "[[limit]]", reading.problems);
-    Limit limit;
-    limit.parameter = section.text("parameter").value_or("");
-    if (!table.contains("parameter")) section.missing("parameter", "\"bias\"");
-    limit.min = read_bound(section, "min");
-    limit.max = read_bound(section, "max");
-    limit.where = reading.problems.place(table.source());
-    if (!table.contains("min") && !table.contains("max")) section.missing("max", "\"0.02 deg/h\"");
-    if (limit.min && limit.max && limit.min->unit.dimension() != limit.max->unit.dimension())
-      section.problem("min and max have different dimensions");
-    else if (limit.min && limit.max &&
-             limit.min->unit.to_si(limit.min->value) > limit.max->unit.to_si(limit.max->value))
-      section.problem("min lies above max");
-    section.close();
-    reading.plan.limits.push_back(std::move(limit));
   }
 }
 
@@ -399,7 +302,8 @@ void read_sections(Reading& reading, const toml::table& document) {
         root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
   read_calibration(reading, root);
   read_instrument(reading, section("instrument"));
-  if (const auto& site = section("site"); given("site")) read_site(reading, site);
+  if (const auto& site = section("site"); given("site"))
+    reading.plan.site = plan_file::read_site(site, reading.problems);
   if (const auto& rig = section("rig"); given("rig")) read_rig(reading, rig);
   read_schedule(reading, root);
   read_channels(reading, section("channels"));
@@ -408,7 +312,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (reading.rig && reading.clean_schedule)
     plan_file::check_schedule(reading.plan, *reading.rig, root, reading.problems);
   read_settings(reading, section("settings"));
-  if (const auto* array = tables(root, "limit")) read_limits(reading, *array);
+  if (const auto* array = tables(root, "limit")) reading.plan.limits = plan_file::read_limits(*array, reading.problems);
   const auto& truth = section("truth");
   if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
   if (given("beside") || !reading.sets.beside.empty()) read_beside(reading, section("beside"), truth);

@@ -2,38 +2,12 @@
 
 #include <cmath>
 
-#include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/format.hpp"
-#include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/formats/testing/text_table.hpp"
 
 namespace tumble {
 namespace {
 
-struct Csv : testing::Test {
-  ScratchFolder folder;
-  ReadOptions options;
-
-  std::string file(const std::string& content) const {
-    write_file_atomically(folder.file("a.csv"), content);
-    return folder.file("a.csv");
-  }
-  Recording read(const std::string& content) const { return read_recording(file(content), options, {}); }
-  std::string refusal(const std::string& content) const {
-    try {
-      read(content);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind, Error::Kind::bad_file);
-      return error.what();
-    }
-    ADD_FAILURE() << "not refused: " << content;
-    return "";
-  }
-};
-
-void expect_holds(const std::string& text, const std::vector<std::string>& parts) {
-  for (const auto& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << "\nin: " << text;
-}
+struct Csv : TextTable {};
 
 TEST_F(Csv, NamesUnitsValuesAndClock) {
   const auto recording = read("time[ms],gyro.x[deg/h],T[degC]\n0,1.5,20.1\n10,,-5\n20,-2,1e1\n");

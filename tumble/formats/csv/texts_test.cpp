@@ -3,34 +3,12 @@
 
 #include <cmath>
 
-#include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/format.hpp"
-#include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/formats/testing/text_table.hpp"
 
 namespace tumble {
 namespace {
 
-struct CsvTexts : testing::Test {
-  ScratchFolder folder;
-  ReadOptions options;
-
-  std::string file(const std::string& content) const {
-    write_file_atomically(folder.file("a.csv"), content);
-    return folder.file("a.csv");
-  }
-  Recording read(const std::string& content) const { return read_recording(file(content), options, {}); }
-  std::string refusal(const std::string& content) const {
-    try {
-      read(content);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind, Error::Kind::bad_file);
-      return error.what();
-    }
-    ADD_FAILURE() << "not refused: " << content;
-    return "";
-  }
-};
+struct CsvTexts : TextTable {};
 
 TEST_F(CsvTexts, ATimeThatIsNotUnderstoodIsNamedAsSuch) {
   const std::string table = "time,gyro[deg/s]\n20-Okt-2026 09:00:00,1\n20-Okt-2026 09:00:01,2\n";
@@ -48,17 +26,6 @@ TEST_F(CsvTexts, TheClocksOfArduinoHaveTheirUnitInTheirNames) {
   ASSERT_EQ(log.channels.size(), 1u);
   EXPECT_DOUBLE_EQ(log.channels[0].timeline.rate, 100.0);
   EXPECT_DOUBLE_EQ(read("micros,gyro[deg/s]\n100,1\n200,2\n300,3\n").channels.at(0).timeline.rate, 1e4);
-}
-
-/// The message of the finding of that code; empty: there is none.
-std::string said(const Recording& recording, const std::string& code) {
-  for (const Finding& finding : recording.findings)
-    if (finding.code == code) return finding.message;
-  return "";
-}
-
-void expect_parts(const std::string& text, const std::vector<std::string>& parts) {
-  for (const auto& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << "\nin: " << text;
 }
 
 std::string utf16(const std::string& text, bool little, bool mark) {
@@ -88,10 +55,10 @@ TEST_F(CsvTexts, AGermanLaboratoryInLatin1) {
   EXPECT_EQ(recording.channels[0].timeline.rate, 10.0);
   EXPECT_EQ(recording.channels[0].timeline.start, 0.0);
   EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00");
-  expect_parts(said(recording, "text_encoding"), {"Windows-1252", "--set encoding="});
-  expect_parts(said(recording, "units_row"), {"line 2"});
-  expect_parts(said(recording, "clock_recognised"), {"'Zeit'", "date and time"});
-  EXPECT_NE(said(recording, "decimal_comma"), "");
+  expect_holds(said(recording.findings, "text_encoding"), {"Windows-1252", "--set encoding="});
+  expect_holds(said(recording.findings, "units_row"), {"line 2"});
+  expect_holds(said(recording.findings, "clock_recognised"), {"'Zeit'", "date and time"});
+  EXPECT_NE(said(recording.findings, "decimal_comma"), "");
   EXPECT_FALSE(recording.recognised.empty());
 }
 
@@ -112,7 +79,7 @@ TEST_F(CsvTexts, AChineseLaboratoryInGbk) {
   EXPECT_EQ(recording.channels[0].unit.text(), "℃");
   EXPECT_EQ(recording.channels[1].name, "加速度X");
   EXPECT_EQ(recording.channels[0].values[0], Unit::parse("degC").to_si(21.5));
-  expect_parts(said(recording, "text_encoding"), {"GB18030"});
+  expect_holds(said(recording.findings, "text_encoding"), {"GB18030"});
 }
 
 TEST_F(CsvTexts, TheEncodingMayBeSaid) {
@@ -121,7 +88,7 @@ TEST_F(CsvTexts, TheEncodingMayBeSaid) {
   options.encoding = "latin-1";
   EXPECT_EQ(read("time[s],\xce\xc2\xb6\xc8[1]\n0,1\n1,1\n").channels[0].name, "ÎÂ¶È");
   options.encoding = "klingon";
-  expect_parts(refusal("time[s],a[1]\n0,1\n1,1\n"), {"'klingon' is not known", "gb18030"});
+  expect_holds(refusal("time[s],a[1]\n0,1\n1,1\n"), {"'klingon' is not known", "gb18030"});
 }
 
 TEST_F(CsvTexts, Utf16OfBothOrdersWithAndWithoutMark) {
@@ -131,7 +98,7 @@ TEST_F(CsvTexts, Utf16OfBothOrdersWithAndWithoutMark) {
       const auto recording = read(utf16(text, little, mark));
       ASSERT_EQ(recording.channels.size(), 1u);
       EXPECT_EQ(recording.channels[0].values, (std::vector<double>{1.5, -2, 3}));
-      EXPECT_EQ(said(recording, "text_encoding").empty(), mark);
+      EXPECT_EQ(said(recording.findings, "text_encoding").empty(), mark);
     }
 }
 
@@ -149,7 +116,7 @@ TEST_F(CsvTexts, LineEndsOfEveryKind) {
   for (const char* content : {"time[s],a[1]\n0,1\n1,2\n", "time[s],a[1]\r\n0,1\r\n1,2\r\n",
                               "time[s],a[1]\r\r\n0,1\r\r\n1,2\r\r\n", "time[s],a[1]\r0,1\r1,2\r"})
     EXPECT_EQ(read(content).channels[0].values, (std::vector<double>{1, 2})) << content;
-  expect_parts(refusal("time[s],a[1]\r0,1\n1,2\n"), {"CR alone"});
+  expect_holds(refusal("time[s],a[1]\r0,1\n1,2\n"), {"CR alone"});
 }
 
 TEST_F(CsvTexts, APreambleIsSkippedAndSaid) {
@@ -160,14 +127,14 @@ TEST_F(CsvTexts, APreambleIsSkippedAndSaid) {
   EXPECT_EQ(recording.channels[0].name, "Rate");
   EXPECT_EQ(recording.channels[0].values[1], Unit::parse("deg/h").to_si(2.5));
   EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
-  expect_parts(said(recording, "lines_before_samples_skipped"), {"4 lines", "Device;Logger 7"});
+  expect_holds(said(recording.findings, "lines_before_samples_skipped"), {"4 lines", "Device;Logger 7"});
 }
 
 TEST_F(CsvTexts, APreambleAsWideAsTheTable) {
   const auto recording = read("Operator;N. N.\nZeit;Rate\ns;deg/h\n0;1\n1;2\n2;3\n");
   ASSERT_EQ(recording.channels.size(), 1u);
   EXPECT_EQ(recording.channels[0].name, "Rate");
-  expect_parts(said(recording, "lines_before_samples_skipped"), {"1 line", "Operator"});
+  expect_holds(said(recording.findings, "lines_before_samples_skipped"), {"1 line", "Operator"});
 }
 
 TEST_F(CsvTexts, LinesToSkipMayBeSaid) {
@@ -179,7 +146,7 @@ TEST_F(CsvTexts, LinesToSkipMayBeSaid) {
 }
 
 TEST_F(CsvTexts, ProposesTheUnitsThatNamesEndIn) {
-  expect_parts(refusal("time_s,ax_g,gyro_x_lsb,gx_dps,temp_C,acc_z\n0,1,2,3,4,9.8\n0.1,1,2,3,4,9.8\n"),
+  expect_holds(refusal("time_s,ax_g,gyro_x_lsb,gx_dps,temp_C,acc_z\n0,1,2,3,4,9.8\n0.1,1,2,3,4,9.8\n"),
                {"unit.ax_g=g ", "unit.gyro_x_lsb=LSB ", "unit.gx_dps=deg/s ", "unit.temp_C=degC ", "unit.acc_z=m/s^2"});
 }
 
@@ -189,13 +156,13 @@ TEST_F(CsvTexts, FourHeaderLines) {
       "\"TOA5\",\"CR1000\",\"7\",\"prog\"\n\"TIMESTAMP\",\"RECORD\",\"Batt\",\"Temp\"\n"
       "\"TS\",\"RN\",\"Volts\",\"degC\"\n\"\",\"\",\"Avg\",\"Smp\"\n"
       "\"2026-11-20 09:00:00\",0,12.5,20.1\n\"2026-11-20 09:00:01\",1,12.5,20.2\n";
-  expect_parts(refusal(content), {"'RECORD': unit 'RN'", "--set unit.RECORD=1"});
+  expect_holds(refusal(content), {"'RECORD': unit 'RN'", "--set unit.RECORD=1"});
   options.units = {{"RECORD", Unit::parse("1")}};
   const auto recording = read(content);
   ASSERT_EQ(recording.channels.size(), 3u);
   EXPECT_EQ(recording.channels[2].values[1], Unit::parse("degC").to_si(20.2));
   EXPECT_EQ(recording.channels[2].timeline.rate, 1.0);
-  expect_parts(said(recording, "lines_before_samples_skipped"), {"2 lines", "TOA5"});
+  expect_holds(said(recording.findings, "lines_before_samples_skipped"), {"2 lines", "TOA5"});
 }
 
 TEST_F(CsvTexts, UnixTimeIsRecognisedByItsSize) {
@@ -209,12 +176,12 @@ TEST_F(CsvTexts, UnixTimeIsRecognisedByItsSize) {
     EXPECT_EQ(recording.channels[0].timeline.rate, 200.0) << content;
     EXPECT_EQ(recording.channels[0].timeline.start, 0.0) << content;
     EXPECT_EQ(recording.meta.at("clock_start"), "2023-11-14T22:13:20Z") << content;
-    expect_parts(said(recording, "clock_recognised"), {"'stamp'", how});
+    expect_holds(said(recording.findings, "clock_recognised"), {"'stamp'", how});
   }
 }
 
 TEST_F(CsvTexts, SmallNumbersWithoutUnitAreNotGuessed) {
-  expect_parts(refusal("stamp,a[1]\n0.00,1\n0.01,2\n"),
+  expect_holds(refusal("stamp,a[1]\n0.00,1\n0.01,2\n"),
                {"column without a unit: 'stamp'", "stamp[s]", "tumble inspect", "--set unit.stamp=s"});
   options.units = {{"stamp", Unit::parse("s")}};
   EXPECT_EQ(read("stamp,a[1]\n0.00,1\n0.01,2\n").channels[0].timeline.rate, 100.0);
@@ -231,9 +198,10 @@ TEST_F(CsvTexts, SplitStampsOfRos) {
   EXPECT_EQ(recording.channels[0].unit.text(), "rad/s");
   EXPECT_EQ(recording.channels[1].unit.text(), "m/s^2");
   EXPECT_EQ(recording.channels[0].timeline.rate, 200.0);
-  expect_parts(said(recording, "clock_recognised"), {"'header.stamp.sec' in s and 'header.stamp.nanosec' in ns"});
-  expect_parts(said(recording, "units_by_convention"), {"'angular_velocity.x' in rad/s"});
-  expect_parts(said(recording, "columns_not_read"), {"'header.frame_id' (text)", "(covariance)"});
+  expect_holds(said(recording.findings, "clock_recognised"),
+               {"'header.stamp.sec' in s and 'header.stamp.nanosec' in ns"});
+  expect_holds(said(recording.findings, "units_by_convention"), {"'angular_velocity.x' in rad/s"});
+  expect_holds(said(recording.findings, "columns_not_read"), {"'header.frame_id' (text)", "(covariance)"});
 }
 
 TEST_F(CsvTexts, TheStampOfTheSensorComesBeforeThatOfReceipt) {
@@ -242,8 +210,9 @@ TEST_F(CsvTexts, TheStampOfTheSensorComesBeforeThatOfReceipt) {
       "1700000000123456789,0,1700000000000000000,0.5\n1700000000129000000,1,1700000000005000000,0.25\n");
   EXPECT_EQ(recording.channels.size(), 1u);
   EXPECT_EQ(recording.channels[0].timeline.rate, 200.0);
-  expect_parts(said(recording, "clock_recognised"), {"'field.header.stamp'"});
-  expect_parts(said(recording, "columns_not_read"), {"'%time' (another clock)", "'field.header.seq' (counter)"});
+  expect_holds(said(recording.findings, "clock_recognised"), {"'field.header.stamp'"});
+  expect_holds(said(recording.findings, "columns_not_read"),
+               {"'%time' (another clock)", "'field.header.seq' (counter)"});
   options.time = "%time";
   EXPECT_NEAR(
       read("%time,stamp,a[1]\n1700000000000000000,1700000000000000000,1\n1700000000001000000,1700000000005000000,2\n")
@@ -256,7 +225,7 @@ TEST_F(CsvTexts, TheColumnOfTheClockMayBeSaid) {
   options.time = "elapsed";
   EXPECT_EQ(read("elapsed[ms],time[s],a[1]\n0,0,1\n10,1,2\n20,2,3\n").channels[0].timeline.rate, 100.0);
   options.time = "elapse";
-  expect_parts(refusal("elapsed[ms],a[1]\n0,1\n10,2\n"), {"no column 'elapse' for time", "did you mean 'elapsed'"});
+  expect_holds(refusal("elapsed[ms],a[1]\n0,1\n10,2\n"), {"no column 'elapse' for time", "did you mean 'elapsed'"});
   options.time = "-";
   options.rate = 7.0;
   EXPECT_EQ(read("time[s],a[1]\n0,1\n10,2\n").channels.size(), 2u);
@@ -289,12 +258,12 @@ TEST_F(CsvTexts, DateAndTimeOfDayMayStandInTwoColumns) {
 TEST_F(CsvTexts, ATimeOfDayPassesMidnight) {
   const auto recording = read("Time,a[1]\n23:59:59.5,1\n00:00:00.0,2\n00:00:00.5,3\n");
   EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
-  EXPECT_NE(said(recording, "clock_past_midnight"), "");
+  EXPECT_NE(said(recording.findings, "clock_past_midnight"), "");
 }
 
 TEST_F(CsvTexts, MonthOrDayFirstIsAsked) {
   const std::string rows = "date,a[1]\n03/04/2026 09:00:00,1\n03/04/2026 09:00:01,2\n";
-  expect_parts(refusal(rows), {"either order", "--set date=dmy", "--set date=mdy"});
+  expect_holds(refusal(rows), {"either order", "--set date=dmy", "--set date=mdy"});
   options.date = "mdy";
   EXPECT_EQ(read(rows).meta.at("clock_start"), "2026-03-04T09:00:00");
   options.date = "dmy";
@@ -307,7 +276,7 @@ TEST_F(CsvTexts, MonthOrDayFirstIsAsked) {
 TEST_F(CsvTexts, AStampThatIsDamagedIsNamed) {
   std::string rows = "stamp,a[1]\n";
   for (int i = 0; i < 8; ++i) rows += "2026-11-20T09:00:0" + std::to_string(i) + ",1\n";
-  expect_parts(refusal(rows + "2026-11-20T09:00:0x,2\n2026-02-30T09:00:02,3\n,4\n"),
+  expect_holds(refusal(rows + "2026-11-20T09:00:0x,2\n2026-02-30T09:00:02,3\n,4\n"),
                {"line 10, column 1 'stamp'", "line 11, column 1 'stamp'", "a row without its time"});
 }
 
@@ -321,7 +290,7 @@ TEST_F(CsvTexts, UnitsInTheWordsOfTheHeader) {
   EXPECT_EQ(recording.channels[1].values[0], 293.15);
   EXPECT_EQ(recording.channels[3].unit.dimension(), Unit::parse("rad/s").dimension());
   EXPECT_EQ(recording.channels[0].timeline.rate, 100.0);
-  expect_parts(said(recording, "units_in_words"), {"'Gyroscope x' in rad/s"});
+  expect_holds(said(recording.findings, "units_in_words"), {"'Gyroscope x' in rad/s"});
 }
 
 TEST_F(CsvTexts, TheHeaderMayBeAComment) {
@@ -329,13 +298,13 @@ TEST_F(CsvTexts, TheHeaderMayBeAComment) {
       read("#timestamp [ns],w_x [rad s^-1],a_x [m s^-2]\n1403636579758555392,0.5,9.81\n1403636579763555584,0.25,9.8\n");
   ASSERT_EQ(recording.channels.size(), 2u);
   EXPECT_EQ(recording.channels[0].name, "w_x");
-  EXPECT_NE(said(recording, "header_in_comment"), "");
+  EXPECT_NE(said(recording.findings, "header_in_comment"), "");
   EXPECT_NEAR(recording.channels[0].timeline.rate, 200.0, 0.02);
 }
 
 TEST_F(CsvTexts, AColumnOfLabelsIsProposed) {
   const std::string content = "time[s],part,a[1]\n0,x_up,1\n1,x_up,2\n2,x_down,3\n";
-  expect_parts(said(read(content), "segment_column_proposed"), {"--set segment_column=part"});
+  expect_holds(said(read(content).findings, "segment_column_proposed"), {"--set segment_column=part"});
   options.segment_column = "part";
   EXPECT_EQ(read(content).marks.size(), 2u);
 }
@@ -343,7 +312,7 @@ TEST_F(CsvTexts, AColumnOfLabelsIsProposed) {
 TEST_F(CsvTexts, OptionsAreProposedAsOneCommand) {
   options.missing = "NA";
   const auto message = refusal("stamp;gyro x;temp\n0;1;2\n1;2;3\n");
-  expect_parts(message, {"tumble inspect ", " --set missing=NA",
+  expect_holds(message, {"tumble inspect ", " --set missing=NA",
                          " --set unit.stamp=s --set 'unit.gyro x=deg/s' --set unit.temp=degC"});
 }
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -37,7 +36,7 @@ TEST(Lvm, SegmentsFollowByTheirDates) {
   expect_ramps(recording, 50);
   EXPECT_DOUBLE_EQ(recording.channels[0].time(24), 0.24);
   EXPECT_DOUBLE_EQ(recording.channels[0].time(25), 1.0);
-  EXPECT_NE(message_of(recording, "segments_by_date"), "");
+  EXPECT_NE(said(recording.findings, "segments_by_date"), "");
 }
 
 TEST(Lvm, AChannelWithoutUnitIsAskedFor) {

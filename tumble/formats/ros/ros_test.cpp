@@ -7,15 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <sstream>
 
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/ros/clock.hpp"
 #include "tumble/formats/ros/message.hpp"
-#include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/formats/testing/log_files.hpp"
 
 namespace tumble {
 namespace {
@@ -65,13 +63,6 @@ std::string message_of(const std::function<void()>& work) {
   return "no error";
 }
 
-std::string bytes_of(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-void put(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
-
 class RosFolders : public testing::TestWithParam<const char*> {};
 
 TEST_P(RosFolders, FilesAreReadOneAfterTheOther) {
@@ -105,7 +96,7 @@ TEST_P(RosFolders, TheChecksumKnowsEveryFile) {
   EXPECT_EQ(whole, read(folder + GetParam()).origin.checksum());
   std::filesystem::remove(copy + "/" + GetParam() + "_10" + kind);
   EXPECT_NE(whole, read(copy).origin.checksum());
-  put(copy + "/packed" + kind + ".zstd", "");
+  write_bytes(copy + "/packed" + kind + ".zstd", "");
   EXPECT_NE(message_of([&] { read(copy); }).find("unpack it with `zstd -d --rm`"), std::string::npos);
 }
 
@@ -183,13 +174,13 @@ TEST_P(RosLogs, MemoryIsThatOfTheSamples) {
 
 /// Cut at any byte, a file gives what stands before, or an Error that names it.
 TEST_P(RosLogs, CutAnywhereGivesWhatIsThere) {
-  const std::string whole = bytes_of(path());
+  const std::string whole = read_text_file(path());
   const std::vector<double> column = expected()[0];
   const ScratchFolder scratch;
   const std::string cut = scratch.file("cut" + std::string(GetParam()));
   std::size_t with_samples = 0;
   for (std::size_t size = 0; size < whole.size(); size += 131) {
-    put(cut, whole.substr(0, size));
+    write_bytes(cut, whole.substr(0, size));
     try {
       const Recording recording = read(cut);
       const Channel* channel = find_channel(recording, "gyro.x");
@@ -207,11 +198,11 @@ TEST_P(RosLogs, CutAnywhereGivesWhatIsThere) {
 }
 
 TEST_P(RosLogs, TheCutIsReported) {
-  const std::string whole = bytes_of(path());
+  const std::string whole = read_text_file(path());
   if (whole.starts_with("SQLite") || std::string(GetParam()) == "ros2_writer.mcap") return;  // one page, one frame
   const ScratchFolder scratch;
   const std::string cut = scratch.file("cut" + std::string(GetParam()));
-  put(cut, whole.substr(0, whole.size() * 6 / 10));
+  write_bytes(cut, whole.substr(0, whole.size() * 6 / 10));
   const Recording recording = read(cut);
   EXPECT_NE(find(recording, "log_ends_in_record"), nullptr);
   EXPECT_LT(find_channel(recording, "gyro.x")->values.size(), 60u);
@@ -339,11 +330,11 @@ TEST(RosClock, MessagesAreSortedOnlyWhereNeitherClockIsInOrder) {
 TEST(RosDamage, AWrongSizeOfAChunkCostsItsMessagesAlone) {
   const ScratchFolder scratch;
   for (const char* name : {"lz4.bag", "bz2.bag"}) {
-    std::string bytes = bytes_of(folder + name);
+    std::string bytes = read_text_file(folder + name);
     const std::size_t size = bytes.find("size=", bytes.find("size=") + 5) + 5;  // of the second chunk, unpacked
     for (const std::uint64_t wrong : {0ull, 100ull, 0xffffffffull}) {
       bytes.replace(size, 4, little_endian(wrong, 4));
-      put(scratch.file("bad.bag"), bytes);
+      write_bytes(scratch.file("bad.bag"), bytes);
       const Recording recording = read(scratch.file("bad.bag"));
       ASSERT_NE(find(recording, "log_chunks_damaged"), nullptr) << name << wrong;
       EXPECT_GT(find_channel(recording, "gyro.x")->values.size(), 30u);
@@ -355,9 +346,9 @@ TEST(RosDamage, AWrongSizeOfAChunkCostsItsMessagesAlone) {
 TEST(RosDamage, DamageInAChunkIsReportedWithItsPlace) {
   const ScratchFolder scratch;
   for (const char* name : {"lz4.mcap", "zstd.mcap", "bz2.bag", "lz4.bag"}) {
-    std::string bytes = bytes_of(folder + name);
+    std::string bytes = read_text_file(folder + name);
     for (std::size_t i = 0; i < 64; ++i) bytes[bytes.size() / 2 + i] = static_cast<char>(37 * i + 11);
-    put(scratch.file(name), bytes);
+    write_bytes(scratch.file(name), bytes);
     const Recording recording = read(scratch.file(name));
     EXPECT_TRUE(find(recording, "log_chunks_damaged") || find(recording, "log_records_damaged")) << name;
     const std::vector<double>& values = find_channel(recording, "gyro.x")->values;
@@ -370,17 +361,18 @@ TEST(RosDamage, DamageInAChunkIsReportedWithItsPlace) {
 
 TEST(RosDamage, WhereNothingCanBeReadTheErrorSaysWhy) {
   const ScratchFolder scratch;
-  put(scratch.file("bad.mcap"), bytes_of(folder + "plain.mcap").substr(0, 8) + '\5' + std::string(108, '\xff'));
+  write_bytes(scratch.file("bad.mcap"),
+              read_text_file(folder + "plain.mcap").substr(0, 8) + '\5' + std::string(108, '\xff'));
   const auto text = message_of([&] { read(scratch.file("bad.mcap")); });
   EXPECT_NE(text.find("the record at byte 8 is damaged"), std::string::npos) << text;
 }
 
 TEST(RosDatabase, AnotherDatabaseIsRefusedByItsTables) {
-  std::string bytes = bytes_of(folder + "plain.db3");
+  std::string bytes = read_text_file(folder + "plain.db3");
   for (std::size_t at = 0; (at = bytes.find("messages", at)) != std::string::npos; ++at)
     bytes.replace(at, 8, "massages");
   const ScratchFolder scratch;
-  put(scratch.file("other.db"), bytes);
+  write_bytes(scratch.file("other.db"), bytes);
   const auto text = message_of([&] { read(scratch.file("other.db")); });
   EXPECT_NE(text.find("massages"), std::string::npos) << text;
 }

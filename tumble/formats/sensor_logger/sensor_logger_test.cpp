@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -30,7 +29,7 @@ TEST(SensorLogger, ReadsTheSensorsThatWereNotCorrected) {
   EXPECT_DOUBLE_EQ(gyro->timeline.start, 0.0025);  // both on one clock
   EXPECT_EQ(recording.meta.at("platform"), "android");
   EXPECT_EQ(recording.meta.at("clock_start"), "2023-11-14T22:13:20Z");
-  const auto others = message_of(recording, "sensors_not_read");
+  const auto others = said(recording.findings, "sensors_not_read");
   EXPECT_NE(others.find("Accelerometer (without gravity)"), std::string::npos) << others;
 }
 
@@ -63,7 +62,7 @@ TEST(SensorLogger, ASensorWithoutSamplesIsLeftOut) {
   const auto recording = read_recording(folder.path.string(), {}, {});
   ASSERT_EQ(recording.channels.size(), 6u);
   EXPECT_EQ(recording.channels[0].name, "Gyroscope.x");
-  EXPECT_NE(message_of(recording, "sensors_empty").find("GyroscopeUncalibrated"), std::string::npos);
+  EXPECT_NE(said(recording.findings, "sensors_empty").find("GyroscopeUncalibrated"), std::string::npos);
 }
 
 TEST(SensorLogger, AFolderIsReadToo) {

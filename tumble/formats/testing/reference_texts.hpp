@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/format.hpp"
-#include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/formats/testing/log_files.hpp"
 
 namespace tumble {
 
@@ -20,23 +18,11 @@ inline std::vector<double> ramp(double begin, std::size_t count, const Unit& uni
   return values;
 }
 
-/// For tests: the finding's message, or empty.
-inline std::string message_of(const Recording& recording, const std::string& code) {
-  for (const Finding& finding : recording.findings)
-    if (finding.code == code) return finding.message;
-  return "";
-}
-
 /// For tests: the message with which a file of these bytes is refused; empty: it was read.
 inline std::string refusal_of(const std::string& bytes, const std::string& name, const ReadOptions& options = {}) {
   const ScratchFolder folder;
-  write_file_atomically(folder.file(name), bytes);
-  try {
-    read_recording(folder.file(name), options, {});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  write_bytes(folder.file(name), bytes);
+  return refusal_of(folder.file(name), options);
 }
 
 /// For tests: how many of the beginnings of a file are read, the others being refused by an Error with a message.

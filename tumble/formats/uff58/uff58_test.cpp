@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "tumble/formats/testing/log_files.hpp"
 #include "tumble/formats/testing/reference_texts.hpp"
 
 namespace tumble {
@@ -30,7 +29,7 @@ TEST(Uff58, FilesOfPyuffReadBackEqual) {
   EXPECT_EQ(recording.channels[0].name, "ax");
   EXPECT_EQ(recording.channels[0].values, ramp(1, 50, Unit::parse("m/s^2")));
   EXPECT_EQ(recording.channels[1].values, ramp(3, 50, Unit::parse("g")));
-  EXPECT_NE(message_of(recording, "functions_not_read").find("1 function"), std::string::npos);
+  EXPECT_NE(said(recording.findings, "functions_not_read").find("1 function"), std::string::npos);
 }
 
 // Numbers of Fortran touch where they are negative; the step has six digits and means 3000 Hz.

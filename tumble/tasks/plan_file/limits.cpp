@@ -1,0 +1,51 @@
+#include "tumble/tasks/plan_file/limits.hpp"
+
+#include "tumble/core/tables/document.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::plan_file {
+
+using tables::Problems;
+using tables::Section;
+
+namespace {
+
+std::optional<Quantity> read_bound(Section& section, std::string_view key) {
+  const auto* node = section.find(key);
+  if (!node) return std::nullopt;
+  try {
+    const auto text = tables::text_of(*node);
+    if (text && !node->is_array()) return parse_quantity(*text);
+    section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Limit> read_limits(const toml::array& tables, Problems& problems) {
+  std::vector<Limit> limits;
+  for (const auto& node : tables) {
+    const auto& table = *node.as_table();
+    Section section(table, "[[limit]]", problems);
+    Limit limit;
+    limit.parameter = section.text("parameter").value_or("");
+    if (!table.contains("parameter")) section.missing("parameter", "\"bias\"");
+    limit.min = read_bound(section, "min");
+    limit.max = read_bound(section, "max");
+    limit.where = problems.place(table.source());
+    if (!table.contains("min") && !table.contains("max")) section.missing("max", "\"0.02 deg/h\"");
+    if (limit.min && limit.max && limit.min->unit.dimension() != limit.max->unit.dimension())
+      section.problem("min and max have different dimensions");
+    else if (limit.min && limit.max &&
+             limit.min->unit.to_si(limit.min->value) > limit.max->unit.to_si(limit.max->value))
+      section.problem("min lies above max");
+    section.close();
+    limits.push_back(std::move(limit));
+  }
+  return limits;
+}
+
+}  // namespace tumble::plan_file

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <filesystem>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/core/tables/document.hpp"
+#include "tumble/core/tables/section.hpp"
+
+namespace tumble::plan_file {
+
+/// What [[recording]] says of its file, all but `plan`; names are relative to `folder`. What is wrong becomes a problem
+/// of the section.
+RecordingEntry read_recording_entry(tables::Section& section, const std::filesystem::path& folder);
+
+}  // namespace tumble::plan_file
