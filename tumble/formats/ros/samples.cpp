@@ -120,7 +120,7 @@ void Samples::add(const Stream& stream, const Message& message) {
 ScanReport scan(const Log& log, const std::vector<Stream>& streams,
                 const std::function<void(std::span<const Stretch* const>)>& take, const Progress& progress) {
   const Directory directory(streams);
-  const std::size_t slots_at_once = 4 * std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t slots_at_once = 8 * std::max(1u, std::thread::hardware_concurrency());
   std::vector<Slot> slots;
   for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)
     slots.emplace_back(streams);
