@@ -296,6 +296,8 @@ TEST(Nearest, SlipsOfTheFingers) {
   EXPECT_EQ(nearest("Gravity", known), "gravity");
   EXPECT_EQ(nearest("voltage", known), "");
   EXPECT_EQ(nearest("bias", {"accelerometer_x_bias", "gyro_z_bias"}), "gyro_z_bias");
+  EXPECT_EQ(nearest("insp", {"init", "inspect"}), "inspect");
+  EXPECT_EQ(nearest("axis", {"axes", "axis_of_rotation"}), "axes");
   EXPECT_EQ(nearest("as", {"gyro_z_bias"}), "");
   EXPECT_EQ(nearest("", known), "");
   EXPECT_EQ(nearest("x", {"y"}), "");

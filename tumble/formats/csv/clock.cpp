@@ -22,13 +22,20 @@ std::optional<double> number_in(std::string cell) {
   return value;
 }
 
+/// [s] The longest interval of a logger. With a longer one the numbers rather count a smaller unit since the start of
+/// the device: 1.2e9 us are 20 minutes (PX4), 1.2e15 ns are 14 days (Android).
+double longest_interval(std::int64_t unit) { return unit == 1000 ? 0.5 : unit == 1 ? INFINITY : 600.0; }
+
 /// [ns] of the unit in which numbers of that size are Unix time of the years 2001 to 2103; 0: in none.
 std::int64_t unix_unit(const ColumnSample& sample) {
   if (sample.text || sample.empty || sample.kind != StampKind::none) return 0;
+  const double interval =
+      (sample.last - sample.first) / static_cast<double>(std::max<std::size_t>(sample.numbers, 2) - 1);
   for (std::int64_t unit = 1; unit <= 1'000'000'000; unit *= 1000) {
     const double seconds = static_cast<double>(unit) * 1e-9;
     const auto fits = [&](double value) { return value * seconds >= 1e9 && value * seconds < 4.2e9; };
-    if (fits(sample.first) && fits(sample.last)) return unit;
+    if (fits(sample.first) && fits(sample.last))
+      return std::abs(interval) * seconds <= longest_interval(unit) ? unit : 0;
   }
   return 0;
 }
@@ -293,7 +300,7 @@ std::vector<std::size_t> unread_clocks(const Columns& table, const ReadOptions& 
   for (std::size_t i = 0; i < table.names.size(); ++i) {
     const ColumnName& name = table.names[i];
     const ColumnSample& sample = table.samples[i];
-    if (rank_of(name.name) == 0 || name.name == options.segment_column || name.cell == not_read || sample.numbers ||
+    if (rank_of(name.name) == 0 || name.name == options.segment_column || name.cell == not_read || sample.numbers > 0 ||
         sample.other.empty())
       continue;
     found.push_back(i);
@@ -333,7 +340,7 @@ std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& r
         ++stamps;
         sample.cells.push_back(cell);
       } else if (const auto value = number_in(cell); value && std::isfinite(*value)) {
-        sample.numbers = true;
+        ++sample.numbers;
         if (first) sample.first = *value;
         first = false;
         sample.last = *value;

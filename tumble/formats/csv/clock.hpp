@@ -17,7 +17,7 @@ struct ColumnSample {
   StampKind kind = StampKind::none;  ///< all cells that are not blank are such stamps
   bool text = false;                 ///< most cells are neither numbers nor stamps
   bool empty = true;
-  bool numbers = false;            ///< any
+  std::size_t numbers = 0;         ///< how many
   std::string other = {};          ///< the first cell that is neither number nor stamp
   double first = 0.0, last = 0.0;  ///< numbers [as written]
   double greatest = 0.0;           ///< magnitude of the numbers
