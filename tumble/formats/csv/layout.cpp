@@ -116,10 +116,10 @@ struct Header {
       return parse_written_unit(unit);
     } catch (const Error& error) {
       const auto given = options.units.find(name.name);
-      if (name.from == UnitFrom::row && given != options.units.end()) return given->second;
+      const bool of_file = name.from == UnitFrom::row || name.from == UnitFrom::brackets;
+      if (of_file && given != options.units.end()) return given->second;
       problems.push_back(where + error.what());
-      if (name.from == UnitFrom::row)
-        proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
+      if (of_file) proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
       return {};
     }
   }

@@ -215,6 +215,13 @@ TEST_F(CsvTexts, ASampleOfWordsBehindTheUnitsIsNotSkipped) {
   EXPECT_EQ(recording.channels[0].time(0), 0.0);
 }
 
+TEST_F(CsvTexts, AUnitOfTheHeaderThatIsUnknownCanBeGiven) {
+  const std::string table = "time[s],a[G]\n0,1\n1,2\n";
+  expect_holds(refusal(table), {"unknown unit 'G'", "--set unit.a="});
+  options.units = {{"a", Unit::parse("g")}};
+  EXPECT_EQ(read(table).channels.at(0).values.at(1), Unit::parse("g").to_si(2.0));
+}
+
 TEST_F(CsvTexts, LinesOfWordsBeforeTheTableDoNotChooseItsSeparator) {
   const auto recording = read(
       "Logger Model 7\nOperator: A. B\nTime;gyro [deg/s];a [g]\n20-Nov-2026 09:00:00.0 AM;1;2\n"
