@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace tumble::csv {
 
@@ -187,11 +186,9 @@ void say_what_was_recognised(Layout& layout, const Understood& table) {
 }
 
 std::string likely_clock_unit(const ColumnSample& sample) {
-  const double interval =
-      std::abs(sample.last - sample.first) / static_cast<double>(std::max<std::size_t>(sample.numbers, 2) - 1);
   constexpr double earliest = 30'000.0, latest = 80'000.0, densest = 1e-3;  // days since 1900 of a worksheet
-  if (sample.first > earliest && sample.last < latest && interval < densest) return "day";
-  return interval <= 2.0 ? "s" : interval < 500.0 ? "ms" : interval < 2e5 ? "us" : "ns";
+  if (sample.first > earliest && sample.last < latest && sample.step < densest) return "day";
+  return sample.step <= 2.0 ? "s" : sample.step < 500.0 ? "ms" : sample.step < 2e5 ? "us" : "ns";
 }
 
 }  // namespace tumble::csv

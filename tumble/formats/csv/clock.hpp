@@ -17,10 +17,11 @@ struct ColumnSample {
   StampKind kind = StampKind::none;  ///< all cells that are not blank are such stamps
   bool text = false;                 ///< most cells are neither numbers nor stamps
   bool empty = true;
-  std::size_t numbers = 0;         ///< how many
+  bool numbers = false;            ///< any
   std::string other = {};          ///< the first cell that is neither number nor stamp
   double first = 0.0, last = 0.0;  ///< numbers [as written]
   double greatest = 0.0;           ///< magnitude of the numbers
+  double step = 0.0;               ///< from number to number: the median of the magnitudes that are not zero
   std::vector<std::string> cells;
 };
 

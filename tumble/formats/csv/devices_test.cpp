@@ -20,6 +20,11 @@ TEST_F(CsvDevices, TheTimeSinceTheStartOfADeviceIsNoUnixTime) {
     expect_holds(refusal(std::string("timestamp,a[1]\n") + rows),
                  {"column without a unit: 'timestamp'", std::string("--set unit.timestamp=") + unit});
   expect_holds(refusal("Time;a[1]\n45981,375000000;1\n45981,375011574;2\n"), {"--set unit.Time=day"});
+  // A pause does not change it, and neither does a slow log whose unit is said.
+  const std::string paused = "1700000000000000,1\n1700000000005000,2\n1700000300000000,3\n1700000300005000,4\n";
+  EXPECT_EQ(read("timestamp,a[1]\n" + paused).channels.at(0).time(2), 300.0);
+  EXPECT_EQ(read("timestamp[us],a[1]\n1700000000000000,1\n1700000060000000,2\n").meta.at("clock_start"),
+            "2023-11-14T22:13:20Z");
   // Slow logs in Unix time: every ten minutes in s, every second in ms.
   EXPECT_EQ(read("timestamp,a[1]\n1700000000,1\n1700000600,2\n").channels.at(0).time(1), 600.0);
   EXPECT_EQ(read("timestamp,a[1]\n1700000000000,1\n1700000001000,2\n").channels.at(0).time(1), 1.0);
@@ -36,6 +41,14 @@ TEST_F(CsvDevices, AUnitInWordsIsTheLongest) {
     EXPECT_EQ(recording.channels[c].values.at(0), Unit::parse("deg/s").to_si(1.0 + static_cast<double>(c)));
   }
   EXPECT_EQ(recording.channels[2].kind, QuantityKind::specific_force);
+}
+
+TEST_F(CsvDevices, MetresPerSecondSquaredAreNoMilliseconds) {
+  const auto recording = read("time[s],a[ms-2],b (ms^-2),w[rads-1]\n0,1,2,3\n1,2,3,4\n");
+  EXPECT_EQ(recording.channels.at(0).kind, QuantityKind::specific_force);
+  EXPECT_EQ(recording.channels.at(1).values.at(1), 3.0);
+  EXPECT_EQ(recording.channels.at(1).kind, QuantityKind::specific_force);
+  EXPECT_EQ(recording.channels.at(2).kind, QuantityKind::angular_rate);
 }
 
 TEST_F(CsvDevices, ASampleOfWordsBehindTheUnitsIsNotSkipped) {

@@ -103,6 +103,15 @@ std::string_view unit_at_end(std::string_view lower) {
 }  // namespace
 
 Unit parse_written_unit(const std::string& text) {
+  // As people write them: nobody means one over the square of a millisecond.
+  for (const auto& [written, unit] :
+       std::initializer_list<std::pair<std::string_view, const char*>>{{"ms-2", "m/s^2"},
+                                                                       {"ms^-2", "m/s^2"},
+                                                                       {"ms⁻²", "m/s^2"},
+                                                                       {"rads-1", "rad/s"},
+                                                                       {"rads^-1", "rad/s"},
+                                                                       {"rads⁻¹", "rad/s"}})
+    if (text == written) return Unit::parse(unit);
   try {
     return Unit::parse(text);
   } catch (const Error&) {
