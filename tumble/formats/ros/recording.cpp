@@ -69,7 +69,10 @@ void note(Stretches stretches, std::vector<Overview>& overviews) {
       const Samples& samples = (*stretch)[s];
       Overview& overview = overviews[s];
       overview.unreadable += samples.unreadable;
-      if (overview.frame.empty()) overview.frame = samples.frame;
+      for (const std::string* const frame : {&samples.frame, &samples.other_frame}) {
+        if (overview.frame.empty()) overview.frame = *frame;
+        if (overview.other_frame.empty() && *frame != overview.frame) overview.other_frame = *frame;
+      }
       for (std::size_t i = 0; i < overview.measured.size(); ++i) overview.measured[i] |= samples.measured[i];
     }
 }

@@ -115,6 +115,13 @@ Samples::Samples(const Stream& stream) : values(stream.columns.size()), measured
 
 void Samples::clear() { count = unreadable = 0; }
 
+void Samples::take_frame(std::string_view name) {
+  if (frame_id_.empty())
+    frame = printable(frame_id_ = name);
+  else if (other_frame.empty())
+    other_frame = printable(name);
+}
+
 void Samples::add(const Stream& stream, const Message& message) {
   Body body;
   const std::string_view bytes = is_packed(message.bytes) ? unpacked(message.bytes, room) : message.bytes;
@@ -127,8 +134,9 @@ void Samples::add(const Stream& stream, const Message& message) {
     stamps.resize(size);
     received.resize(size);
     for (auto& column : values) column.resize(size);
-    if (frame.empty()) frame = printable(body.frame);
   }
+  if (body.frame != frame_id_) [[unlikely]]
+    take_frame(body.frame);
   stamps[count] = body.stamp;
   received[count] = message.time;
   for (std::size_t i = 0; i < stream.columns.size(); ++i) {
