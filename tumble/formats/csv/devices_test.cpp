@@ -2,6 +2,7 @@
 // looked like something else.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/formats/testing/text_table.hpp"
@@ -69,12 +70,18 @@ TEST_F(CsvDevices, AUnitOfTheHeaderThatIsUnknownCanBeGiven) {
 }
 
 TEST_F(CsvDevices, LinesOfWordsBeforeTheTableDoNotChooseItsSeparator) {
-  const auto recording = read(
-      "Logger Model 7\nOperator: A. B\nTime;gyro [deg/s];a [g]\n20-Nov-2026 09:00:00.0 AM;1;2\n"
-      "20-Nov-2026 09:00:00.5 AM;2;3\n20-Nov-2026 09:00:01.0 AM;3;4\n");
-  ASSERT_EQ(recording.channels.size(), 2u);
-  EXPECT_EQ(recording.channels[0].values.at(2), Unit::parse("deg/s").to_si(3.0));
-  EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
+  for (const char separator : {';', ',', '\t'}) {
+    std::string table =
+        "Time;gyro [deg/s];a [g]\n20-Nov-2026 09:00:00.0 AM;1;2\n20-Nov-2026 09:00:00.5 AM;2;3\n"
+        "20-Nov-2026 09:00:01.0 AM;3;4\n";
+    std::ranges::replace(table, ';', separator);
+    const auto recording = read("Logger Model 7\nOperator: A. B\n" + table);
+    ASSERT_EQ(recording.channels.size(), 2u);
+    EXPECT_EQ(recording.channels[0].values.at(2), Unit::parse("deg/s").to_si(3.0));
+    EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
+  }
+  const auto blanks = read("a[g] b[g] t[s]\n0,1 0,2 0\n0,3 0,4 1\n");
+  EXPECT_EQ(blanks.channels.at(1).values.at(1), Unit::parse("g").to_si(0.4));
 }
 
 TEST_F(CsvDevices, ARowOfTabsIsARowOfMissingSamples) {
