@@ -60,6 +60,10 @@ TEST_F(CsvDevices, ASampleOfWordsBehindTheUnitsIsNotSkipped) {
   ASSERT_EQ(recording.channels.at(0).values.size(), 4u);
   EXPECT_TRUE(std::isnan(recording.channels[0].values[0]));
   EXPECT_EQ(recording.channels[0].time(0), 0.0);
+  options.missing.clear();
+  const auto places = read("t;gx;gy\ns;deg/s;deg/s\n-;left;right\n0,00;1;2\n0,01;1,5;2,5\n0,02;1,6;2,6\n");
+  EXPECT_EQ(places.channels.at(0).values.size(), 3u);
+  expect_holds(said(places.findings, "lines_before_samples_skipped"), {"-;left;right"});
 }
 
 TEST_F(CsvDevices, AUnitOfTheHeaderThatIsUnknownCanBeGiven) {

@@ -133,7 +133,8 @@ void find_header(Shape& shape, const Table& table, const Body& body) {
     }
   // Behind the units comes the first sample, even of words ("OL"), where its first column says a number or a time.
   for (const std::size_t i : candidates)
-    if (shape.units && i > *shape.units && body.numbers.front() && is_value(table.rows[i].front())) {
+    if (const std::string& cell = table.rows[i].front();
+        shape.units && i > *shape.units && body.numbers.front() && is_value(cell) && !reads_like_missing(cell)) {
       shape.rows = i;
       break;
     }
