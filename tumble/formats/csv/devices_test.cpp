@@ -106,5 +106,13 @@ TEST_F(CsvDevices, CharactersOfFourBytesAreChinese) {
   EXPECT_EQ(recording.channels[1].kind, QuantityKind::specific_force);
 }
 
+TEST_F(CsvDevices, ANameThatWouldNotBeReadBackIsNotWritten) {
+  auto recording = read("time[s],a[V]\n0,1\n1,2\n");
+  for (const char* name : {"time", "a ", " a"}) {
+    recording.channels[0].name = name;
+    EXPECT_THROW(write_recording(recording, folder.file("b.csv")), Error) << name;
+  }
+}
+
 }  // namespace
 }  // namespace tumble
