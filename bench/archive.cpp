@@ -106,7 +106,7 @@ void measure(const std::string& what, const std::function<void()>& work) {
 
 void measure_all(const std::string& address, const std::string& folder, std::uint64_t units, std::uint64_t results) {
   const Estimate base = tumble_result();
-  if (!fs::exists(address)) make_archive(address, folder, {"bench", "2026-01-01T00:00:00Z", {}});
+  make_archive(address, folder, {"bench", "2026-01-01T00:00:00Z", {}});
   Archive archive(address);
   const double count = double(units) * double(results);
   fmt::print("{} units x {} results of {} parameters, {} kB each as JSON\n\n", units, results, base.parameters.size(),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -181,16 +182,22 @@ std::string record_json(const UnitRecord& record) {
 
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
                      const std::string& today, std::size_t width) {
-  TextColumn day = left("due"), what = left("what"), certificate = left("last certificate or result"), note = left("");
-  const auto add = [&](const std::string& when, const std::string& name, const std::string& last) {
-    day.cells.push_back(when);
-    what.cells.push_back(name);
-    certificate.cells.push_back(last);
-    note.cells.emplace_back(when < today ? "has ended" : "");
+  struct Line {
+    std::string day, what, last;
   };
-  for (const auto& one : due) add(one.due, one.equipment, one.certificate);
-  for (const auto& one : units) add(one.due, one.unit.model + "/" + one.unit.serial, one.last);
-  return day.cells.empty() ? "nothing is due by then\n" : text_table({day, what, certificate, note}, width);
+  std::vector<Line> lines;
+  for (const auto& one : due) lines.push_back({one.due, one.equipment, one.certificate});
+  for (const auto& one : units) lines.push_back({one.due, one.unit.model + "/" + one.unit.serial, one.last});
+  if (lines.empty()) return "nothing is due by then\n";
+  std::ranges::stable_sort(lines, {}, &Line::day);
+  TextColumn day = left("due"), what = left("what"), last = left("since"), note = left("");
+  for (const auto& line : lines) {
+    day.cells.push_back(line.day);
+    what.cells.push_back(line.what);
+    last.cells.push_back(line.last);
+    note.cells.emplace_back(line.day < today ? "has ended" : "");
+  }
+  return text_table({day, what, last, note}, width);
 }
 
 std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
