@@ -116,7 +116,11 @@ Table shown_table(const Archive& archive, const Charted& charted) {
   constexpr std::size_t most = 30, most_alarms = 1000;
   const bool all = charted.points.size() <= most;
   const Unit& unit = charted.over.shown;
-  Table table{all ? "points" : "alarms", all ? "the points in order of time" : "points beyond a limit, the first 1000", {}, {}, false};
+  Table table{all ? "points" : "alarms",
+              all ? "the points in order of time" : "points beyond a limit, the first 1000",
+              {},
+              {},
+              false};
   table.columns = {column("time"),     column("unit"),       column("value", unit), column("from", unit),
                    column("to", unit), column("EWMA", unit), column("alarm"),       column("result")};
   for (std::size_t i = 0; i < charted.points.size(); ++i) {
@@ -189,8 +193,8 @@ Estimate chart_of_archive(const Archive& archive, const ChartRequest& request) {
   const auto& spread = chart.chart.baseline;
   const Unit& unit = chart.over.shown;
   const std::string& name = request.what.parameter;
-  state(estimate, {{name + "_expected", "mean of the baseline", unit, spread.mean, spread.mean_sd, spread.mean_lower,
-                    spread.mean_upper},
+  state(estimate, {{name + "_expected", "mean of the baseline, without the errors that all results share", unit,
+                    spread.mean, spread.mean_sd, spread.mean_lower, spread.mean_upper},
                    {name + "_scatter", "spread of the points of the baseline, stated uncertainties removed", unit,
                     spread.sd, std::nan(""), spread.sd_lower, spread.sd_upper}});
   auto& settings = estimate.provenance.settings;

@@ -29,6 +29,7 @@ void names_that_no_index_holds_are_refused(const ArchivePlace& place) {
   Deposit deposit;
   deposit.results.push_back(sample_deposit({.serial = long_name(10'000)}));
   deposit.results.push_back(sample_deposit({.serial = std::string("a\0b", 3)}));
+  for (auto& result : deposit.results) result.file = "result.json";
   const std::string problem = problem_of([&] { put_in(archive, deposit, sample_act()); });
   EXPECT_NE(problem.find("has 10000 bytes"), std::string::npos) << problem;
   EXPECT_NE(problem.find("character of value 0"), std::string::npos) << problem;
