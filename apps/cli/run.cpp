@@ -11,7 +11,9 @@
 #include "run_display.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_plan.hpp"
+#include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
 
@@ -120,15 +122,39 @@ double allowed_speed(const std::string& text, const Station& station) {
 }
 
 void print_timeline(const Plan& plan) {
+  const auto rules = stopping_rules(plan);
   double time = 0.0;
   for (const Segment& segment : plan.schedule) {
-    print(fmt::format("{:>9}  {} ({:g} s)\n", hours_text(time), segment.label, segment.duration));
+    const auto rule = rules.find(segment.label);
+    const std::string until = rule == rules.end() ? ""
+                                                  : fmt::format(" at most; until {}, from {:g} s on", rule->second.text,
+                                                                rule->second.at_least);
+    print(fmt::format("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
     time += segment.duration;
   }
   print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
+/// A rule about a parameter that the prediction of the plan lacks would never end its segment.
+void note_doubtful_rules(const Plan& plan, const Terminal& terminal) {
+  const auto rules = stopping_rules(plan);
+  if (rules.empty()) return;
+  std::vector<std::string> names;
+  try {
+    for (const Parameter& parameter : predict(plan).parameters) names.push_back(parameter.name);
+  } catch (const Error&) {
+    return;  // a plan that cannot be predicted
+  }
+  for (const auto& [label, rule] : rules)
+    if (std::ranges::find(names, rule.parameter) == names.end())
+      note(terminal, fmt::format("segment '{}': the prediction of this plan has no parameter '{}'{}; without one, the "
+                                 "segment lasts its whole duration",
+                                 label, rule.parameter, did_you_mean(rule.parameter, names)));
+}
+
 int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
+  note_doubtful_rules(run.plan, terminal);
+  run.show_estimates = terminal.live;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
   RunDisplay display(terminal);
   Operator person(run.who);
@@ -174,6 +200,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (auto problems = check_station(run.plan, station, request); !problems.empty())
     throw Error(Error::Kind::bad_input, std::move(problems));
   print_timeline(run.plan);
+  note_doubtful_rules(run.plan, terminal);
   return 0;
 }
 

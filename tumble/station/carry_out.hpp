@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/station/executive.hpp"
+#include "tumble/station/live_estimates.hpp"
 #include "tumble/station/recorder.hpp"
 #include "tumble/station/wires.hpp"
 #include "tumble/wire/controller.hpp"
@@ -54,6 +55,12 @@ struct RunView {
     double mean = 0.0, sd = 0.0, allan = 0.0;  ///< [SI]
   };
   std::vector<ChannelView> channels;
+  struct EstimateView {
+    std::string slot, name;
+    Unit unit;
+    double value = 0.0, sd = 0.0;  ///< [SI]
+  };
+  std::vector<EstimateView> estimates;              ///< the answer of the method from what has been recorded so far
   std::uint64_t frames = 0, lost = 0, damaged = 0;  ///< of all streams
   std::optional<Prompt> prompt;
   double acknowledged = 0.0;  ///< [s] up to which everything is on the disk
@@ -69,7 +76,8 @@ struct RunCompany {
   /// What happens, and "records" for each segment; `time` [s] since the begin.
   std::function<void(const Note& note, double time)> note = {};
   std::function<void(const RunView&)> show = {};
-  double show_every = 0.5;  ///< [s] of the station's clock
+  double show_every = 0.5;             ///< [s] of the station's clock
+  LiveEstimates* estimates = nullptr;  ///< stopping rules need it
 };
 
 /// Carries the course out from this state to its end.

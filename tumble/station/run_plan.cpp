@@ -25,6 +25,17 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
                 "a run before this one was killed, and the rig cannot be brought to its safe state: " + end.text);
 }
 
+/// The estimate so far, where a stopping rule or a person wants it.
+std::unique_ptr<LiveEstimates> estimates_of(const PlannedRunAtStation& run, const Course& course) {
+  constexpr std::size_t most_for_people = std::size_t{1} << 27;  // bytes of samples
+  if (course.until.empty() && !run.show_estimates) return nullptr;
+  LiveEstimatesOptions options;
+  options.most_bytes = course.until.empty() ? most_for_people : 0;
+  auto estimates = std::make_unique<LiveEstimates>(estimator_of(run.plan), options);
+  if (run.resume) estimates->load(run.folder);
+  return estimates;
+}
+
 /// Other programs need their time however fast the clock of a virtual rig goes: what is waited for them is in time of
 /// the wall.
 void wait_in_wall_time(Station& station, double speed) {
@@ -60,15 +71,17 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const Wires wires = links.wires();
   if (!run.resume) make_run_folder(run.folder, run.plan, station);
   if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder + "/takeover");
+  const auto estimates = estimates_of(run, *course);
   Disk disk;
   RecorderOptions options;
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
-  if (!run.accept_expired.empty())
-    recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
+  if (!run.accept_expired.empty()) recorder.event({clock(), "accepted", run.who, run.accept_expired, {}});
+  RunCompany company = run.company;
+  company.estimates = estimates.get();
   const RunEnd end =
-      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, run.company);
+      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
   if (end.ending != RunEnding::faulted) lease.end();
   return end;
 }

@@ -22,6 +22,7 @@ struct PlannedRunAtStation {
   double speed = 1.0;                        ///< [1] of the station's clock; other than 1 only against a virtual rig
   std::function<double()> clock;             ///< [s] of the wall, which grows
   RunCompany company = {};
+  bool show_estimates = false;  ///< the estimate so far is for people too, and not for stopping rules alone
 };
 
 /// Opens the links of the station, carries the plan out, and leaves the live store complete.

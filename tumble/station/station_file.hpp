@@ -61,10 +61,12 @@ struct StationDevice {
   std::map<std::string, double> timeouts = {};       ///< [s] of verbs that take longer
   double lost_after = 0.0;                           ///< [s] of silence; at least 3 polls
   std::optional<double> stops_by_itself =
-      {};                                 ///< [s] after the host is silent, as the maker states; absent: it does not
-  std::string identity = {};              ///< text that the reply to identify must contain: its serial number
-  std::vector<std::string> verbs = {};    ///< that its declaration has
-  std::vector<std::string> once = {};     ///< of these, those that are never sent again
+      {};                               ///< [s] after the host is silent, as the maker states; absent: it does not
+  std::string identity = {};            ///< text that the reply to identify must contain: its serial number
+  std::vector<std::string> verbs = {};  ///< that its declaration has
+  std::vector<std::string> once = {};   ///< of these, those that are never sent again
+  /// By verb, the values that a request may carry, and those without which it is refused; empty: not known.
+  std::map<std::string, std::vector<std::string>> takes = {}, needs = {};
   std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
   std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
 

@@ -224,6 +224,25 @@ TEST(StationCheck, StatesAllRefusalsAtOnce) {
   EXPECT_EQ(check_station(plan, station, accepted).size(), problems.size() - 1);
 }
 
+TEST(StationCheck, RefusesARequestThatTheControllerWouldRefuseInMotion) {
+  Station station = read_station(sound_station, "bench.toml");
+  const auto plan = plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}}),
+                                   testing::bench_segment("again", 10.0, {{"table", held_at(1.0)}})});
+  station.axes[0].speed = si(10.0, "deg/s");
+  station.devices[0].takes["position"] = {"position"};
+  station.devices[0].needs["position"] = {"position"};
+  EXPECT_EQ(check_station(plan, station, request_of_slot_1),
+            std::vector<std::string>{
+                "table: 'position' of the controller acutrol_like takes no rate: remove `speed` from the axis"})
+      << "once, however many segments";
+  station.axes[0].speed.reset();
+  EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty());
+  station.devices[0].needs["position"] = {"position", "rate"};
+  EXPECT_EQ(
+      check_station(plan, station, request_of_slot_1),
+      std::vector<std::string>{"table: 'position' of the controller acutrol_like needs rate: add `speed` to the axis"});
+}
+
 TEST(StationCheck, AcceptsACalibrationOnItsLastDay) {
   Station station = read_station(sound_station, "bench.toml");
   station.equipment[0].due = request_of_slot_1.date;

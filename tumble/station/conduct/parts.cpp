@@ -53,6 +53,8 @@ StationParts parts_of(Station& station) {
       for (const ControllerCommand& command : parts.controllers.back().commands) {
         device.verbs.push_back(command.verb);
         if (command.once) device.once.push_back(command.verb);
+        device.takes[command.verb] = command.takes;
+        device.needs[command.verb] = command.requires_;
       }
     });
   for (const StationInstrument& instrument : station.instruments)

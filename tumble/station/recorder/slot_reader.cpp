@@ -3,9 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <utility>
 
 namespace tumble::recorder {
+
+std::vector<std::string> slots_of(const StoreContent& content) {
+  std::set<std::string> slots;
+  for (const StoreStream& stream : content.streams)
+    if (!stream.slot.empty()) slots.insert(stream.slot);
+  if (slots.empty()) slots.insert("");
+  return {slots.begin(), slots.end()};
+}
 
 SlotReader::SlotReader(const StoreContent& content, std::string slot) {
   std::map<std::string, std::size_t> known;

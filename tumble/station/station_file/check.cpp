@@ -7,6 +7,7 @@
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/station/station_file/draft.hpp"
+#include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
@@ -78,6 +79,37 @@ const char* verb_of(const StationAxis& axis, const Motion& motion) {
     default:
       return axis.kind == Kind::temperature ? "set_temperature" : axis.kind == Kind::angle ? "position" : "stop";
   }
+}
+
+/// The values of the request by which the executive commands a motion (executive/motions.cpp).
+std::vector<std::string> values_of(const StationAxis& axis, const Motion& motion, const std::string& verb) {
+  if (verb == "position")
+    return axis.speed ? std::vector<std::string>{"position", "rate"} : std::vector<std::string>{"position"};
+  if (verb == "rate") return {"rate"};
+  if (verb == "set_temperature") return {"temperature"};
+  if (verb == "random") return {"rms"};
+  if (verb == "sweep") return {"amplitude", "frequency", "to_frequency", "duration"};
+  if (verb != "sine") return {};
+  return motion.phase != 0.0 ? std::vector<std::string>{"amplitude", "frequency", "phase"}
+                             : std::vector<std::string>{"amplitude", "frequency"};
+}
+
+/// What a request would carry that the controller does not take, or lacks what it needs.
+void check_values(Checking& checking, const StationAxis& axis, const Motion& motion) {
+  const auto& device = checking.station.devices[axis.device];
+  const std::string verb = verb_of(axis, motion);
+  const auto takes = device.takes.find(verb);
+  if (takes == device.takes.end()) return;
+  const auto values = values_of(axis, motion, verb);
+  const bool speed = verb == "position";
+  for (const auto& value : values)
+    if (!contains(takes->second, value))
+      checking.add(fmt::format("{}: '{}' of the controller {} takes no {}{}", axis.name, verb, device.controller, value,
+                               speed && value == "rate" ? ": remove `speed` from the axis" : ""));
+  for (const auto& value : device.needs.at(verb))
+    if (!contains(values, value))
+      checking.add(fmt::format("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
+                               speed && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
@@ -174,8 +206,20 @@ void check_schedule(Checking& checking) {
         continue;
       }
       check_verbs(checking, segment, *axis, motion);
+      check_values(checking, *axis, motion);
       MotionLimits(checking, segment, *axis).check(motion);
     }
+}
+
+/// A run keeps its plan, to be carried on with it.
+void check_rules(Checking& checking) {
+  if (!checking.plan.file.empty() && !checking.plan.text)
+    checking.add("the plan is longer than 100 kB: a run keeps a copy of its plan, which may be as long as that");
+  try {
+    stopping_rules(checking.plan);
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) checking.add(problem);
+  }
 }
 
 bool is_blank(const std::string& text) { return text.find_first_not_of(" \t") == std::string::npos; }
@@ -237,6 +281,7 @@ std::vector<std::string> check_station(const Plan& plan, const Station& station,
   station_file::Checking checking{plan, station, request, {}};
   station_file::check_axes_of_rig(checking);
   station_file::check_schedule(checking);
+  station_file::check_rules(checking);
   station_file::check_units(checking);
   station_file::check_rates(checking);
   station_file::check_equipment(checking);
