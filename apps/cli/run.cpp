@@ -135,21 +135,23 @@ void print_timeline(const Plan& plan) {
   print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
-/// A rule about a parameter that the prediction of the plan lacks would never end its segment.
+/// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
 void note_doubtful_rules(const Plan& plan, const Terminal& terminal) {
-  const auto rules = stopping_rules(plan);
-  if (rules.empty()) return;
+  std::map<std::string, std::string> parameter_of;  // by the text of the rule
+  for (const auto& [label, rule] : stopping_rules(plan)) parameter_of[rule.text] = rule.parameter;
+  if (parameter_of.empty() || plan.method.empty() || !find_method(plan.method).predict) return;
   std::vector<std::string> names;
   try {
     for (const Parameter& parameter : predict(plan).parameters) names.push_back(parameter.name);
   } catch (const Error&) {
     return;  // a plan that cannot be predicted
   }
-  for (const auto& [label, rule] : rules)
-    if (std::ranges::find(names, rule.parameter) == names.end())
-      note(terminal, fmt::format("segment '{}': the prediction of this plan has no parameter '{}'{}; without one, the "
-                                 "segment lasts its whole duration",
-                                 label, rule.parameter, did_you_mean(rule.parameter, names)));
+  for (const auto& [text, parameter] : parameter_of)
+    if (std::ranges::find(names, parameter) == names.end())
+      note(terminal,
+           fmt::format("'{}': the prediction of this plan has no such parameter{}; without it, a segment lasts "
+                       "its whole duration",
+                       text, did_you_mean(parameter, names)));
 }
 
 int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {

@@ -144,6 +144,16 @@ TEST(SeveralUnits, TheOthersCompleteThePlanWhenOneDies) {
   }
 }
 
+TEST(SeveralUnits, TheRunEndsWhenAllAreNeeded) {
+  Bench bench(turning(13, 12.0));
+  bench.slots({"a", "b", "c"});
+  bench.rehearsal.station->all_units = true;
+  bench.fault(FaultKind::drop_link, "b", 0.0, 60.0);
+  const Rehearsed rehearsed = rehearse(bench.rehearsal);
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;
+  EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), at_rest);
+}
+
 /// 0.006 deg/s is within the tolerance of the station and 21.6 deg/h of the bias, if the demand were believed.
 TEST(DriftingTable, TheRateThatWasMeasuredEntersTheEstimate) {
   Bench bench(load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {}));

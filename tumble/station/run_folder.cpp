@@ -32,6 +32,8 @@ std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station
   course->station = station;
   course->schedule = plan.schedule;
   course->until = stopping_rules(plan);
+  course->all_units = station.all_units;
+  course->prompt_deadline = station.answer_within;
   for (const auto& [slot, serial] : units) course->units.push_back({slot, serial});
   return course;
 }

@@ -1,5 +1,8 @@
 #include "tumble/station/run_plan.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <utility>
 
 #include "tumble/station/disk.hpp"

@@ -126,6 +126,8 @@ struct Station {
   std::vector<StationDevice> devices;
   std::vector<StationAxis> axes;
   std::vector<std::string> by_hand;  ///< axes that a person moves: "mount_yaw"
+  bool all_units = false;            ///< a unit that fails ends the run; else the others go on
+  double answer_within = 600.0;      ///< [s] until a question that nobody answers holds the rig
   std::vector<StationInstrument> instruments;
   std::vector<StationInterlock> interlocks;
   std::vector<SafeCommand> safe;
@@ -153,6 +155,9 @@ struct StationRequest {
   bool rehearsed = false;                         ///< equipment may be out of calibration: nothing is measured
   std::string accept_expired = {};                ///< reason for which equipment out of calibration is accepted
 };
+
+/// Equipment whose calibration was due before that date, in words. Given: date "2026-11-24".
+std::vector<std::string> expired_equipment(const Station& station, const std::string& date);
 
 /// All reasons why a plan cannot be carried out at a station, so that it is refused before anything moves.
 std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request);

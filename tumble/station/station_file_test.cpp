@@ -147,6 +147,17 @@ TEST(StationFile, StatesAllProblemsWithLineAndNearestKey) {
   EXPECT_TRUE(has_problem(problems, "a date in quotes is expected"));
 }
 
+TEST(StationFile, SaysWhetherAllUnitsAreNeededAndHowLongAQuestionWaits) {
+  EXPECT_FALSE(read_station(sound_station, "bench.toml").all_units);
+  const std::string said =
+      with_replaced(sound_station, "[station]\n", "[station]\nunits = \"all\"\nanswer_within = \"1 h\"\n");
+  const Station station = read_station(said, "bench.toml");
+  EXPECT_TRUE(station.all_units);
+  EXPECT_EQ(station.answer_within, 3600.0);
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(said, "\"all\"", "\"both\"")), "units: \"all\""));
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(said, "\"1 h\"", "\"0 s\"")), "must be above zero"));
+}
+
 TEST(StationFile, RefusesWhatIsMissingOrTwice) {
   EXPECT_TRUE(has_problem(problems_of_station(""), "[station] is missing"));
   EXPECT_TRUE(has_problem(problems_of_station("[station]\nname = \"a\"\n"), "a station needs one or more devices"));

@@ -18,12 +18,24 @@ std::size_t wanted_inputs() {
   return text == nullptr ? 10000 : static_cast<std::size_t>(std::strtoull(text, nullptr, 10));
 }
 
+/// The frames of a declaration; in its first variant, where its numbers have a meaning only in one.
+FrameCodec codec_to_spoil(const std::string& name) {
+  const auto& instrument = find_instrument(name);
+  FrameCodec codec = codec_of(instrument);
+  return codec.unchosen.empty() ? codec : codec_of(instrument, {instrument.variants.front()});
+}
+
+/// Whether a vector is one of the codec in this variant.
+bool holds_for(const FrameCodec& codec, const FrameVector& vector) {
+  return decode_frame(codec, vector.bytes).has_value();
+}
+
 /// Frames that follow each other as an instrument sends them: those of the vectors, with counters that count.
 std::string sound_stream(const FrameCodec& codec, std::size_t frames) {
   std::vector<FrameContent> contents;
   for (const auto& vector : codec.vectors)
     if (const auto content = decode_frame(codec, vector.bytes))
-      if (vector.variant.empty() && std::ranges::count(content->present, 1) > 0) contents.push_back(*content);
+      if (std::ranges::count(content->present, 1) > 0) contents.push_back(*content);
   std::string bytes;
   for (std::size_t k = 0; k < frames && !contents.empty(); ++k) {
     FrameContent content = contents.front();
@@ -85,12 +97,12 @@ DecodedStream decoded_stream(const FrameCodec& codec, const std::string& bytes, 
 class InstrumentFuzz : public ::testing::TestWithParam<std::string> {};
 
 /// What is decoded does not depend on how the bytes arrive; each byte is in a frame, or counted, or waits at the end;
-/// and the sequence of the frames goes on.
+/// and the sequence of the frames does not go back (frames without a counter may share a number).
 TEST_P(InstrumentFuzz, SpoiledStreamsAreDecodedAlikeInAnyPieces) {
-  const FrameCodec codec = codec_of(find_instrument(GetParam()));
+  const FrameCodec codec = codec_to_spoil(GetParam());
   std::string sound;
   for (const auto& vector : codec.vectors)
-    if (vector.variant.empty()) sound += vector.bytes + codec.between;
+    if (holds_for(codec, vector)) sound += vector.bytes + codec.between;
   sound += sound_stream(codec, 6);
   ASSERT_FALSE(sound.empty());
   StreamRandom random(31);
@@ -105,7 +117,7 @@ TEST_P(InstrumentFuzz, SpoiledStreamsAreDecodedAlikeInAnyPieces) {
     ASSERT_LE(a.good_bytes + a.skipped_bytes + a.cut, bytes.size()) << "input " << input;
     for (std::size_t i = 1; i < whole.frames.size(); ++i) {
       ASSERT_GT(whole.frames[i].first, whole.frames[i - 1].first) << "input " << input;
-      ASSERT_GT(whole.frames[i].second, whole.frames[i - 1].second) << "input " << input;
+      ASSERT_GE(whole.frames[i].second, whole.frames[i - 1].second) << "input " << input;
     }
   }
 }
@@ -113,7 +125,7 @@ TEST_P(InstrumentFuzz, SpoiledStreamsAreDecodedAlikeInAnyPieces) {
 /// Behind a spoiled stream, sound frames are found again: at most those of the longest frame that noise may have begun
 /// are missing.
 TEST_P(InstrumentFuzz, SoundFramesBehindThemAreFoundAgain) {
-  const FrameCodec codec = codec_of(find_instrument(GetParam()));
+  const FrameCodec codec = codec_to_spoil(GetParam());
   const std::string sound = sound_stream(codec, 200);
   if (sound.empty()) GTEST_SKIP() << "its vectors cannot be continued";
   StreamRandom random(37);

@@ -267,15 +267,21 @@ void check_equipment(Checking& checking) {
   if (checking.request.rehearsed) return;
   if (!is_date(date)) return checking.add(fmt::format("'{}' is no date; \"2026-11-24\" is expected", date));
   if (!checking.request.accept_expired.empty()) return;
-  for (const auto& equipment : checking.station.equipment)
-    if (!equipment.due.empty() && equipment.due < date)
-      checking.add(fmt::format("{} {}: its calibration{} was due on {}: calibrate it, or state --accept-expired REASON",
-                               equipment.name, equipment.serial,
-                               equipment.certificate.empty() ? "" : " " + equipment.certificate, equipment.due));
+  for (const auto& expired : expired_equipment(checking.station, date))
+    checking.add(expired + ": calibrate it, or state --accept-expired REASON");
 }
 
 }  // namespace
 }  // namespace station_file
+
+std::vector<std::string> expired_equipment(const Station& station, const std::string& date) {
+  std::vector<std::string> expired;
+  for (const auto& equipment : station.equipment)
+    if (!equipment.due.empty() && equipment.due < date)
+      expired.push_back(fmt::format("{} {}: its calibration{} was due on {}", equipment.name, equipment.serial,
+                                    equipment.certificate.empty() ? "" : " " + equipment.certificate, equipment.due));
+  return expired;
+}
 
 std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request) {
   station_file::Checking checking{plan, station, request, {}};
