@@ -254,7 +254,6 @@ class Conductor {
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
     const bool begins = row.kind == RunRow::Kind::segment_begins;
     if (begins || row.kind == RunRow::Kind::segment_ends) {
       JournalRow step;
@@ -268,6 +267,8 @@ class Conductor {
       step.reason = row.reason;
       note_step(step);
     }
+    // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
+    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
     recorder_.flush();
   }
   void perform(const Prompt& prompt) {
