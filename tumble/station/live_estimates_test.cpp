@@ -13,6 +13,7 @@
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
 #include "tumble/station/testing/served_rig.hpp"
+#include "tumble/station/virtual_stream.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/unit.hpp"
@@ -135,6 +136,31 @@ TEST(LiveEstimates, ARunOverTcpEndsByItsRuleToo) {
   EXPECT_EQ(row->at_least, 120.0);
   ASSERT_TRUE(row->reached.has_value());
   EXPECT_GE(*row->reached, 120.0);
+}
+
+/// The segment goes on until every unit is good enough, except one that has dropped out.
+TEST(LiveEstimates, ARuleIsForAllUnitsThatAreStillThere) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal;
+  rehearsal.plan = plan_of(scratch, resting(rule_of_one));
+  Station station = station_for(rehearsal.plan);
+  station.file = scratch.file("station.toml");
+  std::ofstream(scratch.file(std::string(made_frames_name))) << frames_for(rehearsal.plan);
+  station.instruments.push_back(station.instruments.front());
+  station.instruments[0].slot = "a";
+  station.instruments[1].slot = "b";
+  rehearsal.units = {{"a", "1"}, {"b", "2"}};
+  rehearsal.station = station;
+  rehearsal.folder = scratch.file("run");
+  rehearsal.recording = scratch.file("run.h5");
+  rehearsal.faults = {
+      {.kind = FaultKind::drop_link, .name = "it", .about = "b", .at = 100.0, .lasts = 1e9, .ends = "complete"}};
+  const Rehearsed rehearsed = rehearse(rehearsal);
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  const auto rows = journal_of(rehearsal.folder);
+  const auto row = std::ranges::find(rows, RunRow::Kind::segment_ends, &RunRow::kind);
+  ASSERT_NE(row, rows.end());
+  EXPECT_TRUE(row->reached.has_value()) << "the dead unit does not keep the rule from being met";
 }
 
 /// What a run that is carried on knows is what it knew before.

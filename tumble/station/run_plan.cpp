@@ -80,7 +80,9 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
-  if (!run.accept_expired.empty()) recorder.event({clock(), "accepted", run.who, run.accept_expired, {}});
+  if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
+    recorder.event(
+        {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
   RunCompany company = run.company;
   company.estimates = estimates.get();
   const RunEnd end =

@@ -18,16 +18,20 @@ std::size_t wanted_inputs() {
   return text == nullptr ? 10000 : static_cast<std::size_t>(std::strtoull(text, nullptr, 10));
 }
 
-/// The frames of a declaration; in its first variant, where its numbers have a meaning only in one.
+/// Whether a vector is one of the codec in its variant.
+bool holds_for(const FrameCodec& codec, const FrameVector& vector) {
+  return decode_frame(codec, vector.bytes).has_value();
+}
+
+/// The frames of a declaration; where its numbers have a meaning only in a variant, in the first one with vectors.
 FrameCodec codec_to_spoil(const std::string& name) {
   const auto& instrument = find_instrument(name);
   FrameCodec codec = codec_of(instrument);
-  return codec.unchosen.empty() ? codec : codec_of(instrument, {instrument.variants.front()});
-}
-
-/// Whether a vector is one of the codec in this variant.
-bool holds_for(const FrameCodec& codec, const FrameVector& vector) {
-  return decode_frame(codec, vector.bytes).has_value();
+  for (const auto& variant : instrument.variants) {
+    if (codec.unchosen.empty() && !codec.vectors.empty()) break;
+    codec = codec_of(instrument, {variant});
+  }
+  return codec;
 }
 
 /// Frames that follow each other as an instrument sends them: those of the vectors, with counters that count.

@@ -111,7 +111,10 @@ std::optional<RateDeparture> departure_of_rate(double rate, const Angles& angles
              second = slope_of(angles, residuals, count / 2, count);
   if (std::abs(first.rate - second.rate) > tolerance + explained * std::hypot(first.sd, second.sd)) return {};
   if (std::abs(all.rate) > most_rate_departure * std::abs(rate)) return {};
-  return all;
+  // An encoder that resolves little shows one step in an hour: such a step is a slope of up to 1.5 step/time.
+  double step = 0.0;
+  for (std::size_t i = 1; i < count; ++i) step = std::max(step, std::abs(residuals[i] - residuals[i - 1]));
+  return RateDeparture{all.rate, std::max(all.sd, 0.5 * step / (angles.times.back() - angles.times.front()))};
 }
 
 /// What the axis turned faster than the plan says [rad/s], where neither the plan's error of the rate nor the readings

@@ -37,8 +37,9 @@ struct RecordedTurns {
 ///
 /// An axis may turn at another rate than the plan says, as one that is off within the tolerance of its station. The
 /// slope of th - W t is taken as departure from W where it exceeds six standard deviations of the plan's
-/// `rate_error_sd` and of the slope together, is at most a hundredth of W, and is the same in both halves of the time:
-/// then the rate of the readings is used.
+/// `rate_error_sd` and of the slope together (which is at least half of the largest step between two readings over
+/// their time, because of encoders that resolve little), is at most a hundredth of W, and is the same in both halves of
+/// the time: then the rate of the readings is used.
 ///
 /// A segment that several recordings hold with different phases has a plan of its own in each; the errors of the rig
 /// are then those of several rigs.

@@ -87,6 +87,21 @@ TEST(RecordedTurns, ARateThatThePlanDoesNotExplainIsThatOfTheEncoder) {
   EXPECT_NEAR(std::remainder(*found.from + found.value * middle - truth, two_pi), 0.0, 1e-9);
 }
 
+/// Readings in steps of 0.01 deg: one step within the segment is no other rate, 0.4 deg are.
+TEST(RecordedTurns, AStepOfTheEncoderIsNoRate) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
+  for (const auto& [departure, seen] : {std::pair{5e-6, false}, std::pair{1e-4, true}}) {
+    Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = turning.value * (1.0 + departure)});
+    evidence.plan = plan_of_motion(turning, 100.0, true);
+    evidence.plan.rig.set_number("rate_error_sd", 0.0, Unit::parse("ppm"));
+    const double step = si(0.01, "deg");
+    for (auto& channel : evidence.recordings[0].channels)
+      if (channel.name == "inner_angle")
+        for (double& angle : channel.values) angle = step * std::round(angle / step);
+    EXPECT_EQ(motion_of(recorded_turns(evidence)).value != turning.value, seen) << departure;
+  }
+}
+
 TEST(RecordedTurns, ReadingsWithinOneTurnSayTheSame) {
   const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
   Evidence evidence = under_way(turning);
