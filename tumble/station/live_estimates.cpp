@@ -35,7 +35,7 @@ struct SampleBlock {
 
 /// All that was recorded up to one moment.
 struct RecordedSoFar {
-  StoreContent content;  ///< streams alone
+  StoreContent content;  ///< links and streams alone
   std::vector<std::shared_ptr<const SampleBlock>> blocks;
   recorder::JournalReader journal;
   double time = 0.0;  ///< [s]
@@ -141,10 +141,20 @@ LiveEstimates::~LiveEstimates() {
   if (inner_->thread.joinable()) inner_->thread.join();
 }
 
+namespace live {
+
+template <class One>
+void put(std::vector<One>& all, std::size_t index, const One& one) {
+  if (all.size() <= index) all.resize(index + 1);
+  all[index] = one;
+}
+
+}  // namespace live
+
+void LiveEstimates::link(std::size_t index, const StoreLink& link) { put(inner_->recorded.content.links, index, link); }
+
 void LiveEstimates::stream(std::size_t index, const StoreStream& stream) {
-  auto& streams = inner_->recorded.content.streams;
-  if (streams.size() <= index) streams.resize(index + 1);
-  streams[index] = stream;
+  put(inner_->recorded.content.streams, index, stream);
 }
 
 void LiveEstimates::sample(std::size_t stream, const StoreSample& sample) {
@@ -163,6 +173,7 @@ void LiveEstimates::journal(const JournalRow& row) { inner_->recorded.journal.ad
 void LiveEstimates::load(const std::string& run) {
   // The streams are described before their samples: a first look takes these, a second one the samples.
   const StoreContent content = visit_store(run, [](const StoreItem&) {});
+  for (std::size_t i = 0; i < content.links.size(); ++i) link(i, content.links[i]);
   for (std::size_t i = 0; i < content.streams.size(); ++i) stream(i, content.streams[i]);
   visit_store(run, [&](const StoreItem& item) {
     if (item.journal) journal(*item.journal);

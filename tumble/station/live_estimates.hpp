@@ -39,7 +39,8 @@ class LiveEstimates {
   LiveEstimates& operator=(const LiveEstimates&) = delete;
   ~LiveEstimates();  ///< an estimate under way is given up
 
-  /// `index`: of the stream in the store.
+  /// `index`: of the link or stream in the store.
+  void link(std::size_t index, const StoreLink& link);
   void stream(std::size_t index, const StoreStream& stream);
   void sample(std::size_t stream, const StoreSample& sample);
   void journal(const JournalRow& row);

@@ -70,7 +70,7 @@ std::size_t InstrumentRecorder::stream_of(const FrameContent& content) {
   for (std::size_t i = 0; i < content.present.size(); ++i)
     if (content.present[i]) stream.channels.push_back(codec_.channels[i]);
   place->second = recorder_.add_stream(stream);
-  if (live_) live_->stream(place->second, stream);
+  if (live_) live_->link(link_, description_), live_->stream(place->second, stream);
   return place->second;
 }
 

@@ -71,6 +71,8 @@ struct StationDevice {
   std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
 
   bool can(const std::string& verb) const;
+  /// Whether the verb may carry this value; true where nothing is known of the verb.
+  bool may_carry(const std::string& verb, const std::string& value) const;
 };
 
 /// A place for a unit under test, and its stream.

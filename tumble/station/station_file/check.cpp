@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "tumble/rigs/rig.hpp"
@@ -81,11 +83,19 @@ const char* verb_of(const StationAxis& axis, const Motion& motion) {
   }
 }
 
-/// The values of the request by which the executive commands a motion (executive/motions.cpp).
-std::vector<std::string> values_of(const StationAxis& axis, const Motion& motion, const std::string& verb) {
+/// The values of the request by which the executive commands a motion (executive/motions.cpp), which omits those of
+/// speed and acceleration that a controller does not take.
+std::vector<std::string> values_of(const StationDevice& device, const StationAxis& axis, const Motion& motion,
+                                   const std::string& verb) {
+  std::vector<std::string> values;
+  if (axis.max_acceleration && device.may_carry(verb, "acceleration")) values.emplace_back("acceleration");
+  const auto with = [&](std::initializer_list<const char*> more) {
+    values.insert(values.end(), more.begin(), more.end());
+    return values;
+  };
   if (verb == "position")
-    return axis.speed ? std::vector<std::string>{"position", "rate"} : std::vector<std::string>{"position"};
-  if (verb == "rate") return {"rate"};
+    return axis.speed && device.may_carry(verb, "rate") ? with({"position", "rate"}) : with({"position"});
+  if (verb == "rate") return with({"rate"});
   if (verb == "set_temperature") return {"temperature"};
   if (verb == "random") return {"rms"};
   if (verb == "sweep") return {"amplitude", "frequency", "to_frequency", "duration"};
@@ -98,18 +108,15 @@ std::vector<std::string> values_of(const StationAxis& axis, const Motion& motion
 void check_values(Checking& checking, const StationAxis& axis, const Motion& motion) {
   const auto& device = checking.station.devices[axis.device];
   const std::string verb = verb_of(axis, motion);
-  const auto takes = device.takes.find(verb);
-  if (takes == device.takes.end()) return;
-  const auto values = values_of(axis, motion, verb);
-  const bool speed = verb == "position";
+  if (!device.takes.contains(verb) || !device.needs.contains(verb)) return;
+  const auto values = values_of(device, axis, motion, verb);
   for (const auto& value : values)
-    if (!contains(takes->second, value))
-      checking.add(fmt::format("{}: '{}' of the controller {} takes no {}{}", axis.name, verb, device.controller, value,
-                               speed && value == "rate" ? ": remove `speed` from the axis" : ""));
+    if (!device.may_carry(verb, value))
+      checking.add(fmt::format("{}: '{}' of the controller {} takes no {}", axis.name, verb, device.controller, value));
   for (const auto& value : device.needs.at(verb))
     if (!contains(values, value))
       checking.add(fmt::format("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
-                               speed && value == "rate" ? ": add `speed` to the axis" : ""));
+                               verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
@@ -122,13 +129,17 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
     if (!device.verbs.empty() && !device.can(one))
       checking.add(fmt::format("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
                                axis.name, one, device.controller));
+  if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
+    checking.add(
+        fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
+                    segment.label, axis.name, verb, device.controller));
 }
 
-/// Limits of the station for one motion of the plan.
+/// Limits of the station for one motion of the plan. `stands_at`: where the axis stands before it, where that is known.
 class MotionLimits {
  public:
-  MotionLimits(Checking& checking, const Segment& segment, const StationAxis& axis)
-      : checking_(checking), segment_(segment), axis_(axis) {}
+  MotionLimits(Checking& checking, const Segment& segment, const StationAxis& axis, std::optional<double> stands_at)
+      : checking_(checking), segment_(segment), axis_(axis), stands_at_(stands_at) {}
 
   void check(const Motion& motion) const {
     switch (motion.kind) {
@@ -141,7 +152,7 @@ class MotionLimits {
         return rate(motion.value);
       case MotionKind::rate:
         rate(motion.value);
-        return travel(std::abs(motion.value) * segment_.duration);
+        return turning(motion.value);
       case MotionKind::sine:
         return oscillation(motion.amplitude, motion.frequency);
       case MotionKind::sweep:
@@ -158,8 +169,9 @@ class MotionLimits {
   }
   void place(double value) const {
     const Unit unit = unit_of(axis_.kind, false);
-    if (axis_.lowest && value < *axis_.lowest) beyond(value, *axis_.lowest, unit);
-    if (axis_.highest && value > *axis_.highest) beyond(value, *axis_.highest, unit);
+    const double rounding = 1e-12 * (1.0 + std::abs(value));
+    if (axis_.lowest && value < *axis_.lowest - rounding) beyond(value, *axis_.lowest, unit);
+    if (axis_.highest && value > *axis_.highest + rounding) beyond(value, *axis_.highest, unit);
   }
   void rate(double value) const {
     const Unit unit = axis_.kind == Kind::temperature ? Unit::parse("K/min") : Unit::parse("deg/s");
@@ -169,10 +181,17 @@ class MotionLimits {
     if (axis_.lowest && axis_.highest && value > *axis_.highest - *axis_.lowest)
       beyond(value, *axis_.highest - *axis_.lowest, unit_of(axis_.kind, true));
   }
+  /// A rate goes on while the axis settles and soaks, and for the duration.
+  void turning(double rate) const {
+    const double way = rate * (axis_.settle.hold + axis_.settle.soak + segment_.duration);
+    travel(std::abs(way));
+    if (stands_at_) place(*stands_at_ + way);
+  }
   void oscillation(double amplitude, double frequency) const {
     const double w = two_pi * frequency;
     if (axis_.kind == Kind::acceleration) return acceleration(amplitude, Unit::parse("m/s^2"));
     travel(2.0 * amplitude);
+    if (stands_at_) place(*stands_at_ - amplitude), place(*stands_at_ + amplitude);
     rate(amplitude * w);
     acceleration(amplitude * w * w, Unit::parse("deg/s^2"));
   }
@@ -184,12 +203,21 @@ class MotionLimits {
   Checking& checking_;
   const Segment& segment_;
   const StationAxis& axis_;
+  std::optional<double> stands_at_;
 };
+
+/// Where an axis stands after a motion of the plan; nothing: not known.
+std::optional<double> place_after(const Motion& motion) {
+  if (motion.kind == MotionKind::hold || motion.kind == MotionKind::dwell) return motion.value;
+  if (motion.kind == MotionKind::ramp || motion.kind == MotionKind::slew) return motion.to;
+  return std::nullopt;
+}
 
 void check_schedule(Checking& checking) {
   const auto& station = checking.station;
   if (checking.plan.schedule.empty()) checking.add("the plan has no schedule that could be carried out");
   std::set<std::string> unmoved;
+  std::map<std::string, std::optional<double>> places;
   for (const auto& segment : checking.plan.schedule)
     for (const auto& [name, motion] : segment.axes) {
       if (contains(station.by_hand, name)) {
@@ -207,7 +235,8 @@ void check_schedule(Checking& checking) {
       }
       check_verbs(checking, segment, *axis, motion);
       check_values(checking, *axis, motion);
-      MotionLimits(checking, segment, *axis).check(motion);
+      MotionLimits(checking, segment, *axis, places[name]).check(motion);
+      places[name] = place_after(motion);
     }
 }
 
