@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -15,6 +16,8 @@
 
 namespace tumble {
 namespace {
+
+constexpr double longest_commit = 5.0;  ///< [s of the wall] of a disk while axes may move
 
 /// The folder of a takeover: a run may be taken over more than once.
 std::string takeover_folder_in(const std::string& run) {
@@ -108,6 +111,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
         {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
   RunCompany company = run.company;
   company.estimates = estimates.get();
+  company.longest_commit = std::min(company.longest_commit, longest_commit);
   const RunEnd end =
       carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
   if (end.ending != RunEnding::faulted) lease.end();
