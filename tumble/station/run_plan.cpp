@@ -106,6 +106,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
+  if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
     recorder.event(
         {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
