@@ -16,7 +16,9 @@
 #include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_plan.hpp"
 #include "tumble/station/typed_order.hpp"
+#include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
 
@@ -125,12 +127,36 @@ double allowed_speed(const std::string& text, const Station& station) {
 }
 
 void print_timeline(const Plan& plan) {
+  const auto rules = stopping_rules(plan);
   double time = 0.0;
   for (const Segment& segment : plan.schedule) {
-    print(fmt::format("{:>9}  {} ({:g} s)\n", hours_text(time), segment.label, segment.duration));
+    const auto rule = rules.find(segment.label);
+    const std::string until = rule == rules.end() ? ""
+                                                  : fmt::format(" at most; until {}, from {:g} s on", rule->second.text,
+                                                                rule->second.at_least);
+    print(fmt::format("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
     time += segment.duration;
   }
   print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
+}
+
+/// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
+void note_doubtful_rules(const Plan& plan, const Terminal& terminal) {
+  std::map<std::string, std::string> parameter_of;  // by the text of the rule
+  for (const auto& [label, rule] : stopping_rules(plan)) parameter_of[rule.text] = rule.parameter;
+  if (parameter_of.empty() || plan.method.empty() || !find_method(plan.method).predict) return;
+  std::vector<std::string> names;
+  try {
+    for (const Parameter& parameter : predict(plan).parameters) names.push_back(parameter.name);
+  } catch (const Error&) {
+    return;  // a plan that cannot be predicted
+  }
+  for (const auto& [text, parameter] : parameter_of)
+    if (std::ranges::find(names, parameter) == names.end())
+      note(terminal,
+           fmt::format("'{}': the prediction of this plan has no such parameter{}; without it, a segment lasts "
+                       "its whole duration",
+                       text, did_you_mean(parameter, names)));
 }
 
 /// The operator, where --by names nobody else.
@@ -147,6 +173,8 @@ void stay_with_the_rig() {
 }
 
 int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const Terminal& terminal) {
+  note_doubtful_rules(run.plan, terminal);
+  run.show_estimates = terminal.live;
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   RunDisplay display(terminal);
@@ -198,6 +226,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (auto problems = check_station(run.plan, station, request); !problems.empty())
     throw Error(Error::Kind::bad_input, std::move(problems));
   print_timeline(run.plan);
+  note_doubtful_rules(run.plan, terminal);
   return 0;
 }
 

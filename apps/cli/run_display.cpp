@@ -54,6 +54,24 @@ std::string channels_text(const RunView& view, std::size_t width) {
   return names.cells.empty() ? "" : text_table({names, units, means, sds, allans}, width);
 }
 
+/// What the method makes of everything so far: of each unit the first parameters, those without a value yet excluded.
+std::string estimates_text(const RunView& view, std::size_t width) {
+  using Align = TextColumn::Align;
+  constexpr std::size_t most = 12;
+  TextColumn names{"estimate so far", "", {}, Align::left}, units{"unit", "", {}, Align::left};
+  TextColumn values{"value", "", {}}, sds{"sd", "", {}};
+  for (const auto& estimate : view.estimates) {
+    if (names.cells.size() == most) break;
+    names.cells.push_back(view.estimates.front().slot == view.estimates.back().slot
+                              ? estimate.name
+                              : estimate.slot + "." + estimate.name);
+    units.cells.push_back(estimate.unit.text());
+    values.cells.push_back(fmt::format("{:.6g}", estimate.unit.from_si(estimate.value)));
+    sds.cells.push_back(fmt::format("{:.3g}", estimate.unit.difference_from_si(estimate.sd)));
+  }
+  return names.cells.empty() ? "" : "\n" + text_table({names, units, values, sds}, width);
+}
+
 }  // namespace
 
 std::string hours_text(double seconds) {
@@ -68,6 +86,7 @@ void RunDisplay::show(const RunView& view) {
       hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments), view.segments, view.label,
       hours_text(view.left), hours_text(view.acknowledged), view.frames, view.lost, view.damaged);
   text += axes_text(view, terminal_.width) + "\n" + channels_text(view, terminal_.width);
+  text += estimates_text(view, terminal_.width);
   if (view.prompt) text += "\n" + view.prompt->text + "\n";
   block_.show(text + "\np pauses at the next segment, r resumes, Ctrl+C ends the run safely\n");
 }

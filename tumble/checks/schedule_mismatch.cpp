@@ -64,6 +64,16 @@ Findings by_length(const Schedule& segments, const Extent& extent) {
            {{"recorded", found, "s"}, {"planned", whole, "s"}}}};
 }
 
+/// Whether the station ended the segment of a mark before its duration by a rule of the plan: it says so itself.
+bool ended_by_rule(const Recording& recording, const Mark& mark) {
+  return std::ranges::any_of(recording.findings, [&](const Finding& finding) {
+    if (finding.code != "ended_by_rule" || finding.values.size() < 2) return false;
+    const auto* label = std::get_if<std::string>(&finding.values[0].value);
+    const auto* run = std::get_if<long long>(&finding.values[1].value);
+    return label && run && *label == mark.label && *run == mark.run;
+  });
+}
+
 /// What is the matter with the duration of the segment that a mark begins; nothing if it is as planned.
 void compare_duration(const std::vector<Mark>& marks, std::size_t i, double planned, const Extent& extent,
                       Findings& findings) {
@@ -135,7 +145,7 @@ Findings by_marks(const Recording& recording, const Schedule& segments, const Ex
       continue;
     }
     recorded[k] = true;
-    compare_duration(marks, i, segments[k].duration, extent, findings);
+    if (!ended_by_rule(recording, mark)) compare_duration(marks, i, segments[k].duration, extent, findings);
   }
   for (std::size_t k = 0; k < segments.size(); ++k)
     if (!recorded[k] && std::ranges::find(marks, segments[k].run, &Mark::run) != marks.end())

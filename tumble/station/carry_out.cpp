@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tumble/station/conduct/device_line.hpp"
+#include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
@@ -36,7 +37,12 @@ class Conductor {
  public:
   Conductor(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
             const RunCompany& company)
-      : state_(std::move(state)), parts_(parts), wires_(wires), recorder_(recorder), company_(company) {
+      : state_(std::move(state)),
+        parts_(parts),
+        wires_(wires),
+        recorder_(recorder),
+        company_(company),
+        estimates_(company.estimates, *state_.course) {
     const Station& station = state_.course->station;
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
@@ -81,7 +87,7 @@ class Conductor {
     link.declaration = stream.text;
     link.declaration_name = stream.name;
     link.variants = stream.variants;
-    return std::make_unique<InstrumentRecorder>(recorder_, stream.codec, link);
+    return std::make_unique<InstrumentRecorder>(recorder_, stream.codec, link, company_.estimates);
   }
 
   void send(std::size_t device, std::string_view bytes) {
@@ -167,6 +173,9 @@ class Conductor {
     if (now >= next_values_) {
       look_for_silence(now);
       tell_values(now);
+      estimates_.look(
+          now, state_.recording, [&](EstimateNow estimate) { take(std::move(estimate), now); },
+          [&](const Note& note) { perform(note); });
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     if (company_.show && now >= next_show_) {
@@ -192,7 +201,7 @@ class Conductor {
   void tell_watched(std::size_t i, double time) {
     ChannelValues values;
     for (const auto& shown : streams_[i]->shown()) {
-      if (shown.noise.count() == 0) continue;
+      if (!shown.seen) continue;
       std::string channel = state_.course->station.instruments[i].slot + "." + shown.channel.name;
       if (watched_.contains(channel)) values.values.emplace(std::move(channel), shown.last);
     }
@@ -205,7 +214,7 @@ class Conductor {
     for (std::size_t i = 0; i < streams_.size(); ++i) {
       if (!streams_[i]) continue;
       for (const auto& shown : streams_[i]->shown())
-        if (shown.noise.count() > 0)
+        if (shown.seen)
           values.values[state_.course->station.instruments[i].slot + "." + shown.channel.name] = shown.last;
     }
     if (!values.values.empty()) take(std::move(values), now);
@@ -232,6 +241,18 @@ class Conductor {
     busy_ = false;
   }
 
+  /// What people see of the channels is that of one segment.
+  void begin_segment(const std::string& label, double time) {
+    estimates_.begin(label, time);
+    for (const auto& stream : streams_)
+      if (stream) stream->begin_noise();
+  }
+
+  void note_step(const JournalRow& row) {
+    recorder_.journal(row);
+    estimates_.journal(row);
+  }
+
   void perform(const Ask& ask) {
     if (row_waits_ && !ask.urgent) return;  // nothing moves before its row is on the disk
     const auto& all = state_.course->station.devices;
@@ -248,8 +269,9 @@ class Conductor {
     row.run = record.run;
     row.attempt = record.attempt;
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
-    recorder_.journal(row);
+    note_step(row);
     if (!record.on) return;
+    begin_segment(record.label, row.time);
     tell({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
                                  record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")});
   }
@@ -267,7 +289,7 @@ class Conductor {
       step.step = begins ? JournalRow::Step::begins : JournalRow::Step::ends;
       step.finished = row.ending == "complete";
       step.reason = row.reason;
-      recorder_.journal(step);
+      note_step(step);
     }
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
     recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
@@ -300,6 +322,7 @@ class Conductor {
   const Wires& wires_;
   Recorder& recorder_;
   const RunCompany& company_;
+  conduct::Estimates estimates_;
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
@@ -339,6 +362,7 @@ RunView Conductor::view(double now) const {
       view.channels.push_back({course.station.instruments[i].slot, shown.channel.name, shown.channel.unit,
                                shown.noise.mean(), shown.noise.sd(), shown.noise.allan()});
   }
+  view.estimates = estimates_.view();
   view.prompt = prompt_;
   view.acknowledged = recorder_.acknowledged().time - begin_;
   return view;

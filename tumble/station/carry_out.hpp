@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tumble/station/executive.hpp"
+#include "tumble/station/live_estimates.hpp"
 #include "tumble/station/recorder.hpp"
 #include "tumble/station/wires.hpp"
 #include "tumble/wire/controller.hpp"
@@ -55,6 +56,12 @@ struct RunView {
     double mean = 0.0, sd = 0.0, allan = 0.0;  ///< [SI]
   };
   std::vector<ChannelView> channels;
+  struct EstimateView {
+    std::string slot, name;
+    Unit unit;
+    double value = 0.0, sd = 0.0;  ///< [SI]
+  };
+  std::vector<EstimateView> estimates;              ///< the answer of the method from what has been recorded so far
   std::uint64_t frames = 0, lost = 0, damaged = 0;  ///< of all streams
   std::optional<Prompt> prompt;
   double acknowledged = 0.0;  ///< [s] up to which everything is on the disk
@@ -74,6 +81,7 @@ struct RunCompany {
   /// [s of the wall] that the disk may take for a row of the journal. Nobody watches the rig in the meantime: after it
   /// the rig is brought to its safe state.
   double longest_commit = std::numeric_limits<double>::infinity();
+  LiveEstimates* estimates = nullptr;  ///< stopping rules need it
 };
 
 /// Carries the course out from this state to its end.

@@ -11,6 +11,7 @@
 
 #include "tumble/core/schedule.hpp"
 #include "tumble/station/station_file.hpp"
+#include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/wire/controller.hpp"
 
 namespace tumble {
@@ -45,17 +46,6 @@ bool is_end(RunPhase phase);
 enum class RunEnding { complete, aborted, stopped, failed, error, faulted };
 std::string_view name(RunEnding ending);
 
-/// `until = "sd(bias) <= 0.002 deg/h"`: a segment ends when the live estimate is this good, not before `at_least` and
-/// not after its duration.
-struct StoppingRule {
-  std::string text;
-  std::string parameter;
-  double sd = 0.0;        ///< [SI]
-  double at_least = 0.0;  ///< [s]
-};
-/// Reads such a rule. `at_least` [s]. Throws Error::bad_input with what would be accepted.
-StoppingRule parse_stopping_rule(std::string_view text, double at_least);
-
 struct UnitUnderTest {
   std::string slot, serial;
 };
@@ -89,6 +79,7 @@ struct RunRow {
   std::map<std::string, double> demanded = {},
                                 achieved = {};  ///< [SI] by channel: "table.rate"; achieved: the mean read
   std::string rule = {};                        ///< the stopping rule
+  double at_least = 0.0;                        ///< [s] of recording before which it is not looked at
   std::optional<double> reached = {};           ///< [s] of recording after which it was reached
   bool operator==(const RunRow&) const = default;
 };

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/recorded_findings.hpp"
 #include "tumble/station/recorder/read_recordings.hpp"
 #include "tumble/station/recorder/run_reader.hpp"
 #include "tumble/station/recorder/slot_reader.hpp"
@@ -17,15 +17,6 @@ namespace tumble {
 namespace recorder {
 
 namespace {
-
-/// The slots that have streams; without any, one without a name.
-std::vector<std::string> slots_of(const StoreContent& content) {
-  std::set<std::string> slots;
-  for (const StoreStream& stream : content.streams)
-    if (!stream.slot.empty()) slots.insert(stream.slot);
-  if (slots.empty()) slots.insert("");
-  return {slots.begin(), slots.end()};
-}
 
 /// Facts that belong to the file, and not to what it holds.
 bool is_of_the_file(const std::string& fact) { return fact == "target" || fact.starts_with("sealed"); }
@@ -41,6 +32,8 @@ Recording recording_of(SlotReader& slot, const RunReader& run, const StoreConten
   if (!name.empty()) recording.meta["slot"] = name;
   recording.findings = run.findings(content, name);
   for (Finding& finding : slot.findings()) recording.findings.push_back(std::move(finding));
+  if (!recording.findings.empty())
+    recording.meta[std::string(recorded_findings_key)] = text_of_findings(recording.findings);
   return recording;
 }
 

@@ -31,9 +31,10 @@ double LiveNoise::allan() const {
   return pairs_ > 0 ? std::sqrt(0.5 * pair_squares_ / static_cast<double>(pairs_)) : std::nan("");
 }
 
-InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link)
+InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link, LiveEstimates* live)
     : recorder_(recorder),
       codec_(codec),
+      live_(live),
       description_(std::move(link)),
       link_(recorder.add_link(description_)),
       stream_(codec) {
@@ -50,6 +51,10 @@ bool InstrumentRecorder::receive(double time, std::string_view bytes) {
   return !recorder_.failure();
 }
 
+void InstrumentRecorder::begin_noise() {
+  for (Shown& shown : shown_) shown.noise = LiveNoise();
+}
+
 void InstrumentRecorder::restart() {
   link_ = recorder_.add_link(description_);
   stream_ = FrameStream(codec_);
@@ -64,7 +69,9 @@ std::size_t InstrumentRecorder::stream_of(const FrameContent& content) {
   StoreStream stream{codec_.title.empty() ? codec_.name : codec_.title, description_.slot, {}, codec_.rate, link_};
   for (std::size_t i = 0; i < content.present.size(); ++i)
     if (content.present[i]) stream.channels.push_back(codec_.channels[i]);
-  return place->second = recorder_.add_stream(stream);
+  place->second = recorder_.add_stream(stream);
+  if (live_) live_->link(link_, description_), live_->stream(place->second, stream);
+  return place->second;
 }
 
 void InstrumentRecorder::take(double time, const StreamFrame& frame) {
@@ -76,8 +83,11 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     values_.push_back(value);
     shown_[i].noise.add(time, value);
     shown_[i].last = value;
+    shown_[i].seen = shown_[i].seen || !std::isnan(value);
   }
-  recorder_.sample(stream, {time, frame.time, frame.sequence, values_});
+  const StoreSample sample{time, frame.time, frame.sequence, values_};
+  recorder_.sample(stream, sample);
+  if (live_) live_->sample(stream, sample);
   if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;
   last_ = frame.sequence;
   last_time_ = time;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/station/live_estimates.hpp"
 #include "tumble/station/recorder.hpp"
 #include "tumble/wire/frames.hpp"
 
@@ -39,15 +40,19 @@ class InstrumentRecorder {
     FrameChannel channel;
     LiveNoise noise;  ///< [SI]; of increments as they come: times rate() they are the signal
     double last = std::numeric_limits<double>::quiet_NaN();  ///< [SI] the last sample, as in `noise`; NaN: none yet
+    bool seen = false;                                       ///< a number has come since the beginning
   };
 
-  /// `codec` must live as long, and is that of the declaration of the link.
-  InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link);
+  /// `codec` must live as long, and is that of the declaration of the link. `live`, which may be null, gets the samples
+  /// too.
+  InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link, LiveEstimates* live = nullptr);
 
   /// Bytes that arrived at `time` [s]: kept, decoded, and the samples kept. False: the recorder has stopped.
   bool receive(double time, std::string_view bytes);
   /// Bytes that were sent to the instrument at `time` [s].
   void sent(double time, std::string_view bytes);
+  /// Mean, deviation and Allan deviation are those of the samples from now on.
+  void begin_noise();
   /// The link came back: what is half decoded is given up, and the counts begin again.
   void restart();
 
@@ -61,6 +66,7 @@ class InstrumentRecorder {
 
   Recorder& recorder_;
   const FrameCodec& codec_;
+  LiveEstimates* live_ = nullptr;
   StoreLink description_;
   std::size_t link_ = 0;
   FrameStream stream_;

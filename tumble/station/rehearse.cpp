@@ -41,9 +41,9 @@ Station station_of(const Rehearsal& rehearsal) {
 std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const Station& station) {
   if (!rehearsal.units.empty()) return rehearsal.units;
   std::map<std::string, std::string> units;
-  const std::string& serial = rehearsal.plan.instrument_serial;
+  const std::string serial = rehearsal.plan.instrument_serial.empty() ? "rehearsed" : rehearsal.plan.instrument_serial;
   for (const StationInstrument& instrument : station.instruments)
-    units[instrument.slot] = serial.empty() ? "rehearsed" : serial;
+    units[instrument.slot] = station.instruments.size() > 1 ? serial + "-" + instrument.slot : serial;
   return units;
 }
 
@@ -96,6 +96,12 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
     bench.put(mounted_for(rehearsal.plan, station));
     bench.power(true);
+  }
+  std::optional<LiveEstimates> estimates;
+  if (!course->until.empty()) {
+    estimates.emplace(estimator_of(rehearsal.plan), LiveEstimatesOptions{.beside = false});
+    if (rehearsal.resume) estimates->load(rehearsal.folder);
+    company.estimates = &*estimates;
   }
   {
     RecorderOptions options;

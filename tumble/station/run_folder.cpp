@@ -31,6 +31,9 @@ std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station
   auto course = std::make_shared<Course>();
   course->station = station;
   course->schedule = plan.schedule;
+  course->until = stopping_rules(plan);
+  course->all_units = station.all_units;
+  course->prompt_deadline = station.answer_within;
   for (const auto& [slot, serial] : units) course->units.push_back({slot, serial});
   return course;
 }

@@ -1,6 +1,7 @@
 #include "tumble/station/run_plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -38,6 +39,17 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   if (end.ending == RunEnding::faulted)
     throw Error(Error::Kind::bad_file,
                 "a run before this one was killed, and the rig cannot be brought to its safe state: " + end.text);
+}
+
+/// The estimate so far, where a stopping rule or a person wants it.
+std::unique_ptr<LiveEstimates> estimates_of(const PlannedRunAtStation& run, const Course& course) {
+  constexpr std::size_t most_for_people = std::size_t{1} << 27;  // bytes of samples
+  if (course.until.empty() && !run.show_estimates) return nullptr;
+  LiveEstimatesOptions options;
+  options.most_bytes = course.until.empty() ? most_for_people : 0;
+  auto estimates = std::make_unique<LiveEstimates>(estimator_of(run.plan), options);
+  if (run.resume) estimates->load(run.folder);
+  return estimates;
 }
 
 /// Other programs need their time however fast the clock of a virtual rig goes: what is waited for them is in time of
@@ -88,15 +100,18 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const std::unique_ptr<LinkWires> links = begun(run, station, clock, lease);
   const Wires wires = links->wires();
   if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder);
+  const auto estimates = estimates_of(run, *course);
   Disk disk;
   RecorderOptions options;
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
   if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
-  if (!run.accept_expired.empty())
-    recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
+  if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
+    recorder.event(
+        {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
   RunCompany company = run.company;
+  company.estimates = estimates.get();
   company.longest_commit = std::min(company.longest_commit, longest_commit);
   const RunEnd end =
       carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);

@@ -23,6 +23,7 @@ struct PlannedRunAtStation {
   std::function<double()> clock;             ///< [s] of the wall, which grows
   std::string started = {};                  ///< UTC now, "2026-03-01T12:00:00Z"; empty: nobody says it
   RunCompany company = {};
+  bool show_estimates = false;  ///< the estimate so far is for people too, and not for stopping rules alone
 };
 
 /// Opens the links of the station, carries the plan out, and leaves the live store complete.

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -38,9 +39,13 @@ Plan short_plan() {
 TEST(RunPlan, APlanIsCarriedOutOverTcp) {
   const ScratchFolder scratch;
   const Plan plan = short_plan();
-  const Station station = station_over_tcp(plan, scratch);
+  Station station = station_over_tcp(plan, scratch);
+  station.equipment = {{"table", "RT-1", "C-1", "2020-01-01"}};
   ServedRig rig(plan, station, fast);
-  const RunEnd end = run_plan(run_over_tcp(plan, station, scratch.file("run"), fast));
+  auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
+  EXPECT_THROW(run_plan(run), Error) << "its calibration has expired";
+  run.accept_expired = "the laboratory is closed";
+  const RunEnd end = run_plan(run);
   EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
   EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   Disk disk;
@@ -48,6 +53,30 @@ TEST(RunPlan, APlanIsCarriedOutOverTcp) {
   ASSERT_EQ(sealed.size(), 1u);
   const Recording recording = read_recording(sealed[0].path, {}, {});
   EXPECT_EQ(recording.marks.size(), 2u);
+  const auto accepted = std::ranges::find(recording.findings, "equipment_expired", &Finding::code);
+  ASSERT_NE(accepted, recording.findings.end()) << "a result from this file says so";
+  EXPECT_NE(accepted->message.find("table RT-1: its calibration C-1 was due on 2020-01-01 (the laboratory is closed)"),
+            std::string::npos)
+      << accepted->message;
+}
+
+/// Pseudo-terminals in place of serial lines.
+TEST(RunPlan, APlanIsCarriedOutOverSerialLines) {
+  const ScratchFolder scratch;
+  const Plan plan = short_plan();
+  Station station = station_over_tcp(plan, scratch);
+  for (StationDevice& device : station.devices) device.link = "serial:/dev/ttyS0:115200";
+  for (StationInstrument& instrument : station.instruments) instrument.link = "serial:/dev/ttyS0:921600";
+  ServedRig rig(plan, station, fast);
+  const std::size_t devices = station.devices.size();
+  for (std::size_t d = 0; d < devices; ++d) station.devices[d].link = rig.addresses()[d] + ":115200";
+  station.instruments[0].link = rig.addresses()[devices] + ":921600";
+  const RunEnd end = run_plan(run_over_tcp(plan, station, scratch.file("run"), fast));
+  EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
+  EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
+  Disk disk;
+  const auto sealed = seal(scratch.file("run"), disk);
+  EXPECT_EQ(read_recording(sealed.at(0).path, {}, {}).marks.size(), 2u);
 }
 
 TEST(RunPlan, ASecondRunOnTheSameRigIsRefusedBeforeAnythingMoves) {

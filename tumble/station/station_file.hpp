@@ -65,9 +65,10 @@ struct StationDevice {
   std::string identity = {};            ///< text that the reply to identify must contain: its serial number
   std::vector<std::string> verbs = {};  ///< that its declaration has
   std::vector<std::string> once = {};   ///< of these, those that are never sent again
-  std::map<std::string, std::vector<std::string>> takes = {};  ///< by verb: the values that it may carry, where known
-  std::vector<std::string> prepare = {};                       ///< verbs before the first motion, in order
-  std::vector<std::string> finish = {};                        ///< verbs after the last segment, in order
+  /// By verb, the values that a request may carry, and those without which it is refused; empty: not known.
+  std::map<std::string, std::vector<std::string>> takes = {}, needs = {};
+  std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
+  std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
 
   bool can(const std::string& verb) const;
   /// Whether the verb may carry this value; true where nothing is known of the verb.
@@ -127,6 +128,8 @@ struct Station {
   std::vector<StationDevice> devices;
   std::vector<StationAxis> axes;
   std::vector<std::string> by_hand;  ///< axes that a person moves: "mount_yaw"
+  bool all_units = false;            ///< a unit that fails ends the run; else the others go on
+  double answer_within = 600.0;      ///< [s] until a question that nobody answers holds the rig
   std::vector<StationInstrument> instruments;
   std::vector<StationInterlock> interlocks;
   std::vector<SafeCommand> safe;
@@ -154,6 +157,9 @@ struct StationRequest {
   bool rehearsed = false;                         ///< equipment may be out of calibration: nothing is measured
   std::string accept_expired = {};                ///< reason for which equipment out of calibration is accepted
 };
+
+/// Equipment whose calibration was due before that date, in words. Given: date "2026-11-24".
+std::vector<std::string> expired_equipment(const Station& station, const std::string& date);
 
 /// All reasons why a plan cannot be carried out at a station, so that it is refused before anything moves.
 std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request);

@@ -149,6 +149,17 @@ TEST(StationFile, StatesAllProblemsWithLineAndNearestKey) {
   EXPECT_TRUE(has_problem(problems, "a date in quotes is expected"));
 }
 
+TEST(StationFile, SaysWhetherAllUnitsAreNeededAndHowLongAQuestionWaits) {
+  EXPECT_FALSE(read_station(sound_station, "bench.toml").all_units);
+  const std::string said =
+      with_replaced(sound_station, "[station]\n", "[station]\nunits = \"all\"\nanswer_within = \"1 h\"\n");
+  const Station station = read_station(said, "bench.toml");
+  EXPECT_TRUE(station.all_units);
+  EXPECT_EQ(station.answer_within, 3600.0);
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(said, "\"all\"", "\"both\"")), "units: \"all\""));
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(said, "\"1 h\"", "\"0 s\"")), "must be above zero"));
+}
+
 TEST(StationFile, RefusesWhatIsMissingOrTwice) {
   EXPECT_TRUE(has_problem(problems_of_station(""), "[station] is missing"));
   EXPECT_TRUE(has_problem(problems_of_station("[station]\nname = \"a\"\n"), "a station needs one or more devices"));
@@ -183,9 +194,9 @@ const StationRequest request_of_slot_1{.units = {{"1", "SN-5"}}, .date = "2026-1
 
 TEST(StationCheck, AcceptsAPlanThatTheStationCanCarryOut) {
   const Station station = read_station(sound_station, "bench.toml");
-  const auto plan =
-      plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}, {"mount_yaw", held_at(90.0)}}),
-                     testing::bench_segment("turn", 1.0, {{"table", turned_at(200.0)}})});
+  const auto plan = plan_of_table(
+      {testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}, {"mount_yaw", held_at(90.0)}}),
+       testing::bench_segment("turn", 1.0, {{"table", turned_at(60.0)}})});  // 180 deg in 1 s and 2 s of settling
   EXPECT_EQ(check_station(plan, station, request_of_slot_1), std::vector<std::string>{});
 }
 
@@ -213,7 +224,8 @@ TEST(StationCheck, StatesAllRefusalsAtOnce) {
   const auto problems = check_station(plan, station, request);
   EXPECT_TRUE(has_problem(problems, "segment 'high': table: 190 deg is beyond the station's 180 deg"));
   EXPECT_TRUE(has_problem(problems, "segment 'fast': table: 201 deg/s is beyond the station's 200 deg/s"));
-  EXPECT_TRUE(has_problem(problems, "segment 'long': table: 1000 deg is beyond the station's 360 deg"));
+  EXPECT_TRUE(has_problem(problems, "segment 'long': table: 1200 deg is beyond the station's 360 deg"))
+      << "2 s of settling too";
   EXPECT_TRUE(
       has_problem(problems, "segment 'sine': table needs the verb 'sine', which the controller acutrol_like lacks"));
   EXPECT_TRUE(has_problem(problems, "segment 'sine': table: 628.319 deg/s is beyond"));
@@ -224,6 +236,22 @@ TEST(StationCheck, StatesAllRefusalsAtOnce) {
   StationRequest accepted = request;
   accepted.accept_expired = "the laboratory is closed";
   EXPECT_EQ(check_station(plan, station, accepted).size(), problems.size() - 1);
+}
+
+TEST(StationCheck, RefusesARequestThatTheControllerWouldRefuseInMotion) {
+  Station station = read_station(sound_station, "bench.toml");
+  const auto plan = plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}}),
+                                   testing::bench_segment("again", 10.0, {{"table", held_at(1.0)}})});
+  station.axes[0].speed = si(10.0, "deg/s");
+  station.devices[0].takes["position"] = {"position"};
+  station.devices[0].needs["position"] = {"position"};
+  EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty()) << "the speed is omitted";
+  station.axes[0].speed.reset();
+  station.devices[0].takes["position"] = station.devices[0].needs["position"] = {"position", "rate"};
+  EXPECT_EQ(
+      check_station(plan, station, request_of_slot_1),
+      std::vector<std::string>{"table: 'position' of the controller acutrol_like needs rate: add `speed` to the axis"})
+      << "once, however many segments";
 }
 
 TEST(StationCheck, AcceptsACalibrationOnItsLastDay) {

@@ -6,6 +6,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/core/roles.hpp"
 #include "tumble/formats/conflicts.hpp"
+#include "tumble/formats/recorded_findings.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -63,6 +64,7 @@ void finish(ChannelSummary& summary) {
 void add(const Recording& block, Inspection& inspection) {
   if (inspection.channels.empty()) {
     inspection.header = {block.instrument, {}, block.marks, block.origin, block.meta, {}, block.recognised};
+    inspection.header.meta.erase(std::string(recorded_findings_key));  // they are among the findings
     for (const auto& channel : block.channels) inspection.channels.push_back(begin(channel));
   }
   for (std::size_t i = 0; i < block.channels.size(); ++i) add(block.channels[i], inspection.channels[i]);

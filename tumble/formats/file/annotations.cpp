@@ -3,6 +3,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/formats/recorded_findings.hpp"
+
 namespace tumble::file {
 
 using Json = nlohmann::ordered_json;
@@ -81,6 +83,7 @@ bool annotate(Recording& recording, std::map<std::string, QuantityKind>& kinds, 
       recording.marks = marks_from(value);
     } else if (key == "meta") {
       recording.meta = meta_from(value);
+      for (auto& finding : recorded_findings(recording.meta)) recording.findings.push_back(std::move(finding));
     } else if (key == "quantities") {
       auto all = kinds;
       for (const auto& [channel, word] : value.items())

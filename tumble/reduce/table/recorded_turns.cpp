@@ -23,6 +23,7 @@ constexpr double most_tolerance = 0.5;            ///< [rad]
 constexpr double explained = 6.0;                 ///< standard deviations of what a rig does otherwise than its plan
 constexpr double least_resultant = 0.9;           ///< of residuals of 26 deg rms
 constexpr double amplitude_tolerance = 0.2;
+constexpr double most_rate_departure = 0.01;  ///< [1] of the rate commanded; beyond it another motion was recorded
 
 bool turns_or_oscillates(const Motion* motion) {
   return motion != nullptr && !motion->continued &&
@@ -71,6 +72,60 @@ std::optional<Phase> phase_of_sine(const Motion& motion, const Angles& angles) t
 } catch (const Error& error) {
   if (error.kind != Error::Kind::bad_data) throw;
   return {};
+}
+
+/// By how much an axis turns at another rate than commanded, with its standard deviation from the scatter of the
+/// readings about the line [rad/s].
+struct RateDeparture {
+  double rate = 0.0, sd = 0.0;
+};
+
+/// The slope of `residuals` over the times of the same indices, begin <= i < end.
+RateDeparture slope_of(const Angles& angles, const std::vector<double>& residuals, std::size_t begin, std::size_t end) {
+  const auto count = static_cast<double>(end - begin);
+  double mean_t = 0.0, mean_x = 0.0, tt = 0.0, tx = 0.0, xx = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    mean_t += angles.times[i] / count;
+    mean_x += residuals[i] / count;
+  }
+  for (std::size_t i = begin; i < end; ++i) {
+    const double t = angles.times[i] - mean_t, x = residuals[i] - mean_x;
+    tt += t * t;
+    tx += t * x;
+    xx += x * x;
+  }
+  const double slope = tx / tt;
+  return {slope, std::sqrt(std::max(xx - slope * tx, 0.0) / (count - 2.0) / tt)};
+}
+
+/// The slope of angle - W t; nothing where the readings are too few, or where both halves of the time disagree by more
+/// than `tolerance` [rad/s] and their scatter explain: an axis that still comes to its rate has none.
+std::optional<RateDeparture> departure_of_rate(double rate, const Angles& angles, double tolerance) {
+  constexpr std::size_t least = 10;
+  const std::size_t count = angles.times.size();
+  if (count < least) return {};
+  std::vector<double> residuals;
+  for (std::size_t i = 0; i < count; ++i) residuals.push_back(angles.values[i] - rate * angles.times[i]);
+  residuals = unwrapped(std::move(residuals));
+  const auto all = slope_of(angles, residuals, 0, count), first = slope_of(angles, residuals, 0, count / 2),
+             second = slope_of(angles, residuals, count / 2, count);
+  if (std::abs(first.rate - second.rate) > tolerance + explained * std::hypot(first.sd, second.sd)) return {};
+  if (std::abs(all.rate) > most_rate_departure * std::abs(rate)) return {};
+  // An encoder that resolves little shows one step in an hour: such a step is a slope of up to 1.5 step/time.
+  double step = 0.0;
+  for (std::size_t i = 1; i < count; ++i) step = std::max(step, std::abs(residuals[i] - residuals[i - 1]));
+  return RateDeparture{all.rate, std::max(all.sd, 0.5 * step / (angles.times.back() - angles.times.front()))};
+}
+
+/// What the axis turned faster than the plan says [rad/s], where neither the plan's error of the rate nor the readings
+/// explain it; else 0.
+double excess_rate(const Plan& plan, const Motion& motion, const Angles& readings) {
+  if (motion.kind != Kind::rate) return 0.0;
+  const double planned = plan.rig.has("rate_error_sd") ? plan.rig.number("rate_error_sd") * motion.value : 0.0;
+  const auto departure = departure_of_rate(motion.value, readings, explained * std::abs(planned));
+  if (!departure) return 0.0;
+  const double expected = explained * std::hypot(planned, departure->sd);
+  return std::abs(departure->rate) > expected ? departure->rate : 0.0;
 }
 
 std::optional<Phase> phase_of(const Motion& motion, const Angles& angles) {
@@ -136,28 +191,33 @@ struct Turned {
   std::size_t segment = 0;
   std::string axis;
   std::optional<Motion> motion = {};  ///< in place of the plan's
+  double rate_departure = 0.0;        ///< [1] of the rate of the plan
 };
 
 /// The motion as recorded, where that is another than the plan's.
-std::optional<Motion> recorded_motion(const Plan& plan, const Course& course, const Encoder& encoder,
-                                      const PlacedSegment& place) {
+Turned recorded_motion(const Plan& plan, const Course& course, const Encoder& encoder, const PlacedSegment& place) {
+  Turned turned{place.segment, encoder.axis};
   const Motion& motion = *motion_of(plan.schedule[place.segment], encoder.axis);
   const Angles readings = readings_in(*encoder.channel, place);
   const auto as_planned = course.planned(place.segment, encoder.axis, readings.times);
-  const auto recorded = phase_of(motion, readings);
+  Motion out = motion;
+  const double excess = excess_rate(plan, motion, readings);
+  out.value += excess;
+  const auto recorded = phase_of(out, readings);
   const auto planned = as_planned ? phase_of(motion, *as_planned) : std::nullopt;
-  if (!recorded || !planned) return {};
+  if (!recorded || !planned) return turned;
   const double apart = std::remainder(recorded->from - planned->from, two_pi);
   const double off = std::abs(apart) + std::abs(motion.amplitude) * std::abs(recorded->wave - planned->wave);
-  if (!(off > tolerance_of(plan, encoder.axis, place.segment))) return {};
-  Motion out = motion;
+  if (excess == 0.0 && !(off > tolerance_of(plan, encoder.axis, place.segment))) return turned;
   // on the turn that the plan has come to
   const double near =
       motion.kind == Kind::sine ? planned->from : as_planned->values.front() - motion.value * as_planned->times.front();
   out.from = near + apart;
   out.lasts = 2.0 * recorded->known_at;
   if (motion.kind == Kind::sine) out.phase = std::arg(recorded->wave);
-  return out;
+  turned.motion = out;
+  if (excess != 0.0) turned.rate_departure = excess / motion.value;
+  return turned;
 }
 
 std::vector<Turned> turned_in(const Plan& plan, const Course& course, const std::vector<Encoder>& encoders,
@@ -167,7 +227,7 @@ std::vector<Turned> turned_in(const Plan& plan, const Course& course, const std:
   for (const auto& encoder : encoders)
     for (const auto& place : places)
       if (turns_or_oscillates(motion_of(plan.schedule[place.segment], encoder.axis)))
-        out.push_back({place.segment, encoder.axis, recorded_motion(plan, course, encoder, place)});
+        out.push_back(recorded_motion(plan, course, encoder, place));
   return out;
 }
 
@@ -208,12 +268,29 @@ Plan with_turns(const Sharing& sharing) {
 }
 
 Findings said_of(const std::vector<Sharing>& all) {
-  Occurrences found{0, {}, {}};
+  Occurrences phases{0, {}, {}}, rates{0, {}, {}};
+  double widest = 0.0;
   for (const auto& sharing : all)
-    for (const auto& turned : sharing.turned)
-      if (turned.motion && found.count++ == 0) found.first = sharing.plan->schedule[turned.segment].label;
-  if (found.count == 0) return {};
-  return {{Finding::Severity::info, "turn_phase_recorded", {{"segment", found.first.label}}, "", found}};
+    for (const auto& turned : sharing.turned) {
+      const std::string& label = sharing.plan->schedule[turned.segment].label;
+      if (!turned.motion) continue;
+      const bool other_rate = turned.rate_departure != 0.0;
+      Occurrences& found = other_rate ? rates : phases;
+      if (found.count++ == 0) found.first = label;
+      if (std::abs(turned.rate_departure) <= std::abs(widest)) continue;
+      widest = turned.rate_departure;
+      rates.worst = label;
+    }
+  Findings findings;
+  if (phases.count > 0)
+    findings.push_back({Finding::Severity::info, "turn_phase_recorded", {{"segment", phases.first.label}}, "", phases});
+  if (rates.count > 0)
+    findings.push_back({Finding::Severity::info,
+                        "turn_rate_recorded",
+                        {{"segment", rates.worst.label}, {"departure", widest, "ppm"}},
+                        "",
+                        rates});
+  return findings;
 }
 
 }  // namespace

@@ -13,7 +13,8 @@ namespace tumble::table {
 struct RecordedTurns {
   Plan plan;                                            ///< in place of Evidence::plan
   std::vector<std::shared_ptr<const Plan>> plans = {};  ///< in place of Evidence::plans
-  Findings findings = {};  ///< turn_phase_recorded; empty: the plans may be used as they are, and none is given here
+  Findings findings = {};  ///< turn_phase_recorded, turn_rate_recorded; empty: the plans may be used as they are, and
+                           ///< none is given here
 };
 
 /// Channels called <axis>_angle (or named for such a role in [channels]) say at which angle an axis turned or
@@ -33,6 +34,12 @@ struct RecordedTurns {
 /// deviations of `repeatability_sd`, and of `rate_error_sd` of the way since the axis stood, at most 0.5 rad); and
 /// where the readings do not show the commanded motion: residuals above 26 deg, an amplitude off by more than a fifth,
 /// less than a period.
+///
+/// An axis may turn at another rate than the plan says, as one that is off within the tolerance of its station. The
+/// slope of th - W t is taken as departure from W where it exceeds six standard deviations of the plan's
+/// `rate_error_sd` and of the slope together (which is at least half of the largest step between two readings over
+/// their time, because of encoders that resolve little), is at most a hundredth of W, and is the same in both halves of
+/// the time: then the rate of the readings is used.
 ///
 /// A segment that several recordings hold with different phases has a plan of its own in each; the errors of the rig
 /// are then those of several rigs.

@@ -54,19 +54,52 @@ TEST(RecordedTurns, ARateGoesOnFromTheAngleOfTheEncoder) {
   }
 }
 
-/// An error of the rate adds up to degrees here; half of them would remain where it counted from the beginning.
+/// An error of the rate adds up to degrees here; half of them would remain where it counted from the beginning. The
+/// rate is explained by the plan, whose own remains.
 TEST(RecordedTurns, TheAngleOfARateIsKnownInTheMiddleOfItsReadings) {
   const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
   Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = turning.value * (1.0 + 1e-4)});
   evidence.plan = plan_of_motion(turning, 100.0, true);
+  evidence.plan.rig.set_number("rate_error_sd", 2e-5, Unit::parse("ppm"));
   const auto turns = recorded_turns(evidence);
   const Motion& found = motion_of(turns);
   ASSERT_TRUE(found.from);
+  EXPECT_EQ(found.value, turning.value);
   const double settled = turning.value / evidence.plan.rig.number("inner_max_acceleration");
   EXPECT_NEAR(0.5 * found.lasts, 0.5 * (settled + 100.0), 0.5) << "readings from `settled` to the end, 2 a second";
   const double middle = 0.5 * found.lasts;
   const double truth = angle_at(turning.value * (1.0 + 1e-4), late + middle, evidence.plan);
   EXPECT_NEAR(std::remainder(*found.from + turning.value * middle - truth, two_pi), 0.0, 1e-9);
+}
+
+/// The error of the plan's rate is 1 ppm; the axis is 100 ppm off.
+TEST(RecordedTurns, ARateThatThePlanDoesNotExplainIsThatOfTheEncoder) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
+  Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = turning.value * (1.0 + 1e-4)});
+  evidence.plan = plan_of_motion(turning, 100.0, true);
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].code, "turn_rate_recorded");
+  EXPECT_NE(turns.findings[0].message.find("100 ppm"), std::string::npos) << turns.findings[0].message;
+  const Motion& found = motion_of(turns);
+  EXPECT_NEAR(found.value / turning.value, 1.0 + 1e-4, 1e-11);
+  const double middle = 0.5 * found.lasts, truth = angle_at(found.value, late + middle, evidence.plan);
+  EXPECT_NEAR(std::remainder(*found.from + found.value * middle - truth, two_pi), 0.0, 1e-9);
+}
+
+/// Readings in steps of 0.01 deg: one step within the segment is no other rate, 0.4 deg are.
+TEST(RecordedTurns, AStepOfTheEncoderIsNoRate) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(40.0, "deg/s")};
+  for (const auto& [departure, seen] : {std::pair{5e-6, false}, std::pair{1e-4, true}}) {
+    Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = turning.value * (1.0 + departure)});
+    evidence.plan = plan_of_motion(turning, 100.0, true);
+    evidence.plan.rig.set_number("rate_error_sd", 0.0, Unit::parse("ppm"));
+    const double step = si(0.01, "deg");
+    for (auto& channel : evidence.recordings[0].channels)
+      if (channel.name == "inner_angle")
+        for (double& angle : channel.values) angle = step * std::round(angle / step);
+    EXPECT_EQ(motion_of(recorded_turns(evidence)).value != turning.value, seen) << departure;
+  }
 }
 
 TEST(RecordedTurns, ReadingsWithinOneTurnSayTheSame) {

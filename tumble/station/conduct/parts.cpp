@@ -63,6 +63,7 @@ StationParts parts_of(Station& station) {
       const bool stated = !device.verbs.empty();  // the station may know better than the declaration
       for (const ControllerCommand& command : parts.controllers.back().commands) {
         device.takes[command.verb] = command.takes;
+        device.needs[command.verb] = command.requires_;
         if (stated) continue;
         device.verbs.push_back(command.verb);
         if (command.once) device.once.push_back(command.verb);

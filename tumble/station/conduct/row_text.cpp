@@ -19,7 +19,8 @@ std::string text_of(const RunRow& row) {
             {"reason", row.reason},
             {"demanded", row.demanded},
             {"achieved", row.achieved},
-            {"rule", row.rule}};
+            {"rule", row.rule},
+            {"at_least", row.at_least}};
   if (row.reached) json["reached"] = *row.reached;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -41,6 +42,7 @@ RunRow row_of(const std::string& text) try {
   json.at("demanded").get_to(row.demanded);
   json.at("achieved").get_to(row.achieved);
   json.at("rule").get_to(row.rule);
+  row.at_least = json.value("at_least", 0.0);
   if (json.contains("reached")) row.reached = json["reached"].get<double>();
   return row;
 } catch (const Json::exception& problem) {

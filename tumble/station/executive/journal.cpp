@@ -1,10 +1,6 @@
-#include <fmt/format.h>
-
 #include <set>
 
 #include "tumble/station/executive/turn.hpp"
-#include "tumble/units/error.hpp"
-#include "tumble/units/unit.hpp"
 
 namespace tumble {
 namespace {
@@ -78,25 +74,6 @@ ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vec
     if (segment < schedule.size() && (!repeat_runs || whole.contains(schedule[segment].run)))
       state.segments[segment].status = SegmentProgress::Status::complete;
   return state;
-}
-
-StoppingRule parse_stopping_rule(std::string_view text, double at_least) {
-  const auto refuse = [&]() -> StoppingRule {
-    throw Error(Error::Kind::bad_input,
-                fmt::format("'{}' is no stopping rule: sd(PARAMETER) <= QUANTITY is expected, for example "
-                            "sd(bias) <= 0.002 deg/h",
-                            text));
-  };
-  const auto close = text.find(')'), sign = text.find("<=");
-  if (!text.starts_with("sd(") || close == std::string_view::npos || close <= 3 || sign == std::string_view::npos)
-    return refuse();
-  if (sign < close || text.substr(close + 1, sign - close - 1).find_first_not_of(' ') != std::string_view::npos)
-    return refuse();
-  StoppingRule rule{std::string(text), std::string(text.substr(3, close - 3)), 0.0, at_least};
-  const Quantity quantity = parse_quantity(text.substr(sign + 2));
-  rule.sd = quantity.unit.difference_to_si(quantity.value);
-  if (!(rule.sd > 0.0)) return refuse();
-  return rule;
 }
 
 namespace executive {

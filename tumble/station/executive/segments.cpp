@@ -23,7 +23,7 @@ RunRow row_of(Turn& turn, RunRow::Kind kind) {
   row.run = turn.segment().run;
   row.attempt = progress_of(turn).attempts;
   row.label = turn.segment().label;
-  if (const auto* rule = rule_of(turn)) row.rule = rule->text;
+  if (const auto* rule = rule_of(turn)) row.rule = rule->text, row.at_least = rule->at_least;
   return row;
 }
 

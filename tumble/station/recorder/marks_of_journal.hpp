@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,6 +18,8 @@ class JournalReader {
   void add(const JournalRow& row);
   /// The last finished attempt at each segment of each power-up, in order of time.
   std::vector<Mark> marks() const;
+  /// Marks of what counts, and of the attempt that records at this moment, up to `now` [s].
+  std::vector<Mark> marks_so_far(double now) const;
 
  private:
   struct Attempt {
@@ -27,7 +30,9 @@ class JournalReader {
     std::map<int, Attempt> attempts;
     std::vector<std::pair<double, double>> counted;
   };
-  std::map<std::tuple<int, std::size_t, std::string>, Segment> segments_;  ///< by power-up, index and label
+  using Key = std::tuple<int, std::size_t, std::string>;  ///< power-up, index and label
+  std::map<Key, Segment> segments_;
+  std::optional<std::pair<Key, int>> recording_;  ///< the attempt that records; one that was interrupted does not
 };
 
 }  // namespace tumble::recorder

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/frame_findings.hpp"
 
@@ -36,12 +37,41 @@ void RunReader::look(const StoreItem& item) {
 void RunReader::note(const StoreEvent& event) {
   if (event.kind == "clock" && started_.empty()) started_ = event.text;
   if (event.kind == "end") ended_ = true;
+  if (event.kind == "journal") note_rule(event);
+  if (event.kind == "accepted") accepted_.emplace_back(event.who, event.text);
   if (event.kind == "stopped") stopped_ = event.text, stopped_at_ = event.time;
   if (event.kind != "link lost") return;
   const auto link = link_of_name_.find(event.who);
   if (link == link_of_name_.end()) return;
   LinkReader& reader = links_[link->second];
   if (reader.losses++ == 0) reader.first_loss = event.time;
+}
+
+/// A row that nobody can read says no rule: its samples and marks are sealed all the same.
+void RunReader::note_rule(const StoreEvent& event) try {
+  const RunRow row = conduct::row_of(event.json);
+  if (row.kind == RunRow::Kind::segment_ends && row.ending == "complete" && !row.rule.empty())
+    rules_[{row.run, row.segment}] = row;
+} catch (const Error&) {
+}
+
+Findings RunReader::findings_of_rules() const {
+  Findings findings;
+  for (const auto& [key, row] : rules_)
+    if (row.reached)
+      findings.push_back({Severity::info,
+                          "ended_by_rule",
+                          {{"segment", row.label},
+                           {"run", row.run},
+                           {"rule", row.rule},
+                           {"recorded", *row.reached, "s"},
+                           {"at_least", row.at_least, "s"}}});
+    else
+      findings.push_back(
+          {Severity::info,
+           "rule_not_met",
+           {{"segment", row.label}, {"run", row.run}, {"rule", row.rule}, {"at_least", row.at_least, "s"}}});
+  return findings;
 }
 
 void RunReader::finish() {
@@ -64,6 +94,9 @@ Findings RunReader::findings(const StoreContent& content, const std::string& slo
     for (Finding& finding : findings_of_stream(*links_[i].codec, links_[i].stream->counts(), link.name))
       if (finding.code != "frames_cut") findings.push_back(std::move(finding));  // every live stream ends so
   }
+  for (Finding& finding : findings_of_rules()) findings.push_back(std::move(finding));
+  for (const auto& [who, text] : accepted_)
+    findings.push_back({Severity::warning, "equipment_expired", {{"who", who}, {"text", text}}});
   if (!stopped_.empty())
     findings.push_back({Severity::warning, "recording_stopped", {{"begin", stopped_at_, "s"}, {"reason", stopped_}}});
   else if (!ended_)

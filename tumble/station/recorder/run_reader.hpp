@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/station/executive.hpp"
 #include "tumble/station/recorder/marks_of_journal.hpp"
 #include "tumble/station/recorder/visit.hpp"
 #include "tumble/wire/frames.hpp"
@@ -31,10 +32,15 @@ class RunReader {
     double first_loss = 0.0;  ///< [s]
   };
   void note(const StoreEvent& event);
+  void note_rule(const StoreEvent& event);
+  Findings findings_of_rules() const;
 
   std::vector<LinkReader> links_;
   std::map<std::string, std::size_t> link_of_name_;
   JournalReader journal_;
+  std::map<std::pair<int, std::size_t>, RunRow>
+      rules_;  ///< ends of attempts with a stopping rule, by power-up and index
+  std::vector<std::pair<std::string, std::string>> accepted_;  ///< who accepted something, and what
   std::string started_, stopped_;
   bool ended_ = false;
   double last_ = 0.0, stopped_at_ = 0.0;  ///< [s]

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "tumble/wire/frames.hpp"
@@ -25,6 +26,14 @@ double modulus_of(const StoreContent& content, std::optional<std::size_t> link) 
 }
 
 }  // namespace
+
+std::vector<std::string> slots_of(const StoreContent& content) {
+  std::set<std::string> slots;
+  for (const StoreStream& stream : content.streams)
+    if (!stream.slot.empty()) slots.insert(stream.slot);
+  if (slots.empty()) slots.insert("");
+  return {slots.begin(), slots.end()};
+}
 
 SlotReader::SlotReader(const StoreContent& content, std::string slot) {
   std::map<std::string, std::size_t> known;

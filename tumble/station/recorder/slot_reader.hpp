@@ -9,6 +9,9 @@
 
 namespace tumble::recorder {
 
+/// The slots that have streams; without any, one without a name.
+std::vector<std::string> slots_of(const StoreContent& content);
+
 /// The channels of one slot on their way from a store into a recording: two times through the items.
 class SlotReader {
  public:

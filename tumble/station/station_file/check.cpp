@@ -9,6 +9,7 @@
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/station/station_file/draft.hpp"
+#include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
@@ -80,6 +81,42 @@ const char* verb_of(const StationAxis& axis, const Motion& motion) {
     default:
       return axis.kind == Kind::temperature ? "set_temperature" : axis.kind == Kind::angle ? "position" : "stop";
   }
+}
+
+/// The values of the request by which the executive commands a motion (executive/motions.cpp), which omits those of
+/// speed and acceleration that a controller does not take.
+std::vector<std::string> values_of(const StationDevice& device, const StationAxis& axis, const Motion& motion,
+                                   const std::string& verb) {
+  std::vector<std::string> values;
+  if (axis.max_acceleration && device.may_carry(verb, "acceleration")) values.emplace_back("acceleration");
+  const auto with = [&](std::initializer_list<const char*> more) {
+    values.insert(values.end(), more.begin(), more.end());
+    return values;
+  };
+  if (verb == "position")
+    return axis.speed && device.may_carry(verb, "rate") ? with({"position", "rate"}) : with({"position"});
+  if (verb == "rate") return with({"rate"});
+  if (verb == "set_temperature") return {"temperature"};
+  if (verb == "random") return {"rms"};
+  if (verb == "sweep") return {"amplitude", "frequency", "to_frequency", "duration"};
+  if (verb != "sine") return {};
+  return motion.phase != 0.0 ? std::vector<std::string>{"amplitude", "frequency", "phase"}
+                             : std::vector<std::string>{"amplitude", "frequency"};
+}
+
+/// What a request would carry that the controller does not take, or lacks what it needs.
+void check_values(Checking& checking, const StationAxis& axis, const Motion& motion) {
+  const auto& device = checking.station.devices[axis.device];
+  const std::string verb = verb_of(axis, motion);
+  if (!device.takes.contains(verb) || !device.needs.contains(verb)) return;
+  const auto values = values_of(device, axis, motion, verb);
+  for (const auto& value : values)
+    if (!device.may_carry(verb, value))
+      checking.add(fmt::format("{}: '{}' of the controller {} takes no {}", axis.name, verb, device.controller, value));
+  for (const auto& value : device.needs.at(verb))
+    if (!contains(values, value))
+      checking.add(fmt::format("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
+                               verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
@@ -197,9 +234,21 @@ void check_schedule(Checking& checking) {
         continue;
       }
       check_verbs(checking, segment, *axis, motion);
+      check_values(checking, *axis, motion);
       MotionLimits(checking, segment, *axis, places[name]).check(motion);
       places[name] = place_after(motion);
     }
+}
+
+/// A run keeps its plan, to be carried on with it.
+void check_rules(Checking& checking) {
+  if (!checking.plan.file.empty() && !checking.plan.text)
+    checking.add("the plan is longer than 100 kB: a run keeps a copy of its plan, which may be as long as that");
+  try {
+    stopping_rules(checking.plan);
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) checking.add(problem);
+  }
 }
 
 bool is_blank(const std::string& text) { return text.find_first_not_of(" \t") == std::string::npos; }
@@ -247,20 +296,27 @@ void check_equipment(Checking& checking) {
   if (checking.request.rehearsed) return;
   if (!is_date(date)) return checking.add(fmt::format("'{}' is no date; \"2026-11-24\" is expected", date));
   if (!checking.request.accept_expired.empty()) return;
-  for (const auto& equipment : checking.station.equipment)
-    if (!equipment.due.empty() && equipment.due < date)
-      checking.add(fmt::format("{} {}: its calibration{} was due on {}: calibrate it, or state --accept-expired REASON",
-                               equipment.name, equipment.serial,
-                               equipment.certificate.empty() ? "" : " " + equipment.certificate, equipment.due));
+  for (const auto& expired : expired_equipment(checking.station, date))
+    checking.add(expired + ": calibrate it, or state --accept-expired REASON");
 }
 
 }  // namespace
 }  // namespace station_file
 
+std::vector<std::string> expired_equipment(const Station& station, const std::string& date) {
+  std::vector<std::string> expired;
+  for (const auto& equipment : station.equipment)
+    if (!equipment.due.empty() && equipment.due < date)
+      expired.push_back(fmt::format("{} {}: its calibration{} was due on {}", equipment.name, equipment.serial,
+                                    equipment.certificate.empty() ? "" : " " + equipment.certificate, equipment.due));
+  return expired;
+}
+
 std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request) {
   station_file::Checking checking{plan, station, request, {}};
   station_file::check_axes_of_rig(checking);
   station_file::check_schedule(checking);
+  station_file::check_rules(checking);
   station_file::check_units(checking);
   station_file::check_rates(checking);
   station_file::check_equipment(checking);

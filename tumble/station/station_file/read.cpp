@@ -138,6 +138,13 @@ void read_station_section(Section& root, Draft& draft) {
   Section section(*table, "[station]", draft.problems);
   draft.station.name = needed(section, "name", "\"bench 3\"");
   draft.station.by_hand = section.texts("by_hand");
+  const auto units = section.text("units");
+  if (units && *units != "all" && *units != "any")
+    section.problem_at("units", "\"all\": a unit that fails ends the run; or \"any\": the others go on");
+  draft.station.all_units = units == "all";
+  const auto answer = section.quantity("answer_within", Unit::parse("s"));
+  if (answer && *answer <= 0.0) section.problem_at("answer_within", "must be above zero");
+  draft.station.answer_within = answer.value_or(draft.station.answer_within);
   section.close();
 }
 

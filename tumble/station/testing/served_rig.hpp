@@ -54,6 +54,8 @@ class ServedRig {
   ServedRig(const ServedRig&) = delete;
   ServedRig& operator=(const ServedRig&) = delete;
   ~ServedRig() { end(); }
+  /// Where each wire is reached: devices, then instruments.
+  const std::vector<std::string>& addresses() const { return server_->addresses(); }
   /// How the rig is, after its service has ended.
   std::map<std::string, AxisReading> end() {
     stop_ = true;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::plan_file {
 namespace {
@@ -183,6 +184,7 @@ std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Proble
     auto runs = section.integers("run");
     if (std::count(runs.begin(), runs.end(), 0)) section.problem_at("run", "power-ups count from 1");
     if (runs.empty()) runs.push_back(1);
+    read_stopping_rule(section, draft.duration);  // for the station: tasks/stopping_rule.hpp
     read_axes(section, rig, problems, draft.segment);
     for (const int run : runs) {
       drafts.push_back(draft);
@@ -247,6 +249,27 @@ void advance(Positions& positions, const Segment& segment) {
 }
 
 }  // namespace
+
+std::optional<StoppingRule> read_stopping_rule(Section& section, std::optional<double> duration) {
+  const auto text = section.text("until");
+  const auto at_least = section.quantity("at_least", Unit::parse("s"));
+  if (at_least && *at_least <= 0.0) section.problem_at("at_least", "must be above zero");
+  if (!section.find("until")) {
+    if (section.find("at_least")) section.problem_at("at_least", "is for a segment with `until`");
+    return std::nullopt;
+  }
+  if (!section.find("at_least"))
+    section.missing("at_least", "\"10 min\": before that time, the estimate is too poor to judge by");
+  if (at_least && duration && *at_least >= *duration)
+    section.problem_at("at_least", "must be shorter than the duration, in which the segment ends in any case");
+  if (!text) return std::nullopt;
+  try {
+    return parse_stopping_rule(*text, at_least.value_or(0.0));
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at("until", problem);
+    return std::nullopt;
+  }
+}
 
 Schedule read_schedule(const toml::array& tables, const Rig* rig, Problems& problems) {
   auto drafts = read_drafts(tables, rig, problems);
