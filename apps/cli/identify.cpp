@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "prior_option.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
@@ -19,6 +20,7 @@ struct Arguments {
   std::vector<std::string> recordings, sets, topics;
   bool json = false, strict = false;
   std::uint64_t memory = 2'000'000'000;
+  ArchiveOptions archive;
 };
 
 bool is_method(const std::string& word) {
@@ -72,7 +74,8 @@ void show(const Estimate& estimate, const Arguments& arguments, const Terminal& 
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
-  const auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
+  auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
+  read_prior_from(arguments.archive, plan);
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
   Estimate estimate;
   {
@@ -105,6 +108,7 @@ Verb identify_verb() {
         .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
         .type = "SIZE",
         .bytes = "2 GB"},
+       archive_argument(arguments->archive),
        topic_argument(arguments->topics),
        reading_sets(arguments->sets,
                     "a setting of the method (see `tumble list methods NAME`), or\n"

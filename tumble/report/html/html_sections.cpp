@@ -240,7 +240,10 @@ std::string verdicts(const Estimate& estimate, const Words& words) {
   return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }
 
-std::string parameters(const Estimate& estimate, const Words& words) {
+namespace {
+
+std::string parameter_section(const Estimate& estimate, const std::string& id, const std::string& title,
+                              const std::string& note, const Words& words) {
   if (estimate.parameters.empty()) return {};
   const bool with_freedom = std::any_of(estimate.parameters.begin(), estimate.parameters.end(),
                                         [](const auto& p) { return std::isfinite(p.degrees_of_freedom); });
@@ -250,14 +253,29 @@ std::string parameters(const Estimate& estimate, const Words& words) {
           ? fmt::format("<th scope=\"col\">{}</th><th scope=\"col\">{}</th>", words("value"), words("sd"))
           : fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"middle\">{}</th>", words("value_and_sd"));
   std::string text = fmt::format(
-      "<section id=\"parameters\">\n<h2>{}</h2>\n<div class=\"wide\"><table class=\"parameters\">\n<thead><tr>"
+      "<section id=\"{}\">\n<h2>{}</h2>\n<div class=\"wide\"><table class=\"parameters\">\n<thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th>{}<th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
-      words("parameters"), words("symbol"), words("parameter"), values, words("unit"), words("interval"));
+      id, title, words("symbol"), words("parameter"), values, words("unit"), words("interval"));
   if (with_freedom) text += "<th scope=\"col\" class=\"n\">" + words("degrees_of_freedom") + "</th>";
   text += "</tr></thead>\n<tbody>\n";
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) text += parameter_row(estimate, i, with_freedom, words);
-  text += "</tbody></table></div>\n<p class=\"note\">" + words("sd_note") + "</p>\n";
+  text += "</tbody></table></div>\n<p class=\"note\">" + note + "</p>\n";
   return text + "</section>\n";
+}
+
+}  // namespace
+
+std::string parameters(const Estimate& estimate, const Words& words) {
+  return parameter_section(estimate, "parameters", words("parameters"), words("sd_note"), words);
+}
+
+std::string with_prior(const Estimate& estimate, const Words& words) {
+  if (!estimate.prior || !estimate.prior->with_prior) return {};
+  const auto& use = *estimate.prior;
+  const auto note = words.with("prior_note", std::to_string(use.population->population->units),
+                               escaped(use.population->population->sha256.substr(0, 12))) +
+                    " " + words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior");
+  return parameter_section(*use.with_prior, "with_prior", words("with_prior"), note, words);
 }
 
 std::string findings(const Estimate& estimate, const Words& words) {
