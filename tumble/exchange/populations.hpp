@@ -16,12 +16,12 @@ struct TestedUnit {
   Estimate estimate;
 };
 
-/// A result that does not count, and why: a key in [phrase] of text/en.toml.
+/// A result that does not count, and why: a key in [population] of text/en.toml.
 struct ResultLeftOut {
   std::string serial, sha256, why;
 };
 
-/// Why a result cannot be part of a population, as a key of [phrase]; empty: it can.
+/// Why a result cannot be part of a population, as a key of [population]; empty: it can.
 std::string unfit_for_population(const Estimate& estimate);
 
 /// The population of a model: mean and covariance of a further unit, as an estimate with `population`.

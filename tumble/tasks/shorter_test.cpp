@@ -80,18 +80,22 @@ class Search {
       options.total_time = time;
       return optimise(plan_, options, {});
     });
-    consider(found, [&] {
-      Plan plan = plan_;
-      plan.schedule = scaled(plan_, time / time_of(plan_.schedule));
-      return Optimised{by_terms_ ? predict_model(plan, goal_.terms, false) : tumble::predict(plan), plan.schedule};
-    });
+    consider(found, [&] { return predicted(scaled(plan_, time / time_of(plan_.schedule))); });
     return found;
   }
 
-  /// The shortest time that reaches the goal, by halving; the plan's own time where nothing shorter does.
-  Found shortest(double full, const std::function<void()>& step) const {
-    Found best = at(full);
-    best.time = full;
+  /// A schedule as it is.
+  Found with(const Schedule& schedule) const {
+    Found found;
+    consider(found, [&] { return predicted(schedule); });
+    found.time = time_of(schedule);
+    return found;
+  }
+
+  /// The shortest time that reaches the goal, by halving; the schedule to begin with where nothing shorter does.
+  Found shortest(const Schedule& from, const std::function<void()>& step) const {
+    Found best = with(from);
+    const double full = best.time;
     double low = shortest_share * full, high = full;
     for (int i = 0; i < halvings; ++i) {
       const double time = 0.5 * (low + high);
@@ -107,6 +111,12 @@ class Search {
   }
 
  private:
+  Optimised predicted(const Schedule& schedule) const {
+    Plan plan = plan_;
+    plan.schedule = schedule;
+    return {by_terms_ ? predict_model(plan, goal_.terms, false) : tumble::predict(plan), schedule};
+  }
+
   void consider(Found& found, const std::function<Optimised()>& work) const try {
     auto one = work();
     const double excess = excess_of(one.estimate, goal_);
@@ -172,9 +182,8 @@ Optimised shorter_test(const Plan& given, const OptimiseOptions& options, const 
   step();
   auto alone_goal = goal;
   alone_goal.widest = goal.sds;
-  const Found positions = Search(alone, options, alone_goal).shortest(full, step);
-  Found prior = Search(plan, options, goal).shortest(positions.time, step);
-  if (prior.best.schedule.empty()) prior = positions;
+  const Found positions = Search(alone, options, alone_goal).shortest(plan.schedule, step);
+  const Found prior = Search(plan, options, goal).shortest(positions.best.schedule, step);
   Optimised out = prior.best;
   out.estimate.tables.insert(out.estimate.tables.begin(), shorter_table(full, positions, prior));
   out.estimate.findings.push_back({Finding::Severity::info,

@@ -137,7 +137,7 @@ Parameter component_parameter(const Parameter& of, const ComponentOfSpread& one,
   out.name = of.name + "_" + name + "_sd";
   out.unit = of.unit;
   out.value = one.sd;
-  out.description = fmt::format("standard deviation of {} from {}", of.name, text_of("phrase", "component_" + name));
+  out.description = fmt::format("standard deviation of {} from {}", of.name, text_of("population", "component_" + name));
   out.degrees_of_freedom = one.degrees_of_freedom;
   out.lower = one.lower, out.upper = one.upper;
   return out;
@@ -153,7 +153,7 @@ Table components_table(const Parameter& of, const SpreadComponents& found, const
   for (std::size_t c = 0; c < names.size(); ++c) {
     const auto& one = found.components[c];
     const double levels = static_cast<double>(c < by.factors.size() ? count_of(by.factors[c].level) : results);
-    table.rows.push_back({text_of("phrase", "component_" + names[c]), one.sd, one.lower, one.upper, one.degrees_of_freedom,
+    table.rows.push_back({text_of("population", "component_" + names[c]), one.sd, one.lower, one.upper, one.degrees_of_freedom,
                           levels, static_cast<double>(results)});
   }
   return table;
@@ -184,13 +184,13 @@ void add_curves(const std::vector<OccasionResult>& results, const std::string& p
 Estimate components_of_results(const std::string& model, const std::string& parameter,
                                std::vector<OccasionResult> results, std::vector<ResultLeftOut> left_out) {
   std::vector<std::pair<std::string, std::string>> not_used;
-  for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("phrase", one.why));
+  for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("population", one.why));
   std::vector<std::string> others;
   std::erase_if(results, [&](const OccasionResult& one) {
     if (place_of(one.estimate, parameter) < one.estimate.parameters.size()) return false;
     for (const auto& other : one.estimate.parameters)
       if (std::ranges::find(others, other.name) == others.end()) others.push_back(other.name);
-    not_used.emplace_back(one.serial, text_of("phrase", "without_parameter"));
+    not_used.emplace_back(one.serial, text_of("population", "without_parameter"));
     return true;
   });
   require_enough(model, parameter, results, others);

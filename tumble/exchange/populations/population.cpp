@@ -278,7 +278,7 @@ std::string unfit_for_population(const Estimate& estimate) {
 Estimate population_of_units(const std::string& model, const std::string& method, std::vector<TestedUnit> units,
                              std::vector<ResultLeftOut> left_out) {
   Gathered all{std::move(units), {}};
-  for (const auto& one : left_out) all.left_out.emplace_back(one.serial, text_of("phrase", one.why));
+  for (const auto& one : left_out) all.left_out.emplace_back(one.serial, text_of("population", one.why));
   leave_out_strangers(all);
   std::ranges::sort(all.units, {}, &TestedUnit::serial);  // the order of the rows says nothing
   refuse_few(model, method, all);

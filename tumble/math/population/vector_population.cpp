@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/math/symmetric_factor.hpp"
@@ -206,28 +207,38 @@ struct Predicted {
   double inflation = 0.0;  ///< mean of D/p
 };
 
-/// How well the units of each fold are predicted by the others.
-Predicted predicted(std::span<const ShownOfUnit> units, double shrinkage) {
+/// How well the units of one fold are predicted by the others.
+Predicted predicted(std::span<const ShownOfUnit> units, double shrinkage, std::size_t fold) {
   Predicted out;
-  for (std::size_t fold = 0; fold < folds; ++fold) {
-    std::vector<ShownOfUnit> others;
-    for (std::size_t u = 0; u < units.size(); ++u)
-      if (u % folds != fold) others.push_back(units[u]);
-    const Matrix spread = most_likely_covariance(others, shrinkage, 60);
-    const auto at = mean_of(others, spread);
-    for (std::size_t u = fold; u < units.size(); u += folds) {
-      const auto& unit = units[u];
-      const auto m = static_cast<double>(unit.values.size());
-      if (unit.values.empty()) continue;
-      const Matrix design = design_of(unit);
-      const auto factor =
-          cholesky(sandwich(unit.combinations, spread) + sandwich(design, at.covariance) + unit.covariance);
-      if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
-      const auto away = scaled_sum(unit.values, -1.0, design * at.unknowns);
-      const double d = dot(away, solve(factor, away));
-      out.log_likelihood -= 0.5 * (factor.log_determinant + d + m * std::log(two_pi));
-      out.inflation += d / m / static_cast<double>(units.size());
-    }
+  std::vector<ShownOfUnit> others;
+  for (std::size_t u = 0; u < units.size(); ++u)
+    if (u % folds != fold) others.push_back(units[u]);
+  const Matrix spread = most_likely_covariance(others, shrinkage, 60);
+  const auto at = mean_of(others, spread);
+  for (std::size_t u = fold; u < units.size(); u += folds) {
+    const auto& unit = units[u];
+    const auto m = static_cast<double>(unit.values.size());
+    if (unit.values.empty()) continue;
+    const Matrix design = design_of(unit);
+    const auto factor =
+        cholesky(sandwich(unit.combinations, spread) + sandwich(design, at.covariance) + unit.covariance);
+    if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
+    const auto away = scaled_sum(unit.values, -1.0, design * at.unknowns);
+    const double d = dot(away, solve(factor, away));
+    out.log_likelihood -= 0.5 * (factor.log_determinant + d + m * std::log(two_pi));
+    out.inflation += d / m / static_cast<double>(units.size());
+  }
+  return out;
+}
+
+/// Of each shrinkage that is tried; with many units the correlations need none.
+std::vector<Predicted> predicted_by_shrinkage(std::span<const ShownOfUnit> units) {
+  const std::size_t tried = units.size() > enough ? 1 : shrinkages.size();
+  std::vector<Predicted> parts(tried * folds), out(tried);
+  parallel_for(parts.size(), [&](std::size_t i) { parts[i] = predicted(units, shrinkages[i / folds], i % folds); });
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    out[i / folds].log_likelihood += parts[i].log_likelihood;
+    out[i / folds].inflation += parts[i].inflation;
   }
   return out;
 }
@@ -252,14 +263,10 @@ VectorPopulation vector_population(std::span<const ShownOfUnit> units) {
   require_vectors(units);
   const std::size_t p = units.front().combinations.columns;
   VectorPopulation out;
-  double best = -std::numeric_limits<double>::infinity();
-  for (const double shrinkage : shrinkages) {
-    if (units.size() > enough && shrinkage > shrinkages.front()) break;  // they say their correlations themselves
-    const auto score = predicted(units, shrinkage);
-    if (!(score.log_likelihood > best)) continue;
-    best = score.log_likelihood;
-    out.shrinkage = shrinkage, out.inflation = std::max(1.0, score.inflation);
-  }
+  const auto scores = predicted_by_shrinkage(units);
+  const auto best = std::ranges::max_element(scores, {}, &Predicted::log_likelihood);
+  out.shrinkage = shrinkages[static_cast<std::size_t>(best - scores.begin())];
+  out.inflation = std::max(1.0, best->inflation);
   out.spread = most_likely_covariance(units, out.shrinkage, 500);
   out.expected_spread = expected_of(units, out.spread);
   const auto at = mean_of(units, out.expected_spread);
@@ -293,8 +300,9 @@ PopulationGain gain_of(const Matrix& prior, const std::vector<double>& mean, con
   const Matrix both = common * transposed(a);
   PopulationGain out;
   out.departure = sandwich(a, prior) + unit.covariance - both - transposed(both);
-  for (std::size_t i = 0; i < out.departure.rows; ++i) out.departure(i, i) *= 1.0 + 1e-10;  // values that move together
-  const auto factor = cholesky(out.departure);
+  auto factor = cholesky(out.departure);
+  for (std::size_t i = 0; i < out.departure.rows && !factor.positive; ++i) out.departure(i, i) *= 1.0 + 1e-10;
+  if (!factor.positive) factor = cholesky(out.departure);  // values that move together
   if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
   const auto away = scaled_sum(unit.values, -1.0, a * mean);
   out.solved = away.empty() ? away : solve(factor, away);

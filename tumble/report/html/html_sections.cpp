@@ -219,19 +219,20 @@ std::string plan_text(const Provenance::PlanFile& plan, const Words& words) {
 
 }  // namespace
 
-std::string verdicts(const Estimate& estimate, const Words& words) {
-  if (estimate.verdicts.empty()) return {};
+std::string verdicts(const Estimate& whole, const Words& words) {
+  if (whole.verdicts.empty()) return {};
+  const Estimate& estimate = judged(whole);
   std::string text = fmt::format(
       "<section id=\"verdicts\">\n<h2>{}</h2>\n<table>\n<thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
       words("verdicts"), words("outcome"), words("parameter"), words("limit"), words("measured_value"));
-  for (const auto& verdict : estimate.verdicts) {
+  for (const auto& verdict : whole.verdicts) {
     const auto* parameter = find_parameter(estimate, verdict.parameter);
     std::string value;
     if (parameter != nullptr) {
       const auto known = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
       value = measured(known.value, known.sd, words) + " " + unit(parameter->unit);
-    } else if (const auto upper = find_upper_limit(estimate, verdict.parameter)) {
+    } else if (const auto upper = find_upper_limit(whole, verdict.parameter)) {
       value = words.with("below", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
