@@ -7,7 +7,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/optimise.hpp"
-#include "tumble/tasks/shorter_test.hpp"
+#include "tumble/tasks/shorten.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -63,7 +63,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
              const Terminal& terminal) {
   const auto found = [&] {
     ProgressLine line(terminal);
-    if (!plan.prior.from.empty() && !options.total_time) return tumble::shorter_test(plan, options, line.progress());
+    if (!plan.prior.from.empty() && !options.total_time) return tumble::shorten(plan, options, line.progress());
     return tumble::optimise(plan, options, line.progress());
   }();
   print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width));

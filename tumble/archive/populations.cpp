@@ -29,8 +29,8 @@ struct Candidate {
 /// The method of a query, or the only one of the model's results.
 std::string method_of(database::Database& database, const PopulationQuery& query) {
   std::vector<std::string> methods, models;
-  database.visit("SELECT DISTINCT r.method FROM results r JOIN units u ON u.id = r.unit WHERE u.model = ?", {query.model},
-                 [&](const database::Row& row) { methods.push_back(database::text(row, 0)); });
+  database.visit("SELECT DISTINCT r.method FROM results r JOIN units u ON u.id = r.unit WHERE u.model = ?",
+                 {query.model}, [&](const database::Row& row) { methods.push_back(database::text(row, 0)); });
   std::ranges::sort(methods);
   if (methods.empty()) {
     database.visit("SELECT DISTINCT model FROM units", {},
@@ -43,13 +43,15 @@ std::string method_of(database::Database& database, const PopulationQuery& query
                                                     query.model, fmt::join(methods, " or --method ")));
   const std::string method = query.method.empty() ? methods.front() : query.method;
   if (std::ranges::find(methods, method) == methods.end())
-    throw Error(Error::Kind::bad_input, fmt::format("the archive has no result of {} of the model '{}'; it has results of {}",
-                                                    method, query.model, fmt::join(methods, ", ")));
+    throw Error(Error::Kind::bad_input,
+                fmt::format("the archive has no result of {} of the model '{}'; it has results of {}", method,
+                            query.model, fmt::join(methods, ", ")));
   return method;
 }
 
 /// Newest first.
-std::vector<Candidate> candidates(database::Database& database, const PopulationQuery& query, const std::string& method) {
+std::vector<Candidate> candidates(database::Database& database, const PopulationQuery& query,
+                                  const std::string& method) {
   std::map<std::int64_t, std::int64_t> counts;
   database.visit(
       "SELECT p.result, COUNT(*) FROM parameters p JOIN results r ON r.id = p.result JOIN units u ON u.id = r.unit "
@@ -58,13 +60,14 @@ std::vector<Candidate> candidates(database::Database& database, const Population
       [&](const database::Row& row) { counts[database::integer(row, 0)] = database::integer(row, 1); });
   std::vector<Candidate> all;
   database.visit(
-      "SELECT r.id, r.sha256, u.serial, r.ended, r.moment, r.seed, s.station FROM results r JOIN units u ON u.id = r.unit "
+      "SELECT r.id, r.sha256, u.serial, r.ended, r.moment, r.seed, s.station FROM results r JOIN units u ON u.id = "
+      "r.unit "
       "LEFT JOIN corrections c ON c.result = r.id LEFT JOIN runs s ON s.id = r.run WHERE u.model = ? AND r.method = ? "
       "AND c.result IS NULL ORDER BY r.moment DESC, r.id",
       {query.model, method}, [&](const database::Row& row) {
-        const Candidate one{database::text(row, 1),          database::text(row, 2),
-                            database::text(row, 3),          database::text(row, 6),
-                            database::integer(row, 4),       counts[database::integer(row, 0)],
+        const Candidate one{database::text(row, 1),         database::text(row, 2),
+                            database::text(row, 3),         database::text(row, 6),
+                            database::integer(row, 4),      counts[database::integer(row, 0)],
                             !database::text(row, 5).empty()};
         if (one.serial != query.without) all.push_back(one);
       });
@@ -145,8 +148,8 @@ Estimate components_of(const Archive& archive, const PopulationQuery& query, con
         continue;
       }
       const auto rig = rig_of(estimate, one.station);
-      results.push_back({one.serial, one.sha256, one.ended.substr(0, 10), rig, static_cast<double>(one.moment),
-                         std::move(estimate)});
+      results.push_back(
+          {one.serial, one.sha256, one.ended.substr(0, 10), rig, static_cast<double>(one.moment), std::move(estimate)});
     }
     return components_of_results(query.model, parameter, std::move(results), std::move(left_out));
   });

@@ -100,12 +100,22 @@ TEST_F(PopulationArchive, SaysWhichModelsAndMethodsThereAre) {
   auto other = testing::fleet_result({}, random_, 0, 0).estimate;
   other.method = "accelerometer_four_position";
   put({deposit_of(other)});
-  EXPECT_NE(problem_of([&] { population_of(open(), {"pendulus_accelerometer"}); }).find("did you mean 'pendulous_accelerometer'"),
+  EXPECT_NE(problem_of([&] {
+              population_of(open(), {"pendulus_accelerometer"});
+            }).find("did you mean 'pendulous_accelerometer'"),
             std::string::npos);
-  EXPECT_NE(problem_of([&] { population_of(open(), {model}); }).find("--method accelerometer_four_position or --method accelerometer_tumble"),
+  EXPECT_NE(problem_of([&] {
+              population_of(open(), {model});
+            }).find("--method accelerometer_four_position or --method accelerometer_tumble"),
             std::string::npos);
-  EXPECT_NE(problem_of([&] { population_of(open(), {model, "sdof_gyro_static"}); }).find("no result of sdof_gyro_static"), std::string::npos);
-  EXPECT_NE(problem_of([&] { population_of(open(), {model, "accelerometer_four_position"}); }).find("there is 1 of the model"), std::string::npos);
+  EXPECT_NE(problem_of([&] {
+              population_of(open(), {model, "sdof_gyro_static"});
+            }).find("no result of sdof_gyro_static"),
+            std::string::npos);
+  EXPECT_NE(problem_of([&] {
+              population_of(open(), {model, "accelerometer_four_position"});
+            }).find("there is 1 of the model"),
+            std::string::npos);
 }
 
 TEST_F(PopulationArchive, GivesComponentsOfAllResults) {
@@ -118,7 +128,8 @@ TEST_F(PopulationArchive, GivesComponentsOfAllResults) {
                                              0.05, "T-1", 0.1);
         result.instrument_model = "triad", result.instrument_serial = "A-" + std::to_string(unit);
         const std::string equipment = day % 2 == 0 ? "T-1" : "T-2";
-        result.provenance.plans.push_back({"plan.toml", "abc", "[rig]\nkind = \"rate_table\"\nequipment = \"" + equipment + "\"\n"});
+        result.provenance.plans.push_back(
+            {"plan.toml", "abc", "[rig]\nkind = \"rate_table\"\nequipment = \"" + equipment + "\"\n"});
         results.push_back(deposit_of(result, "2026-11-0" + std::to_string(day + 1)));
       }
   put(std::move(results));
@@ -127,7 +138,8 @@ TEST_F(PopulationArchive, GivesComponentsOfAllResults) {
   EXPECT_EQ(found.parameters[3].name, "bias_rig_sd");
   EXPECT_EQ(found.parameters[4].name, "bias_turn_on_sd");
   EXPECT_NEAR(found.parameters[4].unit.from_si(found.parameters[4].value), 0.1, 0.08);
-  EXPECT_NE(problem_of([&] { components_of(open(), {"triad"}, "bais"); }).find("did you mean 'bias'"), std::string::npos);
+  EXPECT_NE(problem_of([&] { components_of(open(), {"triad"}, "bais"); }).find("did you mean 'bias'"),
+            std::string::npos);
 }
 
 }  // namespace

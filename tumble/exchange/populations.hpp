@@ -28,8 +28,8 @@ std::string unfit_for_population(const Estimate& estimate);
 ///
 /// The covariance is that of a unit that was not tested yet: "unit to unit" (8.33), what is not known of the means, and
 /// with their keys the errors that the means share with the results they were made from. Parameters that five units
-/// show by themselves are part of it; the others are named. Units that do not belong to the others (8.29) are listed and
-/// not used. Simulated results are not mixed with measured ones.
+/// show by themselves are part of it; the others are named. Units that do not belong to the others (8.29) are listed
+/// and not used. Simulated results are not mixed with measured ones.
 ///
 /// Given     units  one result of each, of one model and method; `left_out`: results that were not taken, for the table
 /// Throws    Error::bad_data with all that is missing: fewer than five units, no parameter that five units show

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <mutex>
@@ -79,7 +78,7 @@ TEST(PriorCoverage, NewUnitsAreHeldByIntervalsWithPrior) {
       better.of_fleets[f] = ratio;
     });
     const std::string what = std::to_string(units) + " units, spread " + std::to_string(spread);
-    std::printf("%s: held %.4f +- %.4f, aliens %.4f, sd with/without %.3f\n", what.c_str(), held.mean(), held.sd(), aliens.mean(), better.mean());
+    RecordProperty(what + ": held", std::to_string(held.mean()));
     EXPECT_GE(held.mean(), 0.95 - 4.0 * held.sd()) << what;
     EXPECT_LE(held.mean(), 0.99) << what << ": an interval of a narrow population may be too wide, but not by this";
     EXPECT_LE(aliens.mean() - 4.0 * aliens.sd(), 0.01) << what;
@@ -107,7 +106,7 @@ TEST(PriorCoverage, SharedErrorsOfTheRigAreCounted) {
     }
     held.of_fleets[f] = inside / all;
   });
-  std::printf("shared errors: held %.4f +- %.4f\n", held.mean(), held.sd());
+  RecordProperty("held", std::to_string(held.mean()));
   EXPECT_GE(held.mean(), 0.95 - 4.0 * held.sd());
   EXPECT_LE(held.mean(), 0.99);
 }
@@ -132,7 +131,8 @@ TEST(ComponentsCoverage, IntervalsOfArchivedResultsHold) {
           const double value = random.split("unit").normal(u) + 0.5 * random.split("day").normal(d) +
                                0.4 * random.split("rig").normal(rig) + 0.3 * random.split("turn-on").normal(n) +
                                sd * random.split("noise").normal(n) + 0.2 * random.split("stated").normal(rig);
-          results.push_back({std::to_string(u), std::to_string(n), std::to_string(day), "T-" + std::to_string(rig), static_cast<double>(n),
+          results.push_back({std::to_string(u), std::to_string(n), std::to_string(day), "T-" + std::to_string(rig),
+                             static_cast<double>(n),
                              testing::single_result(value, sd, "T-" + std::to_string(rig), 0.2)});
         }
       }
@@ -141,13 +141,14 @@ TEST(ComponentsCoverage, IntervalsOfArchivedResultsHold) {
     count += 1.0;
     for (const auto& parameter : found.parameters)
       if (const auto known = truth.find(parameter.name); known != truth.end())
-        held[parameter.name] += unit.from_si(parameter.lower) <= known->second && known->second <= unit.from_si(parameter.upper);
+        held[parameter.name] +=
+            unit.from_si(parameter.lower) <= known->second && known->second <= unit.from_si(parameter.upper);
     held["bias_mean"] += holds(found, 0, 0.0);
   });
   const double band = 4.0 * std::sqrt(0.95 * 0.05 / count);
   EXPECT_EQ(held.size(), 5u);
   for (const auto& [name, number] : held) {
-    std::printf("%s: held %.4f\n", name.c_str(), number / count);
+    RecordProperty(name, std::to_string(number / count));
     EXPECT_GE(number / count, 0.95 - band) << name;
   }
 }
@@ -163,11 +164,13 @@ TEST(DifferenceCoverage, OneInTwentyIsBeyondOneWhateverIsShared) {
         const double rig = shared * random.split("rig").normal(i), truth = random.split("unit").normal(i);
         std::vector<NamedResult> two;
         for (std::uint64_t k = 0; k < 2; ++k)
-          two.push_back({std::to_string(k), testing::single_result(truth + rig + random.split("noise").normal(2 * i + k), 1.0, "T-1", shared)});
+          two.push_back(
+              {std::to_string(k),
+               testing::single_result(truth + rig + random.split("noise").normal(2 * i + k), 1.0, "T-1", shared)});
         beyond += std::abs(compare(two).pairs[0].differences[0].e_n) > 1.0;
       }
     }
-    std::printf("shared %.1f: beyond %.4f\n", shared, beyond / all);
+    RecordProperty("shared " + std::to_string(shared), std::to_string(beyond / all));
     EXPECT_NEAR(beyond / all, 0.05, 4.0 * std::sqrt(0.05 * 0.95 / all)) << shared;
   }
 }

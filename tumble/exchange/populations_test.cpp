@@ -45,7 +45,8 @@ std::string problem_of(const std::function<void()>& work) {
 
 double sd_of(const Estimate& estimate, const char* name) {
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
-    if (estimate.parameters[i].name == name) return estimate.parameters[i].unit.difference_from_si(standard_uncertainty(estimate, i));
+    if (estimate.parameters[i].name == name)
+      return estimate.parameters[i].unit.difference_from_si(standard_uncertainty(estimate, i));
   return NAN;
 }
 
@@ -94,9 +95,10 @@ TEST(PopulationOfUnits, RefusesFewUnitsAndSaysWhy) {
   auto units = tested(fleet_results({}, RandomStream(5), 6));
   units[5].estimate = units[0].estimate;  // one unit under two serial numbers
   units[4].simulated = true;
-  const auto problem = problem_of(
-      [&] { population_of_units("m", "accelerometer_tumble", units, {{"U7", "abc", "result_with_prior"}}); });
-  EXPECT_NE(problem.find("there are 4 units of the model 'm'"), std::string::npos) << problem;
+  const auto problem = problem_of([&] {
+    population_of_units("m", "accelerometer_tumble", units, {{"U7", "abc", "result_with_prior"}});
+  });
+  EXPECT_NE(problem.find("there are 4 of the model 'm'"), std::string::npos) << problem;
   EXPECT_NE(problem.find("unit U1005 is not used: the same values as another unit"), std::string::npos) << problem;
   EXPECT_NE(problem.find("unit U1004 is not used: simulated"), std::string::npos) << problem;
   EXPECT_NE(problem.find("unit U7 is not used: made with a prior"), std::string::npos) << problem;
@@ -107,12 +109,16 @@ TEST(PopulationOfUnits, UsesResultsInWhichAParameterIsMissingOrPartOfASum) {
   const RandomStream random(9);
   std::vector<testing::FleetResult> results;
   for (std::uint64_t i = 0; i < 30; ++i)
-    results.push_back(fleet_result({.spread = 3.0}, random, i, i % 2, i % 3 == 0 ? "all" : i % 3 == 1 ? "no K2" : "K0 with K2"));
+    results.push_back(fleet_result({.spread = 3.0}, random, i, i % 2,
+                                   i % 3 == 0   ? "all"
+                                   : i % 3 == 1 ? "no K2"
+                                                : "K0 with K2"));
   const auto population = population_of_units("m", "accelerometer_tumble", tested(results));
   ASSERT_EQ(population.parameters.size(), 3u);
   EXPECT_TRUE(population.parameters[0].contains.empty());
   EXPECT_NEAR(population.parameters[2].unit.from_si(population.parameters[2].value), 300.0, 4.0 * 1.0);
-  EXPECT_NEAR(population.parameters[0].unit.from_si(population.parameters[0].value), 100.0, 4.0 * sd_of(population, "K0") / std::sqrt(10.0));
+  EXPECT_NEAR(population.parameters[0].unit.from_si(population.parameters[0].value), 100.0,
+              4.0 * sd_of(population, "K0") / std::sqrt(10.0));
 }
 
 TEST(PopulationOfUnits, KeepsTheMeaningThatMostUnitsHave) {
@@ -177,11 +183,12 @@ std::vector<OccasionResult> occasions() {
   for (int unit = 0; unit < 6; ++unit)
     for (int day = 0; day < 3; ++day)
       for (int turn = 0; turn < 2; ++turn, ++n)
-        results.push_back({"U" + std::to_string(unit), std::to_string(n), "2026-11-0" + std::to_string(day + 1),
-                           n % 4 < 2 ? "T-1" : "T-2", static_cast<double>(n) * 3600.0,
-                           testing::single_result(5.0 + random.split("unit").normal(unit) +
-                                                      0.3 * random.split("day").normal(3 * unit + day) + 0.1 * random.normal(n),
-                                                  0.05)});
+        results.push_back(
+            {"U" + std::to_string(unit), std::to_string(n), "2026-11-0" + std::to_string(day + 1),
+             n % 4 < 2 ? "T-1" : "T-2", static_cast<double>(n) * 3600.0,
+             testing::single_result(5.0 + random.split("unit").normal(unit) +
+                                        0.3 * random.split("day").normal(3 * unit + day) + 0.1 * random.normal(n),
+                                    0.05)});
   return results;
 }
 
@@ -206,7 +213,8 @@ TEST(ComponentsOfResults, MergeWhatCannotBeSeparatedAndSaySo) {
   };
   auto results = occasions();
   for (auto& one : results) one.rig = "T-1";
-  EXPECT_EQ(names_of(components_of_results("m", "bias", results)), "bias_mean bias_unit_sd bias_day_sd bias_turn_on_sd one_rig ");
+  EXPECT_EQ(names_of(components_of_results("m", "bias", results)),
+            "bias_mean bias_unit_sd bias_day_sd bias_turn_on_sd one_rig ");
   for (auto& one : results) one.rig = one.serial, one.day = "2026-11-01";
   EXPECT_EQ(names_of(components_of_results("m", "bias", results)),
             "bias_mean bias_unit_and_day_sd bias_turn_on_sd one_day_a_unit rig_not_separated ");
@@ -215,10 +223,13 @@ TEST(ComponentsOfResults, MergeWhatCannotBeSeparatedAndSaySo) {
             "bias_mean bias_unit_sd bias_day_and_turn_on_sd one_result_a_day rig_not_known ");
   std::vector<OccasionResult> single;
   for (std::size_t i = 0; i < results.size(); i += 6) single.push_back(results[i]);
-  EXPECT_EQ(names_of(components_of_results("m", "bias", single)), "bias_mean bias_unit_day_and_turn_on_sd one_result_a_unit ");
+  EXPECT_EQ(names_of(components_of_results("m", "bias", single)),
+            "bias_mean bias_unit_day_and_turn_on_sd one_result_a_unit ");
   single.resize(3);
-  EXPECT_NE(problem_of([&] { components_of_results("m", "bias", single); }).find("at least four results"), std::string::npos);
-  EXPECT_NE(problem_of([&] { components_of_results("m", "bais", results); }).find("did you mean 'bias'"), std::string::npos);
+  EXPECT_NE(problem_of([&] { components_of_results("m", "bias", single); }).find("at least four results"),
+            std::string::npos);
+  EXPECT_NE(problem_of([&] { components_of_results("m", "bais", results); }).find("did you mean 'bias'"),
+            std::string::npos);
 }
 
 }  // namespace

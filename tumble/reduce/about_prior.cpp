@@ -71,13 +71,19 @@ Findings about_prior(const Estimate& result, const PriorUse& use) {
 
 Table prior_table(const Estimate& result, const PriorUse& use) {
   const auto& population = *use.population;
-  Table table{"prior",
-              fmt::format("{} units as prior: spread of the units and sd with prior beside the sd without, distance from the "
-                          "mean in sd, and how often an interval with prior holds a unit 0, 2 and 4 spreads from the mean",
-                          population.population->units),
-              {{"parameter", Unit()}, {"spread/sd", Unit()}, {"with/without", Unit()}, {"from_mean", Unit()},
-               {"at_mean", Unit::parse("%")}, {"at_2", Unit::parse("%")}, {"at_4", Unit::parse("%")}},
-              {}};
+  Table table{
+      "prior",
+      fmt::format("{} units as prior: spread of the units and sd with prior beside the sd without, distance from the "
+                  "mean in sd, and how often an interval with prior holds a unit 0, 2 and 4 spreads from the mean",
+                  population.population->units),
+      {{"parameter", Unit()},
+       {"spread/sd", Unit()},
+       {"with/without", Unit()},
+       {"from_mean", Unit()},
+       {"at_mean", Unit::parse("%")},
+       {"at_2", Unit::parse("%")},
+       {"at_4", Unit::parse("%")}},
+      {}};
   for (std::size_t k = 0; k < population.parameters.size(); ++k) {
     const auto& name = population.parameters[k].name;
     std::vector<Table::Cell> row{name};
@@ -94,10 +100,12 @@ Table prior_table(const Estimate& result, const PriorUse& use) {
     const auto* with = use.with_prior ? find_parameter(*use.with_prior, name) : nullptr;
     if (with)
       row.emplace_back(
-          standard_uncertainty(*use.with_prior, static_cast<std::size_t>(with - use.with_prior->parameters.data())) / sd);
+          standard_uncertainty(*use.with_prior, static_cast<std::size_t>(with - use.with_prior->parameters.data())) /
+          sd);
     else
       row.emplace_back(std::string());
-    row.emplace_back((own->value - population.parameters[k].value) / std::hypot(sd, standard_uncertainty(population, k)));
+    row.emplace_back((own->value - population.parameters[k].value) /
+                     std::hypot(sd, standard_uncertainty(population, k)));
     for (const double away : {0.0, 2.0, 4.0}) row.emplace_back(conditional_coverage(ratio, away));
     table.rows.push_back(std::move(row));
   }

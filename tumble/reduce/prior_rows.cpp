@@ -18,7 +18,8 @@ std::string unresolved(const Parameter& parameter, const std::vector<std::string
   std::vector<std::string> terms;
   for (const auto& term : parameter.contains)
     if (std::ranges::find(names, term.name) == names.end() && term.weight != 0.0)
-      terms.push_back(fmt::format("{:.4g} x {}", term.weight * term.unit.factor() / parameter.unit.factor(), term.name));
+      terms.push_back(
+          fmt::format("{:.4g} x {}", term.weight * term.unit.factor() / parameter.unit.factor(), term.name));
   std::ranges::sort(terms);
   std::string text;
   for (const auto& term : terms) text += (text.empty() ? "" : " + ") + term;

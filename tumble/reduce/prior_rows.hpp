@@ -6,8 +6,8 @@
 
 namespace tumble::prior_rows {
 
-/// Whether the uncertainty of a parameter is that of a normal distribution: value and sd are finite, and its interval is
-/// symmetric.
+/// Whether the uncertainty of a parameter is that of a normal distribution: value and sd are finite, and its interval
+/// is symmetric.
 bool is_normal(const Estimate& estimate, std::size_t i);
 
 /// A parameter of a result as a sum of those of a population.

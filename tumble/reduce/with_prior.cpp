@@ -123,8 +123,8 @@ Maps maps_of(const Rows& rows, const Estimate& result, const Matrix& common, con
   set_block(maps.of_means, 0, 0, means);
   if (x == 0) return maps;
   // what the rows of the population say of the errors of the other rows
-  const Matrix with_known = block(result.covariance, r, x, 0, r) -
-                            block(common, r, x, 0, p) * transposed(rows.combinations);
+  const Matrix with_known =
+      block(result.covariance, r, x, 0, r) - block(common, r, x, 0, p) * transposed(rows.combinations);
   const Matrix h = r == 0 ? Matrix(x, 0) : transposed(solve_symmetric(gain.departure, transposed(with_known)));
   set_block(maps.of_result, p, 0, -1.0 * (rows.weights * gain.gain) - h);
   set_block(maps.of_result, p, r, identity(x));
@@ -159,9 +159,8 @@ double worst_row(const Estimate& result, const Rows& rows, const Estimate& popul
     for (std::size_t k = 0; k < rows.combinations.columns; ++k)
       away -= rows.combinations(i, k) * population.parameters[k].value;
     const double variance = gain.departure(i, i);
-    const double freedom =
-        std::min(1e6, freedom_of(variance, result.covariance(i, i), result.parameters[i].degrees_of_freedom,
-                                 prior(i, i), units));
+    const double freedom = std::min(1e6, freedom_of(variance, result.covariance(i, i),
+                                                    result.parameters[i].degrees_of_freedom, prior(i, i), units));
     const double p = 2.0 * cdf(complement(boost::math::students_t(freedom), std::abs(away) / std::sqrt(variance)));
     least = std::min(least, p * static_cast<double>(rows.known));
   }
@@ -197,9 +196,9 @@ Estimate updated(const Estimate& result, const Rows& rows, const Estimate& popul
   for (std::size_t i = 0; i < out.parameters.size(); ++i) {
     const auto* own = find_parameter(result, out.parameters[i].name);
     out.parameters[i].value = values[i];
-    out.parameters[i].degrees_of_freedom = freedom_of(
-        out.covariance(i, i), variance_of(maps.of_result, i, result.covariance), own ? own->degrees_of_freedom : least,
-        variance_of(maps.of_means, i, population.covariance), units);
+    out.parameters[i].degrees_of_freedom =
+        freedom_of(out.covariance(i, i), variance_of(maps.of_result, i, result.covariance),
+                   own ? own->degrees_of_freedom : least, variance_of(maps.of_means, i, population.covariance), units);
   }
   return out;
 }
@@ -233,13 +232,16 @@ std::vector<std::string> problems_of_prior(const Estimate& population, const std
                                            const std::string& method) {
   std::vector<std::string> problems;
   if (!population.population) {
-    problems.emplace_back("is no population: `tumble population MODEL -o FILE` writes one, and a result with a prior holds one");
+    problems.emplace_back(
+        "is no population: `tumble population MODEL -o FILE` writes one, and a result with a prior holds one");
     return problems;
   }
   if (!model.empty() && population.instrument_model != model)
-    problems.push_back(fmt::format("is of units of the model '{}', the plan is of a '{}'", population.instrument_model, model));
+    problems.push_back(
+        fmt::format("is of units of the model '{}', the plan is of a '{}'", population.instrument_model, model));
   if (population.population->method != method)
-    problems.push_back(fmt::format("is made from results of {}, the plan's method is {}", population.population->method, method));
+    problems.push_back(
+        fmt::format("is made from results of {}, the plan's method is {}", population.population->method, method));
   if (population.parameters.empty()) problems.emplace_back("has no parameters");
   return problems;
 }
@@ -257,13 +259,13 @@ PriorUse with_population(const Estimate& whole_result, const Estimate& whole_pop
   for (const auto i : known) values.push_back(result.parameters[i].value);
   for (const auto& parameter : population.parameters) means.push_back(parameter.value);
   const Matrix covariance = chosen_columns(chosen_rows(result.covariance, known), known);
-  const auto gain = gain_of(population.covariance, means, {rows.combinations, values, covariance},
-                            chosen_rows(common, known));
+  const auto gain =
+      gain_of(population.covariance, means, {rows.combinations, values, covariance}, chosen_rows(common, known));
   PriorUse use;
   use.population = std::make_shared<const Estimate>(whole_population);
   if (!certain) {
-    use.belongs = belonging(gain.distance, rows.known, whole_population.population->inflation,
-                            least_freedom(result, rows.known));
+    use.belongs =
+        belonging(gain.distance, rows.known, whole_population.population->inflation, least_freedom(result, rows.known));
     use.belongs_by_one = worst_row(result, rows, population, gain, units);
     if (use.belongs < least_belonging || use.belongs_by_one < least_belonging) return use;
   }

@@ -93,7 +93,8 @@ TEST(WithPopulation, ErrorsThatBothShareAreAFloor) {
   level(0, 0) = 3.0;
   const auto prior = population({from_shifts("level", level, "T-1")});
   const auto on = [&](const char* key) {
-    const auto own = result({parameter("K0", 13.0)}, {from_variances("noise", {1.0}), from_shifts("level", Matrix(1, 1, 3.0), key)});
+    const auto own =
+        result({parameter("K0", 13.0)}, {from_variances("noise", {1.0}), from_shifts("level", Matrix(1, 1, 3.0), key)});
     return *with_population(own, prior).with_prior;
   };
   const auto same = on("T-1"), other = on("T-2");

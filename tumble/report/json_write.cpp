@@ -278,22 +278,22 @@ Json prior_json(const PriorUse& use) {
 Json whole(const Estimate& estimate) {
   const auto& fit = estimate.fit;
   Json json{{"tumble", version},
-          {"method", estimate.method},
-          {"title", estimate.title},
-          {"instrument", {{"model", estimate.instrument_model}, {"serial", estimate.instrument_serial}}},
-          {"parameters", parameters_json(estimate)},
-          {"covariance", covariance_json(estimate)},
-          {"budget", budget_json(estimate)},
-          {"tables", array_of(estimate.tables, table_json)},
-          {"curves", array_of(estimate.curves, curve_json)},
-          {"fit",
-           {{"observations", fit.observations},
-            {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
-            {"chi_square", finite(fit.chi_square)},
-            {"condition", finite(fit.condition)}}},
-          {"findings", array_of(estimate.findings, finding_json)},
-          {"verdicts", array_of(estimate.verdicts, verdict_json)},
-          {"provenance", provenance_json(estimate.provenance)}};
+            {"method", estimate.method},
+            {"title", estimate.title},
+            {"instrument", {{"model", estimate.instrument_model}, {"serial", estimate.instrument_serial}}},
+            {"parameters", parameters_json(estimate)},
+            {"covariance", covariance_json(estimate)},
+            {"budget", budget_json(estimate)},
+            {"tables", array_of(estimate.tables, table_json)},
+            {"curves", array_of(estimate.curves, curve_json)},
+            {"fit",
+             {{"observations", fit.observations},
+              {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
+              {"chi_square", finite(fit.chi_square)},
+              {"condition", finite(fit.condition)}}},
+            {"findings", array_of(estimate.findings, finding_json)},
+            {"verdicts", array_of(estimate.verdicts, verdict_json)},
+            {"provenance", provenance_json(estimate.provenance)}};
   if (estimate.population) json["population"] = facts_json(*estimate.population);
   if (estimate.prior) json["prior"] = prior_json(*estimate.prior);
   if (estimate.prior && estimate.prior->with_prior) json["with_prior"] = numbers_json(*estimate.prior->with_prior);

@@ -198,8 +198,8 @@ bool drifts(const Plan& plan) {
   return false;
 }
 
-/// Information of the plan's prior about the terms: the population of a unit of the model as one more observation. Terms
-/// that the method identifies under another name are searched without it.
+/// Information of the plan's prior about the terms: the population of a unit of the model as one more observation.
+/// Terms that the method identifies under another name are searched without it.
 void add_population(const PriorChoice& choice, const std::vector<std::string>& terms, Matrix& information) {
   if (!choice.population) return;
   const Estimate& population = *choice.population;

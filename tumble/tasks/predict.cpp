@@ -39,7 +39,8 @@ void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputPro
                         output.problem.channel});
 }
 
-/// With what the plan's prior adds: the values are those of the truth, so that it is not asked whether the unit belongs.
+/// With what the plan's prior adds: the values are those of the truth, so that it is not asked whether the unit
+/// belongs.
 Estimate with_prior(Plan plan, Estimate estimate) {
   read_prior(plan);
   add_prior(plan, estimate, true);

@@ -7,6 +7,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/provenance.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -48,7 +49,8 @@ void add_prior(const Plan& plan, Estimate& estimate, bool certain) {
   if (prior.from.empty()) return;
   if (!prior.population) throw Error(Error::Kind::internal, "the prior of the plan was not read");
   auto use = with_population(estimate, *prior.population, certain);
-  use.from = estimate.provenance.settings["prior"] = prior.from;
+  use.from = prior.from == "archive" ? prior.from : relative_to(plan, prior.from);
+  estimate.provenance.settings["prior"] = use.from;
   use.verdicts = prior.verdicts;
   estimate.provenance.settings["prior.sha256"] = prior.population->population->sha256;
   for (auto& finding : about_prior(estimate, use)) estimate.findings.push_back(std::move(finding));

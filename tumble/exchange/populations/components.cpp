@@ -1,3 +1,5 @@
+#include "tumble/math/population/components.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include "tumble/core/text.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
-#include "tumble/math/population/components.hpp"
 #include "tumble/math/population/spread.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/prior_rows.hpp"
@@ -77,8 +78,9 @@ void require_enough(const std::string& model, const std::string& parameter, cons
   for (const auto& one : results) units.push_back(one.serial);
   std::vector<std::string> problems;
   if (results.size() < 4)
-    problems.push_back(fmt::format("components need at least four results of the model '{}' with the parameter '{}'; there are {}{}",
-                                   model, parameter, results.size(), did_you_mean(parameter, others)));
+    problems.push_back(
+        fmt::format("components need at least four results of the model '{}' with the parameter '{}'; there are {}{}",
+                    model, parameter, results.size(), did_you_mean(parameter, others)));
   else if (count_of(numbered_by(units)) < 3)
     problems.push_back(fmt::format("components need at least three units; the results of '{}' are of {}", parameter,
                                    count_of(numbered_by(units))));
@@ -119,13 +121,15 @@ SpreadComponents of_single_results(const ManyResults& many) {
   for (std::size_t r = 0; r < many.values.size(); ++r) values.push_back({many.values[r], many.sds[r]});
   const auto found = spread_of_units(values);
   SpreadComponents out;
-  out.components.push_back({"unit", found.sd, found.sd_lower, found.sd_upper, static_cast<double>(values.size()) - 1.0});
+  out.components.push_back(
+      {"unit", found.sd, found.sd_lower, found.sd_upper, static_cast<double>(values.size()) - 1.0});
   out.mean = found.mean, out.mean_sd = found.mean_sd;
   out.degrees_of_freedom = static_cast<double>(values.size()) - 1.0;
   double shared = 0.0;  // of the mean with equal weights: an upper limit where the units are on several rigs
   for (std::size_t k = 0; k < many.shared.columns; ++k) {
     double shift = 0.0;
-    for (std::size_t r = 0; r < many.shared.rows; ++r) shift += many.shared(r, k) / static_cast<double>(many.shared.rows);
+    for (std::size_t r = 0; r < many.shared.rows; ++r)
+      shift += many.shared(r, k) / static_cast<double>(many.shared.rows);
     shared += square(shift);
   }
   out.mean_sd = std::sqrt(square(out.mean_sd) + shared);
@@ -137,7 +141,8 @@ Parameter component_parameter(const Parameter& of, const ComponentOfSpread& one,
   out.name = of.name + "_" + name + "_sd";
   out.unit = of.unit;
   out.value = one.sd;
-  out.description = fmt::format("standard deviation of {} from {}", of.name, text_of("population", "component_" + name));
+  out.description =
+      fmt::format("standard deviation of {} from {}", of.name, text_of("population", "component_" + name));
   out.degrees_of_freedom = one.degrees_of_freedom;
   out.lower = one.lower, out.upper = one.upper;
   return out;
@@ -147,14 +152,19 @@ Table components_table(const Parameter& of, const SpreadComponents& found, const
                        const std::vector<std::string>& names, std::size_t results) {
   Table table{"components",
               "standard deviation from each source with its 95 % interval, degrees of freedom, levels and results",
-              {{"source", Unit()}, {"sd", of.unit}, {"lower", of.unit}, {"upper", of.unit}, {"degrees", Unit()},
-               {"levels", Unit()}, {"results", Unit()}},
+              {{"source", Unit()},
+               {"sd", of.unit},
+               {"lower", of.unit},
+               {"upper", of.unit},
+               {"degrees", Unit()},
+               {"levels", Unit()},
+               {"results", Unit()}},
               {}};
   for (std::size_t c = 0; c < names.size(); ++c) {
     const auto& one = found.components[c];
     const double levels = static_cast<double>(c < by.factors.size() ? count_of(by.factors[c].level) : results);
-    table.rows.push_back({text_of("population", "component_" + names[c]), one.sd, one.lower, one.upper, one.degrees_of_freedom,
-                          levels, static_cast<double>(results)});
+    table.rows.push_back({text_of("population", "component_" + names[c]), one.sd, one.lower, one.upper,
+                          one.degrees_of_freedom, levels, static_cast<double>(results)});
   }
   return table;
 }
@@ -170,7 +180,7 @@ void add_curves(const std::vector<OccasionResult>& results, const std::string& p
     const auto& value = one.estimate.parameters[i];
     Curve& curve = curves[one.serial];
     curve.name = one.serial, curve.figure = "results", curve.points = true;
-    curve.x.name = "time since the first result", curve.x.unit = Unit::parse("d");
+    curve.x.name = "time since the first result", curve.x.unit = Unit::parse("day");
     curve.y.name = parameter, curve.y.unit = out.parameters.front().unit;
     curve.x.values.push_back(one.moment - first);
     curve.y.values.push_back(value.value);
@@ -200,7 +210,8 @@ Estimate components_of_results(const std::string& model, const std::string& para
   auto by = separable(results);
   const Parameter of = results.front().estimate.parameters[place_of(results.front().estimate, parameter)];
   const bool single = count_of(by.factors.front().level) == results.size();
-  if (single) by.factors.resize(1), by.findings = {{Severity::info, "one_result_a_unit", {}}}, by.unit = "unit_day_and_turn_on";
+  if (single)
+    by.factors.resize(1), by.findings = {{Severity::info, "one_result_a_unit", {}}}, by.unit = "unit_day_and_turn_on";
   const auto many = many_results(results, parameter, by.factors);
   const auto found = single ? of_single_results(many) : components_of_spread(many);
   std::vector<std::string> names{by.unit};

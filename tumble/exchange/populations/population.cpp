@@ -52,6 +52,16 @@ std::vector<double> values_of(const Estimate& estimate) {
   return values;
 }
 
+/// Parameters of another dimension than in most units.
+void note_other_dimensions(Gathered& all, const std::vector<Parameter>& parameters) {
+  for (const auto& unit : all.units)
+    for (const auto& parameter : unit.estimate.parameters)
+      if (const auto same = std::ranges::find(parameters, parameter.name, &Parameter::name);
+          same != parameters.end() && same->unit.dimension() != parameter.unit.dimension())
+        all.left_out.emplace_back(unit.serial, fmt::format("{} is in {}, in most units in {}", parameter.name,
+                                                           parameter.unit.text(), same->unit.text()));
+}
+
 /// Simulated results beside measured ones, and one result under two serial numbers.
 void leave_out_strangers(Gathered& all) {
   const auto simulated = static_cast<std::size_t>(std::ranges::count_if(all.units, &TestedUnit::simulated));
@@ -65,7 +75,9 @@ void leave_out_strangers(Gathered& all) {
 /// A parameter as results mean it: its name, and the terms in it that no five units show by themselves.
 struct Meaning {
   std::string name, contained;
-  bool operator<(const Meaning& other) const { return std::tie(name, contained) < std::tie(other.name, other.contained); }
+  bool operator<(const Meaning& other) const {
+    return std::tie(name, contained) < std::tie(other.name, other.contained);
+  }
 };
 
 /// Names that five units show by themselves.
@@ -100,7 +112,8 @@ std::vector<Parameter> parameters_of(const std::vector<TestedUnit>& units, const
     for (std::size_t i = 0; i < unit.estimate.parameters.size(); ++i) {
       const auto& parameter = unit.estimate.parameters[i];
       if (!prior_rows::is_normal(unit.estimate, i) || !is_alone(parameter, pure)) continue;
-      auto& candidate = found[{parameter.name, prior_rows::unresolved(parameter, pure)}][name(parameter.unit.dimension())];
+      auto& candidate =
+          found[{parameter.name, prior_rows::unresolved(parameter, pure)}][name(parameter.unit.dimension())];
       if (candidate.count++ == 0) candidate.parameter = parameter;
       if (std::ranges::find(order, parameter.name) == order.end()) order.push_back(parameter.name);
     }
@@ -148,7 +161,9 @@ Shown shown_of(const std::vector<TestedUnit>& units, const std::vector<Parameter
   Shown out{SharedErrors(estimates), {}};
   for (const auto& unit : units) {
     const auto rows = rows_of(unit.estimate, parameters);
-    ShownOfUnit shown{Matrix(rows.which.size(), parameters.size()), {}, out.shared.private_of(unit.estimate, rows.which),
+    ShownOfUnit shown{Matrix(rows.which.size(), parameters.size()),
+                      {},
+                      out.shared.private_of(unit.estimate, rows.which),
                       out.shared.columns_of(unit.estimate, rows.which)};
     for (std::size_t i = 0; i < rows.which.size(); ++i) {
       shown.values.push_back(unit.estimate.parameters[rows.which[i]].value);
@@ -166,7 +181,8 @@ std::vector<std::pair<std::size_t, UnitValue>> values_alone(const Shown& shown, 
     const auto& unit = shown.units[u];
     for (std::size_t i = 0; i < unit.values.size(); ++i) {
       bool alone = unit.combinations(i, k) == 1.0;
-      for (std::size_t j = 0; j < unit.combinations.columns; ++j) alone = alone && (j == k || unit.combinations(i, j) == 0.0);
+      for (std::size_t j = 0; j < unit.combinations.columns; ++j)
+        alone = alone && (j == k || unit.combinations(i, j) == 0.0);
       if (alone) values.emplace_back(u, UnitValue{unit.values[i], std::sqrt(unit.covariance(i, i))});
     }
   }
@@ -186,8 +202,7 @@ std::set<std::size_t> outliers(const std::vector<TestedUnit>& units, const std::
   const Shown shown = shown_of(units, parameters);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto values = values_alone(shown, k);
-    const auto found =
-        outlier_units(without_numbers(values), false_outliers / static_cast<double>(parameters.size()));
+    const auto found = outlier_units(without_numbers(values), false_outliers / static_cast<double>(parameters.size()));
     for (std::size_t i = 0; i < values.size(); ++i)
       if (found.outlier[i]) {
         all.insert(values[i].first);
@@ -203,18 +218,25 @@ std::string text_in(const Parameter& parameter, double si) {
 }
 
 /// Table of the parameters, with the interval of each spread (8.4).
-Table population_table(const std::vector<Parameter>& parameters, const Shown& shown, const VectorPopulation& found) {
+Table population_table(const std::vector<Parameter>& parameters, const Shown& shown, const VectorPopulation& found,
+                       std::vector<std::string>& below_stated) {
   Table table{"population",
               "spread of the true values of each parameter with its 95 % interval, beside the private uncertainty of a "
               "result",
-              {{"parameter", Unit()}, {"units", Unit()}, {"spread", Unit()}, {"lower", Unit()}, {"upper", Unit()},
-               {"median_sd", Unit()}, {"spread/sd", Unit()}},
+              {{"parameter", Unit()},
+               {"units", Unit()},
+               {"spread", Unit()},
+               {"lower", Unit()},
+               {"upper", Unit()},
+               {"median_sd", Unit()},
+               {"spread/sd", Unit()}},
               {}};
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto values = without_numbers(values_alone(shown, k));
     std::vector<double> sds;
     for (const auto& value : values) sds.push_back(value.sd);
     const auto spread = spread_of_units(values);
+    if (spread.below_stated) below_stated.push_back(parameters[k].name);
     const double sd = std::sqrt(found.expected_spread(k, k)), typical = median(std::move(sds));
     table.rows.push_back({parameters[k].name, static_cast<double>(values.size()), text_in(parameters[k], sd),
                           text_in(parameters[k], spread.sd_lower), text_in(parameters[k], spread.sd_upper),
@@ -227,9 +249,11 @@ Table population_table(const std::vector<Parameter>& parameters, const Shown& sh
 std::vector<ErrorLine> lines_of(const VectorPopulation& found, const SharedErrors& shared) {
   std::vector<ErrorLine> lines{from_covariance("unit to unit", found.expected_spread)};
   const Matrix own = found.mean_covariance - found.shared * transposed(found.shared);
-  lines.push_back(from_covariance("mean of the units tested", own, diagonal_of(found.expected_spread + found.mean_covariance)));
+  lines.push_back(
+      from_covariance("mean of the units tested", own, diagonal_of(found.expected_spread + found.mean_covariance)));
   for (const auto& [key, place] : shared.keys())
-    lines.push_back(from_shifts(key.first, block(found.shared, 0, found.shared.rows, place.first, place.second), key.second));
+    lines.push_back(
+        from_shifts(key.first, block(found.shared, 0, found.shared.rows, place.first, place.second), key.second));
   return lines;
 }
 
@@ -242,9 +266,9 @@ std::string hash_of(const std::string& model, const std::string& method, const s
 
 void refuse_few(const std::string& model, const std::string& method, const Gathered& all) {
   if (all.units.size() >= least_units) return;
-  std::vector<std::string> problems{
-      fmt::format("a population needs five units or more: there {} {} of the model '{}' with a result of {} that can be used",
-                  all.units.size() == 1 ? "is" : "are", all.units.size(), model, method)};
+  std::vector<std::string> problems{fmt::format(
+      "a population needs five units or more: there {} {} of the model '{}' with a result of {} that can be used",
+      all.units.size() == 1 ? "is" : "are", all.units.size(), model, method)};
   for (const auto& [unit, why] : all.left_out) problems.push_back(fmt::format("unit {} is not used: {}", unit, why));
   throw Error(Error::Kind::bad_data, problems);
 }
@@ -255,7 +279,8 @@ void add_findings(const Gathered& all, const Table& outlier_table, std::size_t o
   if (outlier_count > 0) {
     std::set<std::string> names;
     for (const auto& row : outlier_table.rows) names.insert(std::get<std::string>(row[0]));
-    out.findings.push_back({Severity::warning, "population_outliers", {{"units", fmt::format("{}", fmt::join(names, ", "))}}});
+    out.findings.push_back(
+        {Severity::warning, "population_outliers", {{"units", fmt::format("{}", fmt::join(names, ", "))}}});
   }
   if (!all.left_out.empty())
     out.findings.push_back({Severity::info, "results_left_out", {{"number", all.left_out.size()}}});
@@ -298,6 +323,7 @@ Estimate population_of_units(const std::string& model, const std::string& method
   if (parameters.empty())
     throw Error(Error::Kind::bad_data,
                 fmt::format("no parameter of {} is shown by five units of the model '{}' by itself", method, model));
+  note_other_dimensions(all, parameters);
   const Shown shown = shown_of(all.units, parameters);
   const auto found = vector_population(shown.units);
 
@@ -309,8 +335,14 @@ Estimate population_of_units(const std::string& model, const std::string& method
   for (std::size_t k = 0; k < parameters.size(); ++k) out.parameters[k].value = found.mean[k];
   settle(out, lines_of(found, shown.shared));
   for (auto& parameter : out.parameters) parameter.degrees_of_freedom = static_cast<double>(all.units.size()) - 1.0;
-  out.population = PopulationFacts{method, hash_of(model, method, all.units), all.units.size(), found.shrinkage, found.inflation};
-  out.tables.push_back(population_table(parameters, shown, found));
+  out.population =
+      PopulationFacts{method, hash_of(model, method, all.units), all.units.size(), found.shrinkage, found.inflation};
+  std::vector<std::string> below_stated;
+  out.tables.push_back(population_table(parameters, shown, found, below_stated));
+  if (!below_stated.empty())
+    out.findings.push_back({Severity::warning,
+                            "population_below_stated",
+                            {{"parameters", fmt::format("{}", fmt::join(below_stated, ", "))}}});
   if (!table.rows.empty() && enough) out.tables.push_back(table);
   if (!all.left_out.empty()) out.tables.push_back(populations::left_out_table(all.left_out));
   for (const auto& unit : all.units) out.provenance.inputs.push_back({model + "/" + unit.serial, unit.sha256});

@@ -50,7 +50,8 @@ FleetResult fleet_result(const FleetModel& model, const RandomStream& random, st
   std::vector<double> y = theta;
   if (shows == "K0 with K2") {
     y[0] += 0.5 * theta[2];
-    estimate.parameters[0].contains = {{"K2", Unit::parse("ug/g^2"), 0.5 * Unit::parse("ug").factor() / Unit::parse("ug/g^2").factor()}};
+    estimate.parameters[0].contains = {
+        {"K2", Unit::parse("ug/g^2"), 0.5 * Unit::parse("ug").factor() / Unit::parse("ug/g^2").factor()}};
   }
   const std::size_t p = shows == "all" ? 3 : 2;
   estimate.parameters.resize(p);
@@ -62,8 +63,9 @@ FleetResult fleet_result(const FleetModel& model, const RandomStream& random, st
     rows.push_back(k), factors.push_back(shown.factor());
   }
   const auto si = [&](const Matrix& factor) { return scaled_rows(factors, chosen_rows(factor, rows)); };
-  settle(estimate, {from_shifts("output noise", si(noise)), from_shifts("level", si(level), "rig " + std::to_string(rig)),
-                    from_shifts("gravity", si(gravity), "site")});
+  settle(estimate,
+         {from_shifts("output noise", si(noise)), from_shifts("level", si(level), "rig " + std::to_string(rig)),
+          from_shifts("gravity", si(gravity), "site")});
   const Unit shown[3]{Unit::parse("ug"), Unit::parse("ppm"), Unit::parse("ug/g^2")};
   for (std::size_t k = 0; k < 3; ++k) out.truth.push_back(shown[k].to_si(theta[k]));
   return out;

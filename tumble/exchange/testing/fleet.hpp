@@ -24,7 +24,8 @@ struct FleetResult {
   std::vector<double> truth;
 };
 
-/// Unit number `unit` tested on a rig. `shows`: all three parameters, "no K2", or "K0 with K2", where K0 contains 0.5 K2.
+/// Unit number `unit` tested on a rig. `shows`: all three parameters, "no K2", or "K0 with K2", where K0 contains 0.5
+/// K2.
 FleetResult fleet_result(const FleetModel& model, const RandomStream& random, std::uint64_t unit, std::uint64_t rig,
                          const std::string& shows = "all");
 

@@ -71,7 +71,8 @@ double expected_spread(std::span<const KeyedUnitValue> units) {
   }
   const double most = std::ranges::max(logs);
   double sum = 0.0, mean = 0.0;
-  for (std::size_t i = 0; i < taus.size(); ++i) sum += std::exp(logs[i] - most), mean += taus[i] * std::exp(logs[i] - most);
+  for (std::size_t i = 0; i < taus.size(); ++i)
+    sum += std::exp(logs[i] - most), mean += taus[i] * std::exp(logs[i] - most);
   return scale * mean / sum;
 }
 

@@ -70,8 +70,7 @@ void require_vectors(std::span<const ShownOfUnit> units) {
     const auto m = unit.values.size();
     if (unit.combinations.columns != p || unit.combinations.rows != m || unit.covariance.rows != m ||
         unit.shared.columns != units.front().shared.columns) {
-      problems.push_back(
-          fmt::format("unit {} has {} parameters, the first {}", u + 1, unit.combinations.columns, p));
+      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, unit.combinations.columns, p));
       continue;
     }
     for (std::size_t i = 0; i < m; ++i) ++shown[alone(unit, i)];
@@ -80,16 +79,15 @@ void require_vectors(std::span<const ShownOfUnit> units) {
   }
   for (std::size_t k = 0; k < p; ++k)
     if (shown[k] < least_units)
-      problems.push_back(
-          fmt::format("parameter {} is shown by {} units; {} are needed", k + 1, shown[k], least_units));
+      problems.push_back(fmt::format("parameter {} is shown by {} units; {} are needed", k + 1, shown[k], least_units));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
 /// What one unit contributes at a spread T.
 struct Weighed {
-  Matrix precision;                 ///< A' S^-1 A
-  std::vector<double> pull;         ///< A' S^-1 (y - A mean - B errors)
-  Matrix passed;                    ///< A' S^-1 [A | B]
+  Matrix precision;          ///< A' S^-1 A
+  std::vector<double> pull;  ///< A' S^-1 (y - A mean - B errors)
+  Matrix passed;             ///< A' S^-1 [A | B]
 };
 
 /// Mean and shared errors of all units at a spread T: unknowns are [mean; shared errors].
@@ -98,7 +96,9 @@ struct MeanOfUnits {
   std::vector<double> unknowns;
   Matrix covariance;
 
-  std::vector<double> mean(std::size_t p) const { return {unknowns.begin(), unknowns.begin() + static_cast<std::ptrdiff_t>(p)}; }
+  std::vector<double> mean(std::size_t p) const {
+    return {unknowns.begin(), unknowns.begin() + static_cast<std::ptrdiff_t>(p)};
+  }
 };
 
 Matrix design_of(const ShownOfUnit& unit) {
@@ -339,8 +339,7 @@ VectorInPopulation vector_in_population(const VectorPopulation& population, cons
 
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared) {
-  return vector_in_population(population, shown_of(unit),
-                              shared.rows == 0 ? shared : chosen_rows(shared, seen(unit)));
+  return vector_in_population(population, shown_of(unit), shared.rows == 0 ? shared : chosen_rows(shared, seen(unit)));
 }
 
 }  // namespace tumble

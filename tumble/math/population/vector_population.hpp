@@ -49,10 +49,10 @@ VectorPopulation vector_population(std::span<const UnitVector> units);
 
 /// How a unit's result moves it from the mean of its population: estimate = mean + gain (y_0 - A mean) (8.13).
 struct PopulationGain {
-  Matrix gain;                ///< G [p x m]
-  Matrix departure;           ///< D [m x m], covariance of y_0 - A mean
-  double distance = 0.0;      ///< D [1], squared, of y_0 from A mean
-  std::vector<double> solved; ///< [m], D^-1 (y_0 - A mean)
+  Matrix gain;                 ///< G [p x m]
+  Matrix departure;            ///< D [m x m], covariance of y_0 - A mean
+  double distance = 0.0;       ///< D [1], squared, of y_0 from A mean
+  std::vector<double> solved;  ///< [m], D^-1 (y_0 - A mean)
 };
 
 /// Given:    the covariance [p x p] of a unit of the population about its mean; the mean [p]; what the unit's test
@@ -87,7 +87,7 @@ struct VectorInPopulation {
 /// See:      docs/equations (8.13), (8.17).
 VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
                                         const Matrix& shared = {});
-/// Of a unit whose test shows each parameter by itself, or not at all (NaN).
+/// Of a unit whose test shows each of p parameters by itself, or not at all (NaN); `shared` [p x p].
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared = {});
 

@@ -8,8 +8,8 @@
 
 namespace tumble::plan_file {
 
-/// `prior = "archive"`, `prior = "population.json"` (relative to the plan's folder), or a table with `from` and `verdicts`,
-/// "without" (default) or "with". `method` may be null.
+/// `prior = "archive"`, `prior = "population.json"` (relative to the plan's folder), or a table with `from` and
+/// `verdicts`, "without" (default) or "with". `method` may be null.
 PriorChoice read_prior(tables::Section& root, const std::string& folder, const Method* method,
                        tables::Problems& problems);
 

@@ -1,4 +1,4 @@
-#include "tumble/tasks/shorter_test.hpp"
+#include "tumble/tasks/shorten.hpp"
 
 #include <fmt/format.h>
 
@@ -18,10 +18,10 @@ namespace {
 
 using optimisation::sds_of;
 
-constexpr double accepted = 1.002;        ///< of an uncertainty that is to be reached
-constexpr double alien_floor = 1.19;      ///< u/tau at which a unit 6 tau away is seen at 1 % in 9 of 10
-constexpr double shortest_share = 0.05;   ///< of the time of the plan
-constexpr int halvings = 5;               ///< to 3 % of the time
+constexpr double accepted = 1.002;       ///< of an uncertainty that is to be reached
+constexpr double alien_floor = 1.19;     ///< u/tau at which a unit 6 tau away is seen at 1 % in 9 of 10
+constexpr double shortest_share = 0.05;  ///< of the time of the plan
+constexpr int halvings = 5;              ///< to 3 % of the time
 
 /// What the shorter test must reach.
 struct Goal {
@@ -63,7 +63,8 @@ struct Found {
 
 class Search {
  public:
-  Search(Plan plan, const OptimiseOptions& options, Goal goal) : plan_(std::move(plan)), options_(options), goal_(std::move(goal)) {
+  Search(Plan plan, const OptimiseOptions& options, Goal goal)
+      : plan_(std::move(plan)), options_(options), goal_(std::move(goal)) {
     const auto own = plan_.method.empty() ? Estimate() : tumble::predict(without_prior(plan_));
     for (const auto& term : goal_.terms) by_terms_ = by_terms_ || !find_parameter(own, term);
   }
@@ -145,7 +146,8 @@ Goal goal_of(const Plan& plan, const Estimate& optimised) {
     }
   }
   if (goal.terms.empty())
-    throw Error(Error::Kind::bad_input, fmt::format("{}: the schedule determines no term that a shorter one could reach", plan.file));
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: the schedule determines no term that a shorter one could reach", plan.file));
   const Estimate& population = *plan.prior.population;
   for (std::size_t t = 0; t < goal.terms.size(); ++t) {
     double widest = goal.sds[t];
@@ -159,7 +161,8 @@ Goal goal_of(const Plan& plan, const Estimate& optimised) {
 
 Table shorter_table(double full, const Found& positions, const Found& prior) {
   Table table{"shorter_tests",
-              "the shortest tests that reach the uncertainties of the plan as it is; worst: largest uncertainty over that of the plan",
+              "the shortest tests that reach the uncertainties of the plan as it is; worst: largest uncertainty over "
+              "that of the plan",
               {{"test", Unit()}, {"time", Unit::parse("min")}, {"saved", Unit::parse("%")}, {"worst", Unit()}},
               {}};
   table.rows.push_back({std::string("plan as it is"), full, 0.0, 1.0});
@@ -170,12 +173,14 @@ Table shorter_table(double full, const Found& positions, const Found& prior) {
 
 }  // namespace
 
-Optimised shorter_test(const Plan& given, const OptimiseOptions& options, const Progress& progress) {
+Optimised shorten(const Plan& given, const OptimiseOptions& options, const Progress& progress) {
   Plan plan = given;
   read_prior(plan);
   if (!plan.prior.population) throw Error(Error::Kind::bad_input, fmt::format("{}: the plan has no prior", plan.file));
   int done = 0;
-  const auto step = [&] { report(progress, static_cast<double>(++done) / (2.0 * halvings + 1.0), "searching shorter tests"); };
+  const auto step = [&] {
+    report(progress, static_cast<double>(++done) / (2.0 * halvings + 1.0), "searching shorter tests");
+  };
   const Plan alone = Search::without_prior(plan);
   const double full = time_of(plan.schedule);
   const auto goal = goal_of(plan, optimise(alone, options, {}).estimate);
