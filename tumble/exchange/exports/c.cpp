@@ -24,6 +24,10 @@ std::vector<Option> options() {
   return {word("type", {"double", "float", "fixed"})
               .otherwise("float")
               .says("type of the numbers; fixed: 32-bit integers whose formats follow from the ranges"),
+          word("scale_factor", {"terms", "table"})
+              .otherwise("terms")
+              .says("of gyros: the terms of the results, or the departures at the rates of the test, interpolated, in "
+                    "place of asymmetry and odd powers"),
           text("function").otherwise("tumble_compensate").says("name of the function")};
 }
 
@@ -34,7 +38,17 @@ void check_name(const std::string& name) {
     throw Error(Error::Kind::bad_input, fmt::format("function = '{}': a name of C has letters, digits and _", name));
 }
 
-std::string write(const ImuCalibration& calibration, const Settings& settings, const std::vector<std::string>& header) {
+/// With the departures that were measured, where these are asked for.
+ImuCalibration as_asked(ImuCalibration calibration, const Settings& settings) {
+  if (settings.word("scale_factor") == "table" && !take_measured(calibration.gyros))
+    throw Error(Error::Kind::bad_input,
+                "c: scale_factor = table needs a result of gyro_scale_factor with three rates or more, identified by "
+                "this version");
+  return calibration;
+}
+
+std::string write(const ImuCalibration& given, const Settings& settings, const std::vector<std::string>& header) {
+  const ImuCalibration calibration = as_asked(given, settings);
   if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
     throw Error(Error::Kind::bad_input, "c: the results hold noise alone, of which code makes no use");
   check_name(settings.word("function"));
@@ -48,6 +62,8 @@ std::string write(const ImuCalibration& calibration, const Settings& settings, c
   plan.rate_passes = c_code::passes_of(calibration.gyros, "gyro", rounding);
   std::string text = "/*\n";
   for (const auto& line : header) text += " * " + line + "\n";
+  if (settings.word("scale_factor") == "table")
+    text += " * q of the gyros: the departures at the rates of the test, straight between them and constant beyond\n";
   text += " *\n * self-test: cc -std=c99 -DTUMBLE_CAL_TEST FILE.c && ./a.out\n */\n";
   return text + (plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
                                                       : c_code::floating_point(calibration, plan));

@@ -41,9 +41,10 @@ std::optional<Unit> unit_of(const Scan& scan, char character) {
   }
 }
 
-/// What one count of a field is worth: by the multiplier of FMTU, which replaces the one that the type implies.
+/// What one count of a field is worth: by the multiplier of FMTU, which replaces the one that the type implies unless
+/// it is "?", which ArduPilot writes where nobody has stated one yet.
 double scale_of(const Scan& scan, const FieldUnits& units, std::size_t index, char type) {
-  if (index < units.multipliers.size()) {
+  if (index < units.multipliers.size() && units.multipliers[index] != '?') {
     const auto found = scan.multipliers.find(units.multipliers[index]);
     if (found != scan.multipliers.end() && found->second > 0.0 && std::isfinite(found->second)) return found->second;
   }
@@ -74,7 +75,8 @@ topics::Topic topic_of(const Scan& scan, const Stream& stream) {
   return topic;
 }
 
-/// Streams with a time and a number, whose description is clear.
+/// Streams with a time and a number, whose description is clear; the instances of one in their order, in which a log
+/// may not begin.
 std::vector<std::size_t> readable(const Scan& scan) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < scan.streams.size(); ++i) {
@@ -82,6 +84,11 @@ std::vector<std::size_t> readable(const Scan& scan) {
     if (!description.ambiguous && time_field(description) && !topic_of(scan, scan.streams[i]).columns.empty())
       indices.push_back(i);
   }
+  const auto place = [&](std::size_t i) {
+    const auto first = std::ranges::find(scan.streams, scan.streams[i].id, &Stream::id);
+    return std::pair{first - scan.streams.begin(), scan.streams[i].instance};
+  };
+  std::ranges::stable_sort(indices, {}, place);
   return indices;
 }
 
