@@ -4,6 +4,7 @@
 
 #include "archive_options.hpp"
 #include "tumble/archive/populations.hpp"
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
