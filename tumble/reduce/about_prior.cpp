@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/prior_rows.hpp"
 #include "tumble/reduce/with_prior.hpp"
 
@@ -13,30 +14,66 @@ constexpr std::size_t many_units = 10;
 
 std::string serial_of(const std::string& input) { return input.substr(input.find('/') + 1); }
 
-/// A parameter of the population that the result has with the same meaning.
-const Parameter* shown(const Estimate& result, const Estimate& population, std::size_t k) {
-  const auto* own = find_parameter(result, population.parameters[k].name);
-  if (!own || !prior_rows::is_normal(result, static_cast<std::size_t>(own - result.parameters.data()))) return nullptr;
-  return prior_rows::row_of(*own, population.parameters).known ? own : nullptr;
+/// A parameter of the population, or a sum of several, as a result shows it.
+struct ShownRow {
+  bool shown = false;
+  std::string name;
+  double sd = 0.0;      ///< [SI] of the result
+  double spread = 0.0;  ///< [SI] of the units
+  double away = 0.0;    ///< [1] distance from the mean in standard deviations of the difference
+  double with = 0.0;    ///< [SI] sd with prior of the same sum; NaN: there is none
+};
+
+/// Standard deviation [SI] of a sum of the population's parameters, of which `covariance` is known.
+double sd_of_sum(const std::vector<double>& weights, const Matrix& covariance) {
+  return std::sqrt(quadratic_form(weights, covariance));
+}
+
+/// Covariance of the population's parameters with prior, in their order.
+Matrix covariance_with(const Estimate& with_prior, const Estimate& population) {
+  std::vector<std::size_t> which;
+  for (const auto& parameter : population.parameters)
+    which.push_back(static_cast<std::size_t>(
+        std::ranges::find(with_prior.parameters, parameter.name, &Parameter::name) - with_prior.parameters.begin()));
+  return chosen_columns(chosen_rows(with_prior.covariance, which), which);
+}
+
+Matrix spread_of(const Estimate& population) {
+  for (const auto& line : population.budget)
+    if (line.source == "unit to unit") return line.factor * transposed(line.factor);
+  return {population.parameters.size(), population.parameters.size()};
+}
+
+ShownRow shown_row(const Estimate& result, const PriorUse& use, std::size_t k) {
+  const auto& population = *use.population;
+  ShownRow out{false, population.parameters[k].name};
+  const auto* own = find_parameter(result, out.name);
+  if (!own) return out;
+  const auto i = static_cast<std::size_t>(own - result.parameters.data());
+  const auto row = prior_rows::row_of(*own, population.parameters);
+  if (!row.known || !prior_rows::is_normal(result, i)) return out;
+  out.shown = true;
+  out.sd = standard_uncertainty(result, i);
+  out.spread = sd_of_sum(row.weights, spread_of(population));
+  double mean = 0.0;
+  for (std::size_t j = 0; j < row.weights.size(); ++j) mean += row.weights[j] * population.parameters[j].value;
+  out.away = (own->value - mean) / std::hypot(out.sd, sd_of_sum(row.weights, population.covariance));
+  out.with = use.with_prior ? sd_of_sum(row.weights, covariance_with(*use.with_prior, population)) : NAN;
+  return out;
 }
 
 /// The row of the table that says least about units far from the mean.
-struct Narrowest {
-  double ratio = INFINITY;
-  std::string name;
-};
-
-Narrowest narrowest(const Estimate& result, const Estimate& population) {
-  Narrowest out;
-  for (std::size_t k = 0; k < population.parameters.size(); ++k) {
-    const auto* own = shown(result, population, k);
-    if (!own) continue;
-    const double sd = standard_uncertainty(result, static_cast<std::size_t>(own - result.parameters.data()));
-    const double ratio = unit_to_unit_sd(population, k) / sd;
-    if (ratio < out.ratio) out = {ratio, own->name};
+ShownRow narrowest(const Estimate& result, const PriorUse& use) {
+  ShownRow out;
+  for (std::size_t k = 0; k < use.population->parameters.size(); ++k) {
+    const auto row = shown_row(result, use, k);
+    if (row.shown && (!out.shown || row.spread / row.sd < out.spread / out.sd)) out = row;
   }
   return out;
 }
+
+/// Three digits: these are for people.
+double rounded_to_three(double value) { return std::isfinite(value) ? std::stod(fmt::format("{:.3g}", value)) : value; }
 
 }  // namespace
 
@@ -59,13 +96,13 @@ Findings about_prior(const Estimate& result, const PriorUse& use) {
   for (const auto& input : population.provenance.inputs)
     if (!result.instrument_serial.empty() && serial_of(input.file) == result.instrument_serial)
       findings.push_back({Severity::warning, "prior_holds_unit", {{"serial", result.instrument_serial}}});
-  if (const auto least = narrowest(result, population); use.with_prior && std::isfinite(least.ratio))
+  if (const auto least = narrowest(result, use); use.with_prior && least.shown)
     findings.push_back({Severity::info,
                         "far_units_held_less_often",
                         {{"parameter", least.name},
-                         {"ratio", least.ratio},
-                         {"two", 100.0 * conditional_coverage(least.ratio, 2.0)},
-                         {"four", 100.0 * conditional_coverage(least.ratio, 4.0)}}});
+                         {"ratio", least.spread / least.sd},
+                         {"two", 100.0 * conditional_coverage(least.spread / least.sd, 2.0)},
+                         {"four", 100.0 * conditional_coverage(least.spread / least.sd, 4.0)}}});
   return findings;
 }
 
@@ -85,28 +122,18 @@ Table prior_table(const Estimate& result, const PriorUse& use) {
        {"at_4", Unit::parse("%")}},
       {}};
   for (std::size_t k = 0; k < population.parameters.size(); ++k) {
-    const auto& name = population.parameters[k].name;
-    std::vector<Table::Cell> row{name};
-    const auto* own = shown(result, population, k);
-    if (!own) {
+    const auto shown = shown_row(result, use, k);
+    std::vector<Table::Cell> row{shown.name};
+    if (!shown.shown) {
       row.emplace_back(std::string("not shown"));
       for (int i = 0; i < 5; ++i) row.emplace_back(std::string());
-      table.rows.push_back(std::move(row));
-      continue;
+    } else {
+      const double ratio = shown.spread / shown.sd;
+      row.emplace_back(rounded_to_three(ratio));
+      row.emplace_back(rounded_to_three(shown.with / shown.sd));
+      row.emplace_back(rounded_to_three(shown.away));
+      for (const double away : {0.0, 2.0, 4.0}) row.emplace_back(rounded_to_three(conditional_coverage(ratio, away)));
     }
-    const double sd = standard_uncertainty(result, static_cast<std::size_t>(own - result.parameters.data()));
-    const double ratio = unit_to_unit_sd(population, k) / sd;
-    row.emplace_back(ratio);
-    const auto* with = use.with_prior ? find_parameter(*use.with_prior, name) : nullptr;
-    if (with)
-      row.emplace_back(
-          standard_uncertainty(*use.with_prior, static_cast<std::size_t>(with - use.with_prior->parameters.data())) /
-          sd);
-    else
-      row.emplace_back(std::string());
-    row.emplace_back((own->value - population.parameters[k].value) /
-                     std::hypot(sd, standard_uncertainty(population, k)));
-    for (const double away : {0.0, 2.0, 4.0}) row.emplace_back(conditional_coverage(ratio, away));
     table.rows.push_back(std::move(row));
   }
   return table;

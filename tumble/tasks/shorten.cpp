@@ -65,6 +65,7 @@ class Search {
  public:
   Search(Plan plan, const OptimiseOptions& options, Goal goal)
       : plan_(std::move(plan)), options_(options), goal_(std::move(goal)) {
+    by_terms_ = !options_.terms.empty();
     const auto own = plan_.method.empty() ? Estimate() : tumble::predict(without_prior(plan_));
     for (const auto& term : goal_.terms) by_terms_ = by_terms_ || !find_parameter(own, term);
   }

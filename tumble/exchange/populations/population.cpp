@@ -240,7 +240,7 @@ Table population_table(const std::vector<Parameter>& parameters, const Shown& sh
     const double sd = std::sqrt(found.expected_spread(k, k)), typical = median(std::move(sds));
     table.rows.push_back({parameters[k].name, static_cast<double>(values.size()), text_in(parameters[k], sd),
                           text_in(parameters[k], spread.sd_lower), text_in(parameters[k], spread.sd_upper),
-                          text_in(parameters[k], typical), sd / typical});
+                          text_in(parameters[k], typical), general(sd / typical, 3)});
   }
   return table;
 }
