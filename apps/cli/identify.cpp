@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "archive_options.hpp"
 #include "prior_option.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
@@ -72,17 +73,39 @@ void show(const Estimate& estimate, const Arguments& arguments, const Terminal& 
     print(to_text(estimate, terminal.width));
 }
 
+/// The result, and the files that it was made from.
+Deposit deposit_of(const Estimate& estimate, const Arguments& arguments, const Plan& plan) {
+  Deposit deposit;
+  const std::string name =
+      arguments.output.empty() || arguments.output == standard_output ? std::string("result") : arguments.output;
+  deposit.results.push_back({.json = to_json(estimate), .file = name});
+  const auto add = [&](const std::string& path) {
+    if (!path.empty() && path != "-")
+      deposit.files.push_back({.path = path, .name = std::filesystem::path(path).filename().string()});
+  };
+  for (const auto& path : inputs_of(arguments, plan)) add(path);
+  for (const auto& entry : plan.recordings)
+    if (entry.plan) add(entry.plan->file);
+  add(plan.calibration.file);
+  return deposit;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
   auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
   read_prior_from(arguments.archive, plan);
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
+  auto archive = optional_archive(arguments.archive);
+  if (archive && !unit_is_known({plan.instrument_model, plan.instrument_serial}, arguments.archive, terminal))
+    archive.reset();
   Estimate estimate;
   {
     ProgressLine line(terminal);
     estimate = identify(plan, arguments, line.progress());
   }
   show(estimate, arguments, terminal);
+  if (archive)
+    note_deposited(terminal, put_in(*archive, deposit_of(estimate, arguments, plan), act_of(arguments.archive)));
   const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
     return verdict.outcome == Verdict::Outcome::fail ||
            (verdict.outcome == Verdict::Outcome::undecided && !find_parameter(estimate, verdict.parameter));
@@ -109,6 +132,7 @@ Verb identify_verb() {
         .type = "SIZE",
         .bytes = "2 GB"},
        archive_argument(arguments->archive),
+       by_argument(arguments->archive),
        topic_argument(arguments->topics),
        reading_sets(arguments->sets,
                     "a setting of the method (see `tumble list methods NAME`), or\n"

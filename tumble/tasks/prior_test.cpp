@@ -110,6 +110,10 @@ TEST_F(PriorOfPlan, StandsInTheResultBesideTheEstimateWithoutIt) {
     EXPECT_EQ(with.parameters[i].value, alone.parameters[i].value) << "the estimate without prior is unchanged";
     EXPECT_LT(standard_uncertainty(*with.prior->with_prior, i), standard_uncertainty(alone, i));
   }
+  EXPECT_NE(to_text(with).find("Parameters with the prior of 15 units"), std::string::npos);
+  EXPECT_NE(to_html(with).find("<section id=\"with_prior\">"), std::string::npos);
+  EXPECT_NE(to_html(with, {.language = Language::chinese}).find("<section id=\"with_prior\">"), std::string::npos);
+  EXPECT_EQ(to_json(alone).find("prior"), std::string::npos) << "without a prior the file is as before";
   EXPECT_EQ(with.prior->from, "population.json");
   EXPECT_EQ(with.provenance.settings.at("prior.sha256"), with.prior->population->population->sha256);
   const auto text = to_json(with);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 #include "tumble/exchange/exports/c_code/model.hpp"
 #include "tumble/exchange/exports/export.hpp"
@@ -36,6 +37,13 @@ void check_name(const std::string& name) {
   const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
   if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, letter))
     throw Error(Error::Kind::bad_input, fmt::format("function = '{}': a name of C has letters, digits and _", name));
+  constexpr std::string_view taken[] = {"auto",     "break",   "case",   "char",     "const",  "continue", "default",
+                                        "do",       "double",  "else",   "enum",     "extern", "float",    "for",
+                                        "goto",     "if",      "inline", "int",      "long",   "main",     "register",
+                                        "restrict", "return",  "short",  "signed",   "sizeof", "static",   "struct",
+                                        "switch",   "typedef", "union",  "unsigned", "void",   "volatile", "while"};
+  if (std::ranges::find(taken, name) != std::end(taken))
+    throw Error(Error::Kind::bad_input, fmt::format("function = '{}' is a word of C: choose another name", name));
 }
 
 /// With the departures that were measured, where these are asked for.

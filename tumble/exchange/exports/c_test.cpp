@@ -284,9 +284,11 @@ TEST(ExportC, UsesNeitherLibmNorMalloc) {
 }
 
 TEST(ExportC, NameThatCDoesNotTakeIsRefused) {
-  ExportRequest asked;
-  asked.settings.push_back({"function", "2 bad", "--set", true, true});
-  EXPECT_THROW(export_calibration(find_export("c"), random_calibration(5, linear), asked), Error);
+  for (const char* name : {"2 bad", "int", "main"}) {
+    ExportRequest asked;
+    asked.settings.push_back({"function", name, "--set", true, true});
+    EXPECT_THROW(export_calibration(find_export("c"), random_calibration(5, linear), asked), Error) << name;
+  }
 }
 
 }  // namespace

@@ -189,13 +189,9 @@ void add_curves(const std::vector<OccasionResult>& results, const std::string& p
     if (out.curves.size() < most_units) out.curves.push_back(std::move(curve));
 }
 
-}  // namespace
-
-Estimate components_of_results(const std::string& model, const std::string& parameter,
-                               std::vector<OccasionResult> results, std::vector<ResultLeftOut> left_out) {
-  std::vector<std::pair<std::string, std::string>> not_used;
-  for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("population", one.why));
-  std::vector<std::string> others;
+/// Removes the results that do not show the parameter by itself; `others`: the parameters that they have.
+void keep_those_with(const std::string& parameter, std::vector<OccasionResult>& results,
+                     std::vector<std::pair<std::string, std::string>>& not_used, std::vector<std::string>& others) {
   std::erase_if(results, [&](const OccasionResult& one) {
     if (place_of(one.estimate, parameter) < one.estimate.parameters.size()) return false;
     for (const auto& other : one.estimate.parameters)
@@ -203,28 +199,15 @@ Estimate components_of_results(const std::string& model, const std::string& para
     not_used.emplace_back(one.serial, text_of("population", "without_parameter"));
     return true;
   });
-  require_enough(model, parameter, results, others);
-  std::ranges::sort(results, [](const OccasionResult& a, const OccasionResult& b) {
-    return std::tie(a.serial, a.moment, a.sha256) < std::tie(b.serial, b.moment, b.sha256);
-  });
-  auto by = separable(results);
-  const Parameter of = results.front().estimate.parameters[place_of(results.front().estimate, parameter)];
-  const bool single = count_of(by.factors.front().level) == results.size();
-  if (single)
-    by.factors.resize(1), by.findings = {{Severity::info, "one_result_a_unit", {}}}, by.unit = "unit_day_and_turn_on";
-  const auto many = many_results(results, parameter, by.factors);
-  const auto found = single ? of_single_results(many) : components_of_spread(many);
-  std::vector<std::string> names{by.unit};
-  for (std::size_t c = 1; c < by.factors.size(); ++c) names.push_back(by.factors[c].name);
-  if (!single) names.push_back(by.turn_on);
+}
 
+/// Values, covariance and table of the components.
+Estimate components_estimate(const Parameter& of, const SpreadComponents& found, const Separable& by,
+                             const std::vector<std::string>& names, std::size_t results) {
   Estimate out;
   out.method = "components";
-  out.title = fmt::format("Components of {} of {}: {} results of {} units", parameter, model, results.size(),
-                          count_of(by.factors.front().level));
-  out.instrument_model = model;
   Parameter mean = of;
-  mean.name = parameter + "_mean", mean.value = found.mean, mean.degrees_of_freedom = found.degrees_of_freedom;
+  mean.name = of.name + "_mean", mean.value = found.mean, mean.degrees_of_freedom = found.degrees_of_freedom;
   mean.description = "mean of the units";
   out.parameters.push_back(mean);
   std::vector<double> variances{square(found.mean_sd)};
@@ -235,9 +218,41 @@ Estimate components_of_results(const std::string& model, const std::string& para
   out.budget.push_back(independent_errors("scatter of the results", variances));
   out.covariance = covariance_of(out.budget, variances.size());
   out.findings = by.findings;
-  if (!not_used.empty()) out.findings.push_back({Severity::info, "results_left_out", {{"number", not_used.size()}}});
-  out.tables.push_back(components_table(of, found, by, names, results.size()));
-  if (!not_used.empty()) out.tables.push_back(populations::left_out_table(not_used));
+  out.tables.push_back(components_table(of, found, by, names, results));
+  return out;
+}
+
+}  // namespace
+
+Estimate components_of_results(const std::string& model, const std::string& parameter,
+                               std::vector<OccasionResult> results, std::vector<ResultLeftOut> left_out) {
+  std::vector<std::pair<std::string, std::string>> not_used;
+  for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("population", one.why));
+  std::vector<std::string> others;
+  keep_those_with(parameter, results, not_used, others);
+  require_enough(model, parameter, results, others);
+  std::ranges::sort(results, [](const OccasionResult& a, const OccasionResult& b) {
+    return std::tie(a.serial, a.moment, a.sha256) < std::tie(b.serial, b.moment, b.sha256);
+  });
+  auto by = separable(results);
+  const bool single = count_of(by.factors.front().level) == results.size();
+  if (single)
+    by.factors.resize(1), by.findings = {{Severity::info, "one_result_a_unit", {}}}, by.unit = "unit_day_and_turn_on";
+  const auto many = many_results(results, parameter, by.factors);
+  const auto found = single ? of_single_results(many) : components_of_spread(many);
+  std::vector<std::string> names{by.unit};
+  for (std::size_t c = 1; c < by.factors.size(); ++c) names.push_back(by.factors[c].name);
+  if (!single) names.push_back(by.turn_on);
+
+  const auto& first = results.front().estimate;
+  Estimate out = components_estimate(first.parameters[place_of(first, parameter)], found, by, names, results.size());
+  out.title = fmt::format("Components of {} of {}: {} results of {} units", parameter, model, results.size(),
+                          count_of(by.factors.front().level));
+  out.instrument_model = model;
+  if (!not_used.empty()) {
+    out.findings.push_back({Severity::info, "results_left_out", {{"number", not_used.size()}}});
+    out.tables.push_back(populations::left_out_table(not_used));
+  }
   add_curves(results, parameter, out);
   for (const auto& one : results) out.provenance.inputs.push_back({model + "/" + one.serial, one.sha256});
   return out;

@@ -273,18 +273,55 @@ void refuse_few(const std::string& model, const std::string& method, const Gathe
   throw Error(Error::Kind::bad_data, problems);
 }
 
-void add_findings(const Gathered& all, const Table& outlier_table, std::size_t outlier_count, Estimate& out) {
+void add_findings(const Gathered& all, const Table& outliers, Estimate& out) {
   if (all.units.size() < many_units)
     out.findings.push_back({Severity::warning, "prior_of_few_units", {{"units", all.units.size()}}});
-  if (outlier_count > 0) {
-    std::set<std::string> names;
-    for (const auto& row : outlier_table.rows) names.insert(std::get<std::string>(row[0]));
+  std::set<std::string> names;
+  for (const auto& row : outliers.rows) names.insert(std::get<std::string>(row[0]));
+  if (!names.empty())
     out.findings.push_back(
         {Severity::warning, "population_outliers", {{"units", fmt::format("{}", fmt::join(names, ", "))}}});
-  }
   if (!all.left_out.empty())
     out.findings.push_back({Severity::info, "results_left_out", {{"number", all.left_out.size()}}});
   if (all.units.front().simulated) out.findings.push_back({Severity::info, "population_simulated", {}});
+}
+
+/// Removes the units that do not belong to the others, unless too few would remain. Returned: their table.
+Table leave_out_outliers(Gathered& all) {
+  Table table{"outliers",
+              "units that do not belong to the others; they are not used",
+              {{"unit", Unit()}, {"parameter", Unit()}, {"z", Unit()}, {"p", Unit()}},
+              {}};
+  const auto strange = outliers(all.units, parameters_of(all.units, pure_names(all.units)), table);
+  if (all.units.size() < least_units + strange.size()) {
+    table.rows.clear();
+    return table;
+  }
+  std::vector<TestedUnit> kept;
+  for (std::size_t u = 0; u < all.units.size(); ++u)
+    if (!strange.contains(u)) kept.push_back(std::move(all.units[u]));
+  all.units = std::move(kept);
+  return table;
+}
+
+/// Values, covariance, budget and table of the parameters of these units.
+Estimate population_estimate(const std::vector<TestedUnit>& units, const std::vector<Parameter>& parameters) {
+  const Shown shown = shown_of(units, parameters);
+  const auto found = vector_population(shown.units);
+  Estimate out;
+  out.method = "population";
+  out.parameters = parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) out.parameters[k].value = found.mean[k];
+  settle(out, lines_of(found, shown.shared));
+  for (auto& parameter : out.parameters) parameter.degrees_of_freedom = static_cast<double>(units.size()) - 1.0;
+  out.population = PopulationFacts{{}, {}, units.size(), found.shrinkage, found.inflation};
+  std::vector<std::string> below_stated;
+  out.tables.push_back(population_table(parameters, shown, found, below_stated));
+  if (!below_stated.empty())
+    out.findings.push_back({Severity::warning,
+                            "population_below_stated",
+                            {{"parameters", fmt::format("{}", fmt::join(below_stated, ", "))}}});
+  return out;
 }
 
 }  // namespace
@@ -307,46 +344,21 @@ Estimate population_of_units(const std::string& model, const std::string& method
   leave_out_strangers(all);
   std::ranges::sort(all.units, {}, &TestedUnit::serial);  // the order of the rows says nothing
   refuse_few(model, method, all);
-  Table table{"outliers",
-              "units that do not belong to the others; they are not used",
-              {{"unit", Unit()}, {"parameter", Unit()}, {"z", Unit()}, {"p", Unit()}},
-              {}};
-  const auto strange = outliers(all.units, parameters_of(all.units, pure_names(all.units)), table);
-  const bool enough = all.units.size() >= least_units + strange.size();
-  if (enough) {
-    std::vector<TestedUnit> kept;
-    for (std::size_t u = 0; u < all.units.size(); ++u)
-      if (!strange.contains(u)) kept.push_back(all.units[u]);
-    all.units = std::move(kept);
-  }
+  const Table outliers = leave_out_outliers(all);
   const auto parameters = parameters_of(all.units, pure_names(all.units));
   if (parameters.empty())
     throw Error(Error::Kind::bad_data,
                 fmt::format("no parameter of {} is shown by five units of the model '{}' by itself", method, model));
   note_other_dimensions(all, parameters);
-  const Shown shown = shown_of(all.units, parameters);
-  const auto found = vector_population(shown.units);
-
-  Estimate out;
-  out.method = "population";
+  Estimate out = population_estimate(all.units, parameters);
   out.title = fmt::format("Population of {} units of {} by {}", all.units.size(), model, method);
   out.instrument_model = model;
-  out.parameters = parameters;
-  for (std::size_t k = 0; k < parameters.size(); ++k) out.parameters[k].value = found.mean[k];
-  settle(out, lines_of(found, shown.shared));
-  for (auto& parameter : out.parameters) parameter.degrees_of_freedom = static_cast<double>(all.units.size()) - 1.0;
-  out.population =
-      PopulationFacts{method, hash_of(model, method, all.units), all.units.size(), found.shrinkage, found.inflation};
-  std::vector<std::string> below_stated;
-  out.tables.push_back(population_table(parameters, shown, found, below_stated));
-  if (!below_stated.empty())
-    out.findings.push_back({Severity::warning,
-                            "population_below_stated",
-                            {{"parameters", fmt::format("{}", fmt::join(below_stated, ", "))}}});
-  if (!table.rows.empty() && enough) out.tables.push_back(table);
-  if (!all.left_out.empty()) out.tables.push_back(populations::left_out_table(all.left_out));
+  out.population->method = method;
+  out.population->sha256 = hash_of(model, method, all.units);
   for (const auto& unit : all.units) out.provenance.inputs.push_back({model + "/" + unit.serial, unit.sha256});
-  add_findings(all, table, enough ? strange.size() : 0, out);
+  if (!outliers.rows.empty()) out.tables.push_back(outliers);
+  if (!all.left_out.empty()) out.tables.push_back(populations::left_out_table(all.left_out));
+  add_findings(all, outliers, out);
   return out;
 }
 

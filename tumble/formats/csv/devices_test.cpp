@@ -2,6 +2,7 @@
 // looked like something else.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/formats/testing/text_table.hpp"
@@ -59,6 +60,10 @@ TEST_F(CsvDevices, ASampleOfWordsBehindTheUnitsIsNotSkipped) {
   ASSERT_EQ(recording.channels.at(0).values.size(), 4u);
   EXPECT_TRUE(std::isnan(recording.channels[0].values[0]));
   EXPECT_EQ(recording.channels[0].time(0), 0.0);
+  options.missing.clear();
+  const auto places = read("t;gx;gy\ns;deg/s;deg/s\n-;left;right\n0,00;1;2\n0,01;1,5;2,5\n0,02;1,6;2,6\n");
+  EXPECT_EQ(places.channels.at(0).values.size(), 3u);
+  expect_holds(said(places.findings, "lines_before_samples_skipped"), {"-;left;right"});
 }
 
 TEST_F(CsvDevices, AUnitOfTheHeaderThatIsUnknownCanBeGiven) {
@@ -69,12 +74,18 @@ TEST_F(CsvDevices, AUnitOfTheHeaderThatIsUnknownCanBeGiven) {
 }
 
 TEST_F(CsvDevices, LinesOfWordsBeforeTheTableDoNotChooseItsSeparator) {
-  const auto recording = read(
-      "Logger Model 7\nOperator: A. B\nTime;gyro [deg/s];a [g]\n20-Nov-2026 09:00:00.0 AM;1;2\n"
-      "20-Nov-2026 09:00:00.5 AM;2;3\n20-Nov-2026 09:00:01.0 AM;3;4\n");
-  ASSERT_EQ(recording.channels.size(), 2u);
-  EXPECT_EQ(recording.channels[0].values.at(2), Unit::parse("deg/s").to_si(3.0));
-  EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
+  for (const char separator : {';', ',', '\t'}) {
+    std::string table =
+        "Time;gyro [deg/s];a [g]\n20-Nov-2026 09:00:00.0 AM;1;2\n20-Nov-2026 09:00:00.5 AM;2;3\n"
+        "20-Nov-2026 09:00:01.0 AM;3;4\n";
+    std::ranges::replace(table, ';', separator);
+    const auto recording = read("Logger Model 7\nOperator: A. B\n" + table);
+    ASSERT_EQ(recording.channels.size(), 2u);
+    EXPECT_EQ(recording.channels[0].values.at(2), Unit::parse("deg/s").to_si(3.0));
+    EXPECT_EQ(recording.channels[0].timeline.rate, 2.0);
+  }
+  const auto blanks = read("a[g] b[g] t[s]\n0,1 0,2 0\n0,3 0,4 1\n");
+  EXPECT_EQ(blanks.channels.at(1).values.at(1), Unit::parse("g").to_si(0.4));
 }
 
 TEST_F(CsvDevices, ARowOfTabsIsARowOfMissingSamples) {
@@ -93,6 +104,14 @@ TEST_F(CsvDevices, CharactersOfFourBytesAreChinese) {
   ASSERT_EQ(recording.channels.size(), 3u);
   EXPECT_EQ(recording.channels[0].name, "陀螺");
   EXPECT_EQ(recording.channels[1].kind, QuantityKind::specific_force);
+}
+
+TEST_F(CsvDevices, ANameThatWouldNotBeReadBackIsNotWritten) {
+  auto recording = read("time[s],a[V]\n0,1\n1,2\n");
+  for (const char* name : {"time", "a ", " a"}) {
+    recording.channels[0].name = name;
+    EXPECT_THROW(write_recording(recording, folder.file("b.csv")), Error) << name;
+  }
 }
 
 }  // namespace

@@ -138,6 +138,11 @@ void take_damage(const Scan& scan, Findings& findings) {
     findings.push_back({Finding::Severity::warning, "log_rejected", {{"number", scan.rejected}}});
 }
 
+/// Without them (a log whose beginning is missing) nothing says that the corrections are neutral.
+bool has_parameters_of_sensors(const Scan& scan) {
+  return std::ranges::any_of(scan.parameters, [](const auto& one) { return one.first.starts_with("INS_"); });
+}
+
 void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Findings& findings) {
   std::vector<std::string> all;
   for (const std::size_t i : streams) {
@@ -145,6 +150,8 @@ void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Fi
     const std::string& name = scan.descriptions[stream.id].name;
     const KnownMessage* const known = known_message(name);
     if (!known) continue;
+    if (!has_parameters_of_sensors(scan))
+      findings.push_back({Finding::Severity::warning, "corrected_topic", {{"topic", stream.name}}, stream.name});
     for (auto& parameter : corrections(scan, *known, instance_of(stream, name)))
       if (std::ranges::find(all, parameter) == all.end()) all.push_back(std::move(parameter));
   }

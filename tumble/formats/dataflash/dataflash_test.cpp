@@ -83,7 +83,8 @@ TEST(DataFlash, InstancesAreNamedInTheirOrder) {
   EXPECT_EQ(read.channels[0].values, (std::vector<double>{1, 3, 5}));
   EXPECT_EQ(read.channels[2].name, "gyro1.x");
   EXPECT_EQ(read.channels[2].values, (std::vector<double>{0, 2, 4}));
-  EXPECT_DOUBLE_EQ(read.channels[1].values.at(0), 1.5);  // of type c, in hundredths: the multiplier "?" says nothing
+  EXPECT_NE(said(read.findings, "corrected_topic"), "");  // nothing says that the corrections are neutral
+  EXPECT_DOUBLE_EQ(read.channels[1].values.at(0), 1.5);   // of type c, in hundredths: the multiplier "?" says nothing
 }
 
 TEST(DataFlash, AGpsReceiverSaysWhenTheLogBegan) {
