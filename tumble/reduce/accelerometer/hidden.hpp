@@ -31,7 +31,8 @@ std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x);
 /// (1 + 0.34 K_oq)"; empty: there is none.
 std::string meanings(const Shares& shares, const Term& hidden);
 
-/// States in the parameters of an estimate that they contain the term, where the columns absorb it completely.
+/// States in the parameters of an estimate that they contain the term, where the columns absorb it completely; the
+/// scale factor [SI] multiplies its own share.
 void state_contained(const Shares& shares, const Term& hidden, double scale_factor, Estimate& estimate);
 
 /// Replaces the engine's findings about columns that are not used, and its `stands_for`, by those of this model: a
