@@ -38,7 +38,7 @@ Estimate population(const std::vector<ErrorLine>& more = {}) {
   return out;
 }
 
-Estimate result(std::vector<Parameter> parameters, const std::vector<ErrorLine>& lines) {
+Estimate own_result(std::vector<Parameter> parameters, const std::vector<ErrorLine>& lines) {
   Estimate out;
   out.parameters = std::move(parameters);
   settle(out, lines);
@@ -48,8 +48,8 @@ Estimate result(std::vector<Parameter> parameters, const std::vector<ErrorLine>&
 // The normal equations of a fit whose last rows say theta = mean with covariance P: (P^-1 + A' C^-1 A)^-1 (...).
 TEST(WithPopulation, IsTheFitWithThePopulationAsMoreRows) {
   const auto prior = population();
-  const auto own = result({parameter("K0", 11.5, {{"K2", Unit(), -0.75}}), parameter("K2", 2.0)},
-                          {from_covariance("noise", covariance(1.0, 1.5, -0.3))});
+  const auto own = own_result({parameter("K0", 11.5, {{"K2", Unit(), -0.75}}), parameter("K2", 2.0)},
+                              {from_covariance("noise", covariance(1.0, 1.5, -0.3))});
   const auto use = with_population(own, prior);
   ASSERT_TRUE(use.with_prior);
   Matrix a = identity(2);
@@ -66,7 +66,7 @@ TEST(WithPopulation, IsTheFitWithThePopulationAsMoreRows) {
 }
 
 TEST(WithPopulation, CarriesTermsThatTheScheduleDoesNotShow) {
-  const auto own = result({parameter("K0", 13.0)}, {from_variances("noise", {1.0})});
+  const auto own = own_result({parameter("K0", 13.0)}, {from_variances("noise", {1.0})});
   const auto use = with_population(own, population());
   ASSERT_TRUE(use.with_prior);
   ASSERT_EQ(use.with_prior->parameters.size(), 2u);
@@ -79,8 +79,8 @@ TEST(WithPopulation, CarriesTermsThatTheScheduleDoesNotShow) {
 
 TEST(WithPopulation, CorrectsOtherParametersByWhatIsKnownOfTheirErrors) {
   // K0 and K9 share an error of sd 1 each
-  const auto own = result({parameter("K9", 7.0), parameter("K0", 14.0)},
-                          {from_shifts("level", Matrix(2, 1, 1.0)), from_variances("noise", {0.25, 1e-12})});
+  const auto own = own_result({parameter("K9", 7.0), parameter("K0", 14.0)},
+                              {from_shifts("level", Matrix(2, 1, 1.0)), from_variances("noise", {0.25, 1e-12})});
   const auto use = with_population(own, population());
   ASSERT_TRUE(use.with_prior);
   EXPECT_EQ(use.with_prior->parameters[0].name, "K9");
@@ -93,8 +93,8 @@ TEST(WithPopulation, ErrorsThatBothShareAreAFloor) {
   level(0, 0) = 3.0;
   const auto prior = population({from_shifts("level", level, "T-1")});
   const auto on = [&](const char* key) {
-    const auto own =
-        result({parameter("K0", 13.0)}, {from_variances("noise", {1.0}), from_shifts("level", Matrix(1, 1, 3.0), key)});
+    const auto own = own_result({parameter("K0", 13.0)},
+                                {from_variances("noise", {1.0}), from_shifts("level", Matrix(1, 1, 3.0), key)});
     return *with_population(own, prior).with_prior;
   };
   const auto same = on("T-1"), other = on("T-2");
@@ -107,7 +107,7 @@ TEST(WithPopulation, ErrorsThatBothShareAreAFloor) {
 
 TEST(WithPopulation, IsNotUsedForAnAlien) {
   const auto at = [&](double value, double freedom) {
-    auto own = result({parameter("K0", value), parameter("K2", 3.0)}, {from_variances("noise", {1.0, 1.0})});
+    auto own = own_result({parameter("K0", value), parameter("K2", 3.0)}, {from_variances("noise", {1.0, 1.0})});
     own.parameters[0].degrees_of_freedom = freedom;
     return with_population(own, population());
   };
@@ -115,14 +115,14 @@ TEST(WithPopulation, IsNotUsedForAnAlien) {
   const auto alien = at(10.0 + 10.0 * std::sqrt(5.0), INFINITY);
   EXPECT_FALSE(alien.with_prior);
   EXPECT_LT(alien.belongs, 1e-6);
-  const auto own = result({parameter("K0", 32.0), parameter("K2", 3.0)}, {from_variances("noise", {1.0, 1.0})});
+  const auto own = own_result({parameter("K0", 32.0), parameter("K2", 3.0)}, {from_variances("noise", {1.0, 1.0})});
   EXPECT_EQ(about_prior(own, alien)[0].code, "unit_not_of_population");
   EXPECT_TRUE(with_population(own, population(), true).with_prior) << "assumed values are not judged";
 }
 
 TEST(WithPopulation, DegreesOfFreedomAreOfThePartThatCounts) {
   const auto at = [&](double sd) {
-    auto own = result({parameter("K0", 11.0)}, {from_variances("noise", {sd * sd})});
+    auto own = own_result({parameter("K0", 11.0)}, {from_variances("noise", {sd * sd})});
     own.parameters[0].degrees_of_freedom = 7.0;
     return with_population(own, population()).with_prior->parameters[0].degrees_of_freedom;
   };
@@ -131,7 +131,7 @@ TEST(WithPopulation, DegreesOfFreedomAreOfThePartThatCounts) {
 }
 
 TEST(WithPopulation, RefusesOtherDimensions) {
-  auto own = result({parameter("K0", 11.0)}, {from_variances("noise", {1.0})});
+  auto own = own_result({parameter("K0", 11.0)}, {from_variances("noise", {1.0})});
   own.parameters[0].unit = Unit::parse("deg/h");
   EXPECT_THROW(with_population(own, population()), Error);
 }
@@ -145,7 +145,7 @@ TEST(ConditionalCoverage, IsThatOfTheChapter) {
 }
 
 TEST(PriorTable, SaysHowMuchIsGainedAndWhatIsPromised) {
-  const auto own = result({parameter("K0", 13.0)}, {from_variances("noise", {1.0})});
+  const auto own = own_result({parameter("K0", 13.0)}, {from_variances("noise", {1.0})});
   const auto use = with_population(own, population());
   const auto table = prior_table(own, use);
   ASSERT_EQ(table.rows.size(), 2u);

@@ -9,7 +9,7 @@
 namespace tumble::testing {
 namespace {
 
-Parameter parameter(const std::string& name, const std::string& unit) {
+Parameter fleet_parameter(const std::string& name, const std::string& unit) {
   Parameter out;
   out.name = out.symbol = name;
   out.unit = Unit::parse(unit);
@@ -34,7 +34,7 @@ FleetResult fleet_result(const FleetModel& model, const RandomStream& random, st
   estimate.method = "accelerometer_tumble";
   estimate.instrument_model = "pendulous_accelerometer";
   estimate.instrument_serial = "U" + std::to_string(1000 + unit);
-  estimate.parameters = {parameter("K0", "ug"), parameter("K1", "ppm"), parameter("K2", "ug/g^2")};
+  estimate.parameters = {fleet_parameter("K0", "ug"), fleet_parameter("K1", "ppm"), fleet_parameter("K2", "ug/g^2")};
   Matrix noise(3, 3), level(3, 1), gravity(3, 1);
   const double scale = 0.7 + 0.8 * own.uniform(10);
   for (std::size_t k = 0; k < 3; ++k) noise(k, k) = scale * u[k];
@@ -80,7 +80,7 @@ std::vector<FleetResult> fleet_results(const FleetModel& model, const RandomStre
 Estimate single_result(double value, double sd, const std::string& rig, double rig_sd) {
   Estimate estimate;
   estimate.method = "static_bias";
-  estimate.parameters = {parameter("bias", "deg/h")};
+  estimate.parameters = {fleet_parameter("bias", "deg/h")};
   const Unit& unit = estimate.parameters[0].unit;
   estimate.parameters[0].value = unit.to_si(value);
   std::vector<ErrorLine> lines{from_shifts("noise", Matrix(1, 1, unit.to_si(sd)))};
