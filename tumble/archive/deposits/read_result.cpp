@@ -45,7 +45,8 @@ std::vector<ReadInput> inputs_of(const Estimate& estimate) {
 std::vector<std::string> problems_of_name(const UnitName& unit) {
   constexpr std::size_t longest = 1000;  // indexes of PostgreSQL hold no more than 2704 bytes
   std::vector<std::string> problems;
-  for (const auto& [what, text] : {std::pair<const char*, const std::string&>{"model", unit.model}, {"serial number", unit.serial}}) {
+  for (const auto& [what, text] :
+       {std::pair<const char*, const std::string&>{"model", unit.model}, {"serial number", unit.serial}}) {
     if (text.size() > longest)
       problems.push_back(fmt::format("the {} has {} bytes: up to {} are accepted", what, text.size(), longest));
     if (text.find('\0') != std::string::npos)

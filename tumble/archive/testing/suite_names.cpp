@@ -38,9 +38,14 @@ void names_that_no_index_holds_are_refused(const ArchivePlace& place) {
 
 void hostile_names_are_kept_as_they_are(const ArchivePlace& place) {
   Archive archive = new_archive(place);
-  const std::vector<std::string> names{
-      "o'hara\"; DROP TABLE units; --", "a/b/../c",        "陀螺-零一", "\xF0\x9F\x9B\xB0", " blank ", "%s{}\\",
-      long_name(1000),         "line\nbreak\ttab"};
+  const std::vector<std::string> names{"o'hara\"; DROP TABLE units; --",
+                                       "a/b/../c",
+                                       "陀螺-零一",
+                                       "\xF0\x9F\x9B\xB0",
+                                       " blank ",
+                                       "%s{}\\",
+                                       long_name(1000),
+                                       "line\nbreak\ttab"};
   Deposit deposit;
   for (const auto& name : names) deposit.results.push_back(sample_deposit({.serial = name}));
   put_in(archive, deposit, {"O'Neill \"x\"", "2026-03-02T09:00:00Z", {}});
