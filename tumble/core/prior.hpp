@@ -33,8 +33,8 @@ struct PriorUse {
   bool verdicts = false;
   std::shared_ptr<const Estimate> population;  ///< mean, covariance and budget of the prior
   std::shared_ptr<const Estimate> with_prior;  ///< null: the unit does not fit its population, and no prior is used
-  double belongs = 1.0;          ///< p-value [1] of all parameters together, if the unit is of the population
-  double belongs_by_one = 1.0;   ///< p-value [1] of the parameter that fits worst, by Holm's rule
+  double belongs = 1.0;         ///< p-value [1] of all parameters together, if the unit is of the population
+  double belongs_by_one = 1.0;  ///< p-value [1] of the parameter that fits worst, by Holm's rule
 };
 
 }  // namespace tumble
