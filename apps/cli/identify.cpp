@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "archive_options.hpp"
+#include "prior_option.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
@@ -91,7 +92,8 @@ Deposit deposit_of(const Estimate& estimate, const Arguments& arguments, const P
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
-  const auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
+  auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
+  read_prior_from(arguments.archive, plan);
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
   auto archive = optional_archive(arguments.archive);
   if (archive && !unit_is_known({plan.instrument_model, plan.instrument_serial}, arguments.archive, terminal))

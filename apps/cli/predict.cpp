@@ -3,9 +3,11 @@
 
 #include <memory>
 
+#include "prior_option.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/optimise.hpp"
+#include "tumble/tasks/shorten.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -16,6 +18,7 @@ struct Arguments {
   std::string plan, output, criterion, total_time, step;
   std::vector<std::string> sets, terms;
   bool json = false, optimise = false;
+  ArchiveOptions archive;
 };
 
 /// What only --optimise understands.
@@ -60,6 +63,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
              const Terminal& terminal) {
   const auto found = [&] {
     ProgressLine line(terminal);
+    if (!plan.prior.from.empty() && !options.total_time) return tumble::shorten(plan, options, line.progress());
     return tumble::optimise(plan, options, line.progress());
   }();
   print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width));
@@ -72,7 +76,8 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
 int run(const Arguments& arguments, const Terminal& terminal) {
   const auto options = options_of(arguments);
   if (!arguments.output.empty()) check_output(arguments.output, {arguments.plan}, {".toml"});
-  const auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
+  auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
+  read_prior_from(arguments.archive, plan);
   if (arguments.optimise) return optimise(arguments, options, plan, terminal);
   const auto estimate = [&] {
     const ProgressLine line(terminal, "predicting");
@@ -110,6 +115,7 @@ Verb predict_verb() {
             .type = "TERM,...",
             .separator = ','},
            {"-o,--output", &arguments->output, "plan to write, with the new schedule (.toml)"},
+           archive_argument(arguments->archive),
            sets_argument(arguments->sets, "value that replaces that of the plan: KEY, truth.KEY, rig.KEY; repeatable")},
           "Examples:\n"
           "  tumble predict gyro.toml\n"

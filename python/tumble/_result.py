@@ -20,11 +20,14 @@ from tumble._result_parts import (
     Curve,
     Fit,
     Parameter,
+    Prior,
     Provenance,
     Table,
     Verdict,
+    WithPrior,
     curve_of,
     parameter_of,
+    with_prior_of,
 )
 from tumble._text import path_text
 
@@ -126,6 +129,16 @@ class Result:
     def provenance(self) -> Provenance:
         """All that the answer depends on: files with SHA-256, plans, settings, seed."""
         return Provenance(self._document["provenance"])
+
+    @cached_property
+    def prior(self) -> Prior | None:
+        """The prior that the plan asks for: `result.prior["population"]["units"]`; None without one."""
+        return Prior(self._document["prior"]) if "prior" in self._document else None
+
+    @cached_property
+    def with_prior(self) -> WithPrior | None:
+        """The estimate with prior; None without one, or where the unit does not fit its population."""
+        return with_prior_of(self._document["with_prior"]) if "with_prior" in self._document else None
 
     def require_limits(self) -> None:
         """Raises LimitError where a limit failed or could not be decided, as `tumble identify --strict` does."""

@@ -174,6 +174,33 @@ class Budget(Named[Contribution]):
         return f"<Budget: {', '.join(self)}>"
 
 
+class WithPrior(NamedTuple):
+    """The estimate with the prior of the plan: all parameters, also those that the schedule does not show."""
+
+    parameters: Mapping[str, Parameter]
+    covariance: Covariance
+    budget: Budget
+
+
+class Prior(Document):
+    """The prior of a result, as the result file has it: from, used, verdicts, belongs, population, results and numbers."""
+
+    __slots__ = ()
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        super().__init__("part", document)
+
+    def __repr__(self) -> str:
+        return f"<Prior: {self['population']['units']} units of {self['model']}>"
+
+
+def with_prior_of(document: Mapping[str, Any]) -> WithPrior:
+    """From the block of the result file."""
+    parameters = Named("parameter", {one["name"]: parameter_of(one) for one in document["parameters"]})
+    names = tuple(parameters)
+    return WithPrior(parameters, Covariance(names, document["covariance"]), Budget(names, document["budget"]))
+
+
 class Fit(NamedTuple):
     """The fit as a whole. `condition` [1] is that of the weighted design with columns of unit length."""
 

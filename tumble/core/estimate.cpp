@@ -43,6 +43,11 @@ double standard_uncertainty(const Estimate& estimate, std::size_t index) {
   return std::sqrt(estimate.covariance(index, index));
 }
 
+const Estimate& judged(const Estimate& estimate) {
+  const auto& prior = estimate.prior;
+  return prior && prior->verdicts && prior->with_prior ? *prior->with_prior : estimate;
+}
+
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name) {
   for (const Parameter& parameter : estimate.parameters)
     if (parameter.name == name) return &parameter;

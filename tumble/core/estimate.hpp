@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
+#include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/units/unit.hpp"
@@ -125,10 +126,14 @@ struct Estimate {
   std::vector<Curve> curves;
   std::vector<Verdict> verdicts;
   Provenance provenance;
+  std::optional<PopulationFacts> population = {};   ///< of an estimate of units that are not tested yet
+  std::shared_ptr<const PriorUse> prior = nullptr;  ///< null: the plan asks for no prior
 };
 
 /// Standard uncertainty (k = 1) of parameter `index` [SI].
 double standard_uncertainty(const Estimate& estimate, std::size_t index);
+/// What the verdicts rest on: the estimate itself, or where the plan says so the one with prior.
+const Estimate& judged(const Estimate& estimate);
 /// Null when there is none of that name.
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name);
 /// What a parameter is below (95 %) that the data do not show, as a finding says it.

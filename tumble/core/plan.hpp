@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/prior.hpp"
 #include "tumble/core/read_options.hpp"
 #include "tumble/core/schedule.hpp"
 #include "tumble/core/settings.hpp"
@@ -90,6 +91,7 @@ struct Plan {
   std::vector<RecordingEntry> recordings;
   ReadOptions reading = {};  ///< what the command line says of the files; goes before what the plan says of them
   Calibration calibration = {};
+  PriorChoice prior = {};
   Settings settings;  ///< resolved against the method's options
   std::vector<Limit> limits;
   Settings truth;              ///< resolved against the model's options, for simulate and predict

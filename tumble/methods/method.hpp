@@ -47,6 +47,9 @@ struct Method {
   bool several_instruments = false;
   /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
   bool takes_calibration = false;
+  /// Its parameters belong to the instrument and have a normal uncertainty, so that the units tested before can be a
+  /// prior; elsewhere a plan that asks for one is refused.
+  bool takes_prior = false;
   /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
   /// A trial that differs from `trial` in what that one holds at zero or ideal: offsets, filters, gaps, outliers, the

@@ -271,6 +271,42 @@ Provenance provenance_of(const Node& node) {
   return provenance;
 }
 
+/// Parameters, covariance and budget.
+void read_numbers(const Node& top, Estimate& estimate) {
+  const auto parameters = top["parameters"].elements();
+  for (const auto& node : parameters) estimate.parameters.push_back(parameter_of(node));
+  check_names(parameters, estimate.parameters);
+  estimate.covariance = matrix_of(top["covariance"], parameters.size());
+  check_sd(parameters, estimate.covariance);
+  covariance_to_si(estimate.covariance, estimate.parameters);
+  read_budget(top["budget"], estimate);
+}
+
+PopulationFacts facts_of(const Node& node) {
+  return {node["method"].text(), node["sha256"].text(), static_cast<std::size_t>(node["units"].whole()),
+          node["shrinkage"].number(infinity), node["inflation"].number(1.0)};
+}
+
+PriorUse prior_of(const Node& node, const Node& with_prior) {
+  PriorUse use;
+  use.from = node["from"].text();
+  use.verdicts = node["verdicts"].flag();
+  use.belongs = node["belongs"].number(1.0);
+  use.belongs_by_one = node["belongs_by_one"].number(1.0);
+  Estimate population;
+  population.instrument_model = node["model"].text();
+  population.population = facts_of(node["population"]);
+  for (const auto& input : node["results"].elements())
+    population.provenance.inputs.push_back({input["file"].text(), input["sha256"].text()});
+  read_numbers(node, population);
+  use.population = std::make_shared<const Estimate>(std::move(population));
+  if (with_prior.absent()) return use;
+  Estimate estimate;
+  read_numbers(with_prior, estimate);
+  use.with_prior = std::make_shared<const Estimate>(std::move(estimate));
+  return use;
+}
+
 Estimate estimate_of(const Node& top) {
   Estimate estimate;
   top["tumble"].text();
@@ -279,19 +315,16 @@ Estimate estimate_of(const Node& top) {
   const auto instrument = top["instrument"];
   estimate.instrument_model = instrument["model"].text();
   estimate.instrument_serial = instrument["serial"].text();
-  const auto parameters = top["parameters"].elements();
-  for (const auto& node : parameters) estimate.parameters.push_back(parameter_of(node));
-  check_names(parameters, estimate.parameters);
-  estimate.covariance = matrix_of(top["covariance"], parameters.size());
-  check_sd(parameters, estimate.covariance);
-  covariance_to_si(estimate.covariance, estimate.parameters);
-  read_budget(top["budget"], estimate);
+  read_numbers(top, estimate);
   for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
   for (const auto& node : top["curves"].elements()) estimate.curves.push_back(curve_of(node));
   estimate.fit = fit_of(top["fit"]);
   for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node));
   for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
   estimate.provenance = provenance_of(top["provenance"]);
+  if (const Node facts = top.optional("population"); !facts.absent()) estimate.population = facts_of(facts);
+  if (const Node prior = top.optional("prior"); !prior.absent())
+    estimate.prior = std::make_shared<const PriorUse>(prior_of(prior, top.optional("with_prior")));
   return estimate;
 }
 

@@ -246,25 +246,58 @@ Json provenance_json(const Provenance& provenance) {
           {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
 }
 
+Json facts_json(const PopulationFacts& facts) {
+  return {{"method", facts.method},
+          {"sha256", facts.sha256},
+          {"units", facts.units},
+          {"shrinkage", finite(facts.shrinkage)},
+          {"inflation", finite(facts.inflation)}};
+}
+
+/// Values, covariance and budget alone.
+Json numbers_json(const Estimate& estimate) {
+  return {{"parameters", parameters_json(estimate)},
+          {"covariance", covariance_json(estimate)},
+          {"budget", budget_json(estimate)}};
+}
+
+Json prior_json(const PriorUse& use) {
+  const auto input = [](const Provenance::Input& i) { return Json{{"file", i.file}, {"sha256", i.sha256}}; };
+  Json json{{"from", use.from},
+            {"verdicts", use.verdicts},
+            {"used", use.with_prior != nullptr},
+            {"belongs", finite(use.belongs)},
+            {"belongs_by_one", finite(use.belongs_by_one)},
+            {"model", use.population->instrument_model},
+            {"population", facts_json(*use.population->population)},
+            {"results", array_of(use.population->provenance.inputs, input)}};
+  json.update(numbers_json(*use.population));
+  return json;
+}
+
 Json whole(const Estimate& estimate) {
   const auto& fit = estimate.fit;
-  return {{"tumble", version},
-          {"method", estimate.method},
-          {"title", estimate.title},
-          {"instrument", {{"model", estimate.instrument_model}, {"serial", estimate.instrument_serial}}},
-          {"parameters", parameters_json(estimate)},
-          {"covariance", covariance_json(estimate)},
-          {"budget", budget_json(estimate)},
-          {"tables", array_of(estimate.tables, table_json)},
-          {"curves", array_of(estimate.curves, curve_json)},
-          {"fit",
-           {{"observations", fit.observations},
-            {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
-            {"chi_square", finite(fit.chi_square)},
-            {"condition", finite(fit.condition)}}},
-          {"findings", array_of(estimate.findings, finding_json)},
-          {"verdicts", array_of(estimate.verdicts, verdict_json)},
-          {"provenance", provenance_json(estimate.provenance)}};
+  Json json{{"tumble", version},
+            {"method", estimate.method},
+            {"title", estimate.title},
+            {"instrument", {{"model", estimate.instrument_model}, {"serial", estimate.instrument_serial}}},
+            {"parameters", parameters_json(estimate)},
+            {"covariance", covariance_json(estimate)},
+            {"budget", budget_json(estimate)},
+            {"tables", array_of(estimate.tables, table_json)},
+            {"curves", array_of(estimate.curves, curve_json)},
+            {"fit",
+             {{"observations", fit.observations},
+              {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
+              {"chi_square", finite(fit.chi_square)},
+              {"condition", finite(fit.condition)}}},
+            {"findings", array_of(estimate.findings, finding_json)},
+            {"verdicts", array_of(estimate.verdicts, verdict_json)},
+            {"provenance", provenance_json(estimate.provenance)}};
+  if (estimate.population) json["population"] = facts_json(*estimate.population);
+  if (estimate.prior) json["prior"] = prior_json(*estimate.prior);
+  if (estimate.prior && estimate.prior->with_prior) json["with_prior"] = numbers_json(*estimate.prior->with_prior);
+  return json;
 }
 
 std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }

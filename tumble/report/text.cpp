@@ -34,7 +34,7 @@ void line_up_signs(std::vector<std::string>& cells) {
   for (auto& cell : cells) cell.insert(0, most - before(cell), ' ');
 }
 
-std::string parameters_text(const Estimate& estimate, std::size_t width) {
+std::string parameters_text(const Estimate& estimate, const std::string& title, std::size_t width) {
   if (estimate.parameters.empty()) return {};
   TextColumn name{"parameter", "", {}, Align::left}, value{"value ± sd", "", {}, Align::left};
   TextColumn unit{"unit", "", {}, Align::left}, interval{"95 % interval", "", {}, Align::left};
@@ -47,7 +47,16 @@ std::string parameters_text(const Estimate& estimate, std::size_t width) {
     interval.cells.push_back(interval_text(estimate, i));
   }
   line_up_signs(value.cells);
-  return "\nParameters (± standard uncertainty, k = 1)\n" + text_table({name, value, unit, interval}, width);
+  return "\n" + title + "\n" + text_table({name, value, unit, interval}, width);
+}
+
+std::string prior_text(const Estimate& estimate, std::size_t width) {
+  if (!estimate.prior || !estimate.prior->with_prior) return {};
+  const auto& use = *estimate.prior;
+  return parameters_text(*use.with_prior,
+                         fmt::format("Parameters with the prior of {} units ({})", use.population->population->units,
+                                     use.verdicts ? "the verdicts rest on these" : "the verdicts do not rest on these"),
+                         width);
 }
 
 std::string budget_text(const Estimate& estimate, std::size_t width) {
@@ -150,7 +159,7 @@ std::string verdicts_text(const Estimate& estimate, std::size_t width) {
     outcome.cells.push_back(words[static_cast<std::size_t>(verdict.outcome)]);
     parameter.cells.push_back(printable(verdict.parameter));
     limit.cells.push_back(printable(verdict.limit));
-    measured.cells.push_back(measured_text(estimate, verdict.parameter));
+    measured.cells.push_back(measured_text(judged(estimate), verdict.parameter));
   }
   return "\nVerdicts\n" + text_table({outcome, parameter, limit, measured}, width);
 }
@@ -159,8 +168,9 @@ std::string verdicts_text(const Estimate& estimate, std::size_t width) {
 
 std::string to_text(const Estimate& estimate, std::size_t width) {
   require_shape(estimate);
-  std::string text = heading(estimate) + parameters_text(estimate, width) + budget_text(estimate, width) +
-                     fit_text(estimate.fit, width);
+  std::string text = heading(estimate) +
+                     parameters_text(estimate, "Parameters (± standard uncertainty, k = 1)", width) +
+                     prior_text(estimate, width) + budget_text(estimate, width) + fit_text(estimate.fit, width);
   for (const auto& table : estimate.tables)
     if (!table.for_programs) text += table_text(table, width);
   return text + findings_text(estimate.findings, width) + verdicts_text(estimate, width);

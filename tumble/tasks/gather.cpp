@@ -12,6 +12,7 @@
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/copies.hpp"
+#include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -284,6 +285,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
                                             ? "no recording to identify from: name one or more after the method"
                                             : plan.file + ": no recording: name it after the plan or in [[recording]]");
   read_calibration(plan);
+  read_prior(plan);
   Evidence evidence{std::move(plan), {}};
   std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
@@ -376,6 +378,7 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   streamed.file = entry.file;
   streamed.evidence.plan = plan;
   read_calibration(streamed.evidence.plan);
+  read_prior(streamed.evidence.plan);
   streamed.evidence.play = [=](const BlockSink& sink) {
     bool first = true;
     const auto checked = [&](const Recording& block) {

@@ -11,6 +11,7 @@
 #include "tumble/reduce/table/recorded_turns.hpp"
 #include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
+#include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -149,7 +150,8 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
   estimate.findings.push_back(
       {Finding::Severity::info, "processed_in_blocks", {{"size", streamed.bytes}, {"memory", memory}}, streamed.file});
-  estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
+  add_prior(plan, estimate);
+  estimate.verdicts = judge(plan.limits, judged(estimate), estimate.findings);
   return estimate;
 }
 
@@ -163,7 +165,8 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
   std::vector<Extent> extents(evidence.recordings.size());
   for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
   complete(evidence, extents, estimate);
-  estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
+  add_prior(evidence.plan, estimate);
+  estimate.verdicts = judge(evidence.plan.limits, judged(estimate), estimate.findings);
   return estimate;
 }
 

@@ -14,6 +14,7 @@
 #include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/limits.hpp"
+#include "tumble/tasks/plan_file/prior.hpp"
 #include "tumble/tasks/plan_file/recording_entry.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/site.hpp"
@@ -301,6 +302,13 @@ void read_sections(Reading& reading, const toml::table& document) {
     reading.method = look_up(
         root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
   read_calibration(reading, root);
+  reading.plan.prior = plan_file::read_prior(root, std::filesystem::path(reading.plan.file).parent_path().string(),
+                                             reading.method, reading.problems);
+  if (reading.sets.prior) {
+    reading.plan.prior.from = *reading.sets.prior;
+    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : ""; !refusal.empty())
+      reading.problems.all.push_back("--set prior: " + refusal);
+  }
   read_instrument(reading, section("instrument"));
   if (const auto& site = section("site"); given("site"))
     reading.plan.site = plan_file::read_site(site, reading.problems);
@@ -366,6 +374,9 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   if (reading.sets.calibration && !method.takes_calibration)
     reading.problems.all.push_back(fmt::format("--set calibration: {} does not use a calibration", name));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");
+  if (const auto refusal = plan_file::refusal_of_prior(method); reading.sets.prior && !refusal.empty())
+    reading.problems.all.push_back("--set prior: " + refusal);
+  reading.plan.prior.from = reading.sets.prior.value_or("");
   const std::pair<const char*, const std::vector<Given>*> of_plans[]{
       {"truth.", &reading.sets.truth}, {"rig.", &reading.sets.rig}, {"beside.", &reading.sets.beside}};
   for (const auto& [prefix, sets_of_plan] : of_plans)

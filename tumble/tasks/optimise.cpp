@@ -9,6 +9,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/optimisation/criteria.hpp"
@@ -17,6 +18,7 @@
 #include "tumble/tasks/optimisation/report.hpp"
 #include "tumble/tasks/optimisation/standard.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
+#include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -196,6 +198,23 @@ bool drifts(const Plan& plan) {
   return false;
 }
 
+/// Information of the plan's prior about the terms: the population of a unit of the model as one more observation.
+/// Terms that the method identifies under another name are searched without it.
+void add_population(const PriorChoice& choice, const std::vector<std::string>& terms, Matrix& information) {
+  if (!choice.population) return;
+  const Estimate& population = *choice.population;
+  std::vector<std::size_t> which, place;
+  for (std::size_t t = 0; t < terms.size(); ++t)
+    for (std::size_t k = 0; k < population.parameters.size(); ++k)
+      if (population.parameters[k].name == terms[t] && population.parameters[k].contains.empty())
+        which.push_back(k), place.push_back(t);
+  const Matrix covariance = chosen_columns(chosen_rows(population.covariance, which), which);
+  if (which.empty() || !cholesky(covariance).positive) return;
+  const Matrix inverse = inverse_symmetric(covariance);
+  for (std::size_t i = 0; i < which.size(); ++i)
+    for (std::size_t j = 0; j < which.size(); ++j) information(place[i], place[j]) += inverse(i, j);
+}
+
 DesignProblem design_problem(const Work& work, const DesignSpace& space) {
   DesignProblem problem;
   problem.points = space.points;
@@ -203,6 +222,7 @@ DesignProblem design_problem(const Work& work, const DesignSpace& space) {
   problem.weights.assign(problem.parameters, 0.0);
   problem.prior = Matrix(problem.parameters, problem.parameters);
   for (std::size_t e = space.terms.size(); e < problem.parameters; ++e) problem.prior(e, e) = 1.0;
+  add_population(work.plan.prior, space.terms, problem.prior);
   problem.effort = work.time;
   problem.quantum = std::max(work.time / quanta, 1.0 / work.plan.sample_rate);
   return problem;
@@ -290,7 +310,7 @@ std::vector<ScheduleRow> usual_rows(const Work& work, const std::vector<Standard
 ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& others, const Work& work,
                    const std::vector<double>& reference, double Criteria::*criterion) {
   const auto value = [&](const ScheduleRow& one) {
-    return one.estimate ? criteria_of(*one.estimate, work.terms, reference).*criterion
+    return one.estimate ? criteria_of(with_prior_if_any(*one.estimate), work.terms, reference).*criterion
                         : std::numeric_limits<double>::infinity();
   };
   for (const auto& one : others)
@@ -320,8 +340,10 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
 
 }  // namespace
 
-Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progress& progress) {
-  refuse_impossible(plan, options);
+Optimised optimise(const Plan& given, const OptimiseOptions& options, const Progress& progress) {
+  refuse_impossible(given, options);
+  Plan plan = given;
+  read_prior(plan);
   report(progress, 0.0, "searching the motions of the rig");
   const Work work = prepare(plan, options);
   const double dwell = std::max(10.0 / plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));

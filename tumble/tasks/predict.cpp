@@ -6,6 +6,7 @@
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/prediction/advice.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
+#include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -38,6 +39,14 @@ void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputPro
                         output.problem.channel});
 }
 
+/// With what the plan's prior adds: the values are those of the truth, so that it is not asked whether the unit
+/// belongs.
+Estimate with_prior(Plan plan, Estimate estimate) {
+  read_prior(plan);
+  add_prior(plan, estimate, true);
+  return estimate;
+}
+
 }  // namespace
 
 Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise) {
@@ -53,7 +62,7 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
   for (const auto& output : outputs)
     if (advise) add_advice(plan, felt, output, estimate.findings);
   describe_prediction(plan, estimate);
-  return estimate;
+  return with_prior(plan, std::move(estimate));
 }
 
 Estimate predict(const Plan& plan) {
@@ -64,7 +73,7 @@ Estimate predict(const Plan& plan) {
   read_calibration(whole);
   auto estimate = method->predict(whole);
   describe_prediction(whole, estimate);
-  return estimate;
+  return with_prior(whole, std::move(estimate));
 }
 
 }  // namespace tumble

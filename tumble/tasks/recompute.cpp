@@ -91,8 +91,9 @@ Estimate made_again(const Estimate& archived, const Workplace& place, const Prog
     sets.emplace_back(key, key == "calibration" && calibration != provenance.settings.end()
                                ? place.path_of(calibration->second)
                                : value);
-  const Plan plan = provenance.plans.empty() ? plan_for_method(archived.method, sets)
-                                             : load_plan(place.path_of(provenance.plans.front().file), sets);
+  Plan plan = provenance.plans.empty() ? plan_for_method(archived.method, sets)
+                                       : load_plan(place.path_of(provenance.plans.front().file), sets);
+  if (archived.prior) plan.prior.population = archived.prior->population;  // the result holds its whole prior
   std::vector<std::string> recordings;
   for (const auto& input : provenance.inputs)
     if (calibration == provenance.settings.end() || input.file != calibration->second)

@@ -58,6 +58,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.missing = value;
   else if (key == "calibration")
     sorted.calibration = value;
+  else if (key == "prior")
+    sorted.prior = value;
   else if (key == "columns")
     sorted.reading.columns = separate(value);
   else if (key == "topic")

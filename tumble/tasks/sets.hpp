@@ -15,7 +15,7 @@ struct SortedSets {
   ReadOptions reading;  ///< rate, missing, columns, unit.<column> and the like: ReadOptions
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
-  std::optional<std::string> calibration;
+  std::optional<std::string> calibration, prior;
 };
 
 /// `rate` is for reading, and among the settings too: for a method that has an option of that name. Throws

@@ -10,7 +10,10 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/parallel.hpp"
+#include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/square.hpp"
+#include "tumble/math/symmetric_factor.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -18,6 +21,8 @@ namespace tumble {
 namespace {
 
 constexpr std::size_t folds = 5;
+constexpr std::size_t least_units = 5;  ///< that show a parameter by itself
+constexpr std::size_t enough = 100;     ///< units above which correlations need no shrinking
 constexpr std::array shrinkages{2.0, 5.0, 10.0, 20.0, 50.0, std::numeric_limits<double>::infinity()};
 
 std::vector<std::size_t> seen(const UnitVector& unit) {
@@ -37,78 +42,116 @@ std::vector<double> part(const std::vector<double>& a, const std::vector<std::si
   return out;
 }
 
-void require_vectors(std::span<const UnitVector> units) {
+bool positive_semidefinite(const Matrix& a) {
+  for (std::size_t i = 0; i < a.rows; ++i)
+    if (!(a(i, i) >= 0.0) || !std::isfinite(a(i, i))) return false;
+  return symmetric_factor(a).excess < 1e-9;
+}
+
+/// The parameter that value i of a unit is by itself; p: it is a sum.
+std::size_t alone(const ShownOfUnit& unit, std::size_t i) {
+  std::size_t only = unit.combinations.columns;
+  for (std::size_t k = 0; k < unit.combinations.columns; ++k) {
+    if (unit.combinations(i, k) == 0.0) continue;
+    if (only != unit.combinations.columns || unit.combinations(i, k) != 1.0) return unit.combinations.columns;
+    only = k;
+  }
+  return only;
+}
+
+void require_vectors(std::span<const ShownOfUnit> units) {
   std::vector<std::string> problems;
   if (units.size() < folds)
     problems.push_back(fmt::format("a population needs at least five units; here {} given", units.size()));
-  const auto p = units.empty() ? 0 : units.front().values.size();
-  std::vector<std::size_t> shown(p);
+  const auto p = units.empty() ? 0 : units.front().combinations.columns;
+  std::vector<std::size_t> shown(p + 1);
   for (std::size_t u = 0; u < units.size(); ++u) {
     const auto& unit = units[u];
-    if (unit.values.size() != p || unit.covariance.rows != p || unit.covariance.columns != p) {
-      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, unit.values.size(), p));
+    const auto m = unit.values.size();
+    if (unit.combinations.columns != p || unit.combinations.rows != m || unit.covariance.rows != m ||
+        unit.shared.columns != units.front().shared.columns) {
+      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, unit.combinations.columns, p));
       continue;
     }
-    const auto which = seen(unit);
-    for (const auto k : which) ++shown[k];
-    if (!which.empty() && !cholesky(part(unit.covariance, which)).positive)
-      problems.push_back(fmt::format("the covariance of unit {} is not positive definite", u + 1));
+    for (std::size_t i = 0; i < m; ++i) ++shown[alone(unit, i)];
+    if (!positive_semidefinite(unit.covariance))
+      problems.push_back(fmt::format("the covariance of unit {} is not positive semidefinite", u + 1));
   }
   for (std::size_t k = 0; k < p; ++k)
-    if (shown[k] < 3)
-      problems.push_back(fmt::format("parameter {} is shown by {} units; three are needed", k + 1, shown[k]));
+    if (shown[k] < least_units)
+      problems.push_back(fmt::format("parameter {} is shown by {} units; {} are needed", k + 1, shown[k], least_units));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-/// (T + C)^-1 of the parameters that the unit shows, zero elsewhere.
-Matrix precision(const UnitVector& unit, const Matrix& spread) {
-  const auto which = seen(unit);
-  const Matrix some = inverse_symmetric(part(spread, which) + part(unit.covariance, which));
-  Matrix out(spread.rows, spread.columns);
-  for (std::size_t j = 0; j < which.size(); ++j)
-    for (std::size_t i = 0; i < which.size(); ++i) out(which[i], which[j]) = some(i, j);
-  return out;
-}
-
-/// y - mean; zero where the unit shows nothing.
-std::vector<double> departure(const UnitVector& unit, const std::vector<double>& mean) {
-  std::vector<double> out;
-  for (std::size_t k = 0; k < mean.size(); ++k)
-    out.push_back(std::isnan(unit.values[k]) ? 0.0 : unit.values[k] - mean[k]);
-  return out;
-}
-
-struct MeanOfUnits {
-  std::vector<Matrix> precisions;
-  std::vector<double> mean;
-  Matrix covariance;
+/// What one unit contributes at a spread T.
+struct Weighed {
+  Matrix precision;          ///< A' S^-1 A
+  std::vector<double> pull;  ///< A' S^-1 (y - A mean - B errors)
+  Matrix passed;             ///< A' S^-1 [A | B]
 };
 
-MeanOfUnits mean_of(std::span<const UnitVector> units, const Matrix& spread) {
-  const auto p = spread.rows;
+/// Mean and shared errors of all units at a spread T: unknowns are [mean; shared errors].
+struct MeanOfUnits {
+  std::vector<Weighed> weighed;
+  std::vector<double> unknowns;
+  Matrix covariance;
+
+  std::vector<double> mean(std::size_t p) const {
+    return {unknowns.begin(), unknowns.begin() + static_cast<std::ptrdiff_t>(p)};
+  }
+};
+
+Matrix design_of(const ShownOfUnit& unit) {
+  return unit.shared.columns == 0 ? unit.combinations : beside(unit.combinations, unit.shared);
+}
+
+/// S = A T A' + E. Throws where it is not positive definite.
+Cholesky scatter_of(const ShownOfUnit& unit, const Matrix& spread) {
+  Matrix s = sandwich(unit.combinations, spread) + unit.covariance;
+  for (std::size_t i = 0; i < s.rows; ++i) s(i, i) *= 1.0 + 1e-10;  // values that errors move together are allowed
+  auto factor = cholesky(s);
+  if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
+  return factor;
+}
+
+MeanOfUnits mean_of(std::span<const ShownOfUnit> units, const Matrix& spread) {
+  const std::size_t p = spread.rows, unknowns = p + units.front().shared.columns;
   MeanOfUnits out;
-  Matrix information(p, p);
-  std::vector<double> right(p, 0.0);
+  Matrix information(unknowns, unknowns);
+  std::vector<double> right(unknowns, 0.0);
+  for (std::size_t k = p; k < unknowns; ++k) information(k, k) = 1.0;
+  std::vector<std::vector<double>> solved;
   for (const auto& unit : units) {
-    const auto& m = out.precisions.emplace_back(precision(unit, spread));
-    information = information + m;
-    right = scaled_sum(right, 1.0, m * departure(unit, std::vector<double>(p, 0.0)));
+    auto& weighed = out.weighed.emplace_back();
+    if (unit.values.empty()) {
+      weighed = {Matrix(p, p), std::vector<double>(p, 0.0), Matrix(p, unknowns)};
+      continue;
+    }
+    const Matrix design = design_of(unit);
+    const auto factor = scatter_of(unit, spread);
+    const Matrix part = solve(factor, design);
+    information += transposed_product(design, part);
+    right = scaled_sum(right, 1.0, transposed_product(part, unit.values));
+    weighed.passed = transposed_product(unit.combinations, part);
+    weighed.precision = block(weighed.passed, 0, p, 0, p);
+    weighed.pull = transposed_product(block(part, 0, part.rows, 0, p), unit.values);
   }
   out.covariance = inverse_symmetric(information);
-  out.mean = out.covariance * right;
+  out.unknowns = out.covariance * right;
+  for (auto& weighed : out.weighed) weighed.pull = scaled_sum(weighed.pull, -1.0, weighed.passed * out.unknowns);
   return out;
 }
 
 /// One step of (8.10) and (8.11).
-Matrix next_spread(std::span<const UnitVector> units, const Matrix& spread, double shrinkage) {
+Matrix next_spread(std::span<const ShownOfUnit> units, const Matrix& spread, double shrinkage) {
   const auto p = spread.rows;
   const auto n = static_cast<double>(units.size());
   const auto at = mean_of(units, spread);
   Matrix sum(p, p);
-  for (std::size_t u = 0; u < units.size(); ++u) {
-    const Matrix w = spread * at.precisions[u];
-    const auto shift = as_column(w * departure(units[u], at.mean));
-    sum = sum + shift * transposed(shift) + w * at.covariance * transposed(w) + spread - w * spread;
+  for (const auto& weighed : at.weighed) {
+    const auto shift = spread * weighed.pull;
+    add_square(sum, 1.0, shift);
+    sum += sandwich(spread * weighed.passed, at.covariance) + spread - sandwich(spread, weighed.precision);
   }
   Matrix out(p, p);
   const double keep = std::isinf(shrinkage) ? 0.0 : n / (n + shrinkage);
@@ -117,42 +160,46 @@ Matrix next_spread(std::span<const UnitVector> units, const Matrix& spread, doub
   return out;
 }
 
+/// Values of each parameter that units show by itself.
+std::vector<std::vector<KeyedUnitValue>> values_alone(std::span<const ShownOfUnit> units) {
+  const std::size_t p = units.front().combinations.columns;
+  std::vector<std::vector<KeyedUnitValue>> out(p);
+  for (const auto& unit : units)
+    for (std::size_t i = 0; i < unit.values.size(); ++i)
+      if (const auto k = alone(unit, i); k < p)
+        out[k].push_back({{unit.values[i], std::sqrt(unit.covariance(i, i))},
+                          unit.shared.columns == 0 ? std::vector<double>() : row(unit.shared, i)});
+  return out;
+}
+
 /// Variances of the results of each parameter: where the search for T begins.
-Matrix first_spread(std::span<const UnitVector> units) {
+Matrix first_spread(std::span<const ShownOfUnit> units) {
   std::vector<double> variances;
-  for (std::size_t k = 0; k < units.front().values.size(); ++k) {
-    double count = 0.0, sum = 0.0, squares = 0.0;
-    for (const auto& unit : units)
-      if (!std::isnan(unit.values[k])) count += 1.0, sum += unit.values[k];
-    for (const auto& unit : units)
-      if (!std::isnan(unit.values[k])) squares += square(unit.values[k] - sum / count);
-    variances.push_back(squares / (count - 1.0));
+  for (const auto& values : values_alone(units)) {
+    double sum = 0.0, squares = 0.0, own = 0.0;
+    const auto count = static_cast<double>(values.size());
+    for (const auto& value : values) sum += value.own.value, own += square(value.own.sd);
+    for (const auto& value : values) squares += square(value.own.value - sum / count);
+    const double variance = count > 1.0 ? squares / (count - 1.0) : 0.0;
+    variances.push_back(std::max({variance, 1e-6 * own / std::max(count, 1.0), 1e-300}));
   }
   return diagonal(variances);
 }
 
-Matrix most_likely_covariance(std::span<const UnitVector> units, double shrinkage, int most_steps) {
+Matrix most_likely_covariance(std::span<const ShownOfUnit> units, double shrinkage, int most_steps) {
   Matrix spread = first_spread(units);
+  const Matrix least = 1e-8 * spread;  // a spread that dwindles stays positive
   for (int step = 0; step < most_steps; ++step) {
-    const Matrix next = next_spread(units, spread, shrinkage);
+    Matrix next = next_spread(units, spread, shrinkage);
     double change = 0.0;
-    for (std::size_t k = 0; k < spread.rows; ++k)
-      change = std::max(change, std::abs(next(k, k) - spread(k, k)) / std::max(spread(k, k), 1e-300));
-    spread = next;
+    for (std::size_t k = 0; k < spread.rows; ++k) {
+      next(k, k) = std::max(next(k, k), least(k, k));
+      change = std::max(change, std::abs(next(k, k) - spread(k, k)) / spread(k, k));
+    }
+    spread = std::move(next);
     if (change < 1e-5) break;
   }
   return spread;
-}
-
-/// D of a result, and ln N of it without constants, where `covariance` is that of its departure.
-std::pair<double, double> distance_of(const UnitVector& unit, const std::vector<double>& mean,
-                                      const Matrix& covariance) {
-  const auto which = seen(unit);
-  const auto factor = cholesky(part(covariance, which));
-  if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
-  const auto away = part(departure(unit, mean), which);
-  const double d = dot(away, solve(factor, away));
-  return {d, -0.5 * (factor.log_determinant + d + static_cast<double>(which.size()) * std::log(two_pi))};
 }
 
 struct Predicted {
@@ -160,42 +207,116 @@ struct Predicted {
   double inflation = 0.0;  ///< mean of D/p
 };
 
-/// How well the units of each fold are predicted by the others.
-Predicted predicted(std::span<const UnitVector> units, double shrinkage) {
+/// How well the units of one fold are predicted by the others.
+Predicted predicted(std::span<const ShownOfUnit> units, double shrinkage, std::size_t fold) {
   Predicted out;
-  for (std::size_t fold = 0; fold < folds; ++fold) {
-    std::vector<UnitVector> others;
-    for (std::size_t u = 0; u < units.size(); ++u)
-      if (u % folds != fold) others.push_back(units[u]);
-    const Matrix spread = most_likely_covariance(others, shrinkage, 60);
-    const auto at = mean_of(others, spread);
-    for (std::size_t u = fold; u < units.size(); u += folds) {
-      if (seen(units[u]).empty()) continue;
-      const auto [d, log] = distance_of(units[u], at.mean, spread + at.covariance + units[u].covariance);
-      out.log_likelihood += log;
-      out.inflation += d / static_cast<double>(seen(units[u]).size()) / static_cast<double>(units.size());
-    }
+  std::vector<ShownOfUnit> others;
+  for (std::size_t u = 0; u < units.size(); ++u)
+    if (u % folds != fold) others.push_back(units[u]);
+  const Matrix spread = most_likely_covariance(others, shrinkage, 60);
+  const auto at = mean_of(others, spread);
+  for (std::size_t u = fold; u < units.size(); u += folds) {
+    const auto& unit = units[u];
+    const auto m = static_cast<double>(unit.values.size());
+    if (unit.values.empty()) continue;
+    const Matrix design = design_of(unit);
+    const auto factor =
+        cholesky(sandwich(unit.combinations, spread) + sandwich(design, at.covariance) + unit.covariance);
+    if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
+    const auto away = scaled_sum(unit.values, -1.0, design * at.unknowns);
+    const double d = dot(away, solve(factor, away));
+    out.log_likelihood -= 0.5 * (factor.log_determinant + d + m * std::log(two_pi));
+    out.inflation += d / m / static_cast<double>(units.size());
   }
   return out;
 }
 
+/// Of each shrinkage that is tried; with many units the correlations need none.
+std::vector<Predicted> predicted_by_shrinkage(std::span<const ShownOfUnit> units) {
+  const std::size_t tried = units.size() > enough ? 1 : shrinkages.size();
+  std::vector<Predicted> parts(tried * folds), out(tried);
+  parallel_for(parts.size(), [&](std::size_t i) { parts[i] = predicted(units, shrinkages[i / folds], i % folds); });
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    out[i / folds].log_likelihood += parts[i].log_likelihood;
+    out[i / folds].inflation += parts[i].inflation;
+  }
+  return out;
+}
+
+/// T with the standard deviations of (8.33) and its own correlations.
+Matrix expected_of(std::span<const ShownOfUnit> units, const Matrix& spread) {
+  std::vector<double> ratio;
+  const auto values = values_alone(units);
+  for (std::size_t k = 0; k < spread.rows; ++k)
+    ratio.push_back(std::max(1.0, expected_spread(values[k]) / std::sqrt(spread(k, k))));
+  return scaled_columns(scaled_rows(ratio, spread), ratio);
+}
+
+ShownOfUnit shown_of(const UnitVector& unit) {
+  const auto which = seen(unit);
+  return {chosen_rows(identity(unit.values.size()), which), part(unit.values, which), part(unit.covariance, which)};
+}
+
 }  // namespace
 
-VectorPopulation vector_population(std::span<const UnitVector> units) {
+VectorPopulation vector_population(std::span<const ShownOfUnit> units) {
   require_vectors(units);
+  const std::size_t p = units.front().combinations.columns;
   VectorPopulation out;
-  double best = -std::numeric_limits<double>::infinity();
-  for (const double shrinkage : shrinkages) {
-    const auto score = predicted(units, shrinkage);
-    if (!(score.log_likelihood > best)) continue;
-    best = score.log_likelihood;
-    out.shrinkage = shrinkage, out.inflation = std::max(1.0, score.inflation);
-  }
+  const auto scores = predicted_by_shrinkage(units);
+  const auto best = std::ranges::max_element(scores, {}, &Predicted::log_likelihood);
+  out.shrinkage = shrinkages[static_cast<std::size_t>(best - scores.begin())];
+  out.inflation = std::max(1.0, best->inflation);
   out.spread = most_likely_covariance(units, out.shrinkage, 500);
-  const auto at = mean_of(units, out.spread);
-  out.mean = at.mean, out.mean_covariance = at.covariance;
+  out.expected_spread = expected_of(units, out.spread);
+  const auto at = mean_of(units, out.expected_spread);
+  out.mean = at.mean(p), out.mean_covariance = block(at.covariance, 0, p, 0, p);
+  out.shared = -1.0 * block(at.covariance, 0, p, p, at.covariance.columns - p);
   out.units = units.size();
   return out;
+}
+
+VectorPopulation vector_population(std::span<const UnitVector> units) {
+  std::vector<ShownOfUnit> shown;
+  std::vector<std::string> problems;
+  const auto p = units.empty() ? 0 : units.front().values.size();
+  for (std::size_t u = 0; u < units.size(); ++u)
+    if (units[u].values.size() == p && units[u].covariance.rows == p && units[u].covariance.columns == p)
+      shown.push_back(shown_of(units[u]));
+    else
+      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, units[u].values.size(), p));
+  try {
+    auto out = vector_population(shown);
+    if (problems.empty()) return out;
+  } catch (const Error& error) {
+    problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+  }
+  throw Error(Error::Kind::bad_data, problems);
+}
+
+PopulationGain gain_of(const Matrix& prior, const std::vector<double>& mean, const ShownOfUnit& unit,
+                       const Matrix& common) {
+  const Matrix& a = unit.combinations;
+  const Matrix both = common * transposed(a);
+  PopulationGain out;
+  out.departure = sandwich(a, prior) + unit.covariance - both - transposed(both);
+  auto factor = cholesky(out.departure);
+  for (std::size_t i = 0; i < out.departure.rows && !factor.positive; ++i) out.departure(i, i) *= 1.0 + 1e-10;
+  if (!factor.positive) factor = cholesky(out.departure);  // values that move together
+  if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
+  const auto away = scaled_sum(unit.values, -1.0, a * mean);
+  out.solved = away.empty() ? away : solve(factor, away);
+  out.distance = dot(away, out.solved);
+  out.gain = away.empty() ? Matrix(mean.size(), 0) : transposed(solve(factor, a * prior - common));
+  return out;
+}
+
+double belonging(double distance, std::size_t dimensions, double inflation, double freedom) {
+  const auto m = static_cast<double>(dimensions);
+  if (dimensions == 0) return 1.0;
+  if (inflation > 1.0) freedom = std::min(freedom, std::max(4.1, 2.0 * inflation / (inflation - 1.0)));
+  if (std::isinf(freedom)) return cdf(complement(boost::math::chi_squared(m), distance));
+  return cdf(complement(boost::math::fisher_f(m, std::max(1.0, freedom)), distance / m));
 }
 
 VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
@@ -205,32 +326,20 @@ VectorInPopulation vector_in_population(const VectorPopulation& population, cons
   if (a.columns != p || a.rows != m || unit.covariance.rows != m)
     throw Error(Error::Kind::bad_data, fmt::format("the unit has {} parameters, its population {}", a.columns, p));
   const Matrix prior = population.spread + population.mean_covariance;
-  const Matrix k = shared.rows == m ? shared : Matrix(m, p);
-  const Matrix cross = a * prior - k;  // [m x p]: of the departure with the parameters' departure from the mean
-  const Matrix both = k * transposed(a);
-  const auto factor = cholesky(a * prior * transposed(a) + unit.covariance - both - transposed(both));
-  if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
-  std::vector<double> away = scaled_sum(unit.values, -1.0, a * population.mean);
+  const Matrix common = shared.rows == m ? shared : Matrix(m, p);
+  const auto gain = gain_of(prior, population.mean, unit, common);
   VectorInPopulation out;
   out.degrees_of_freedom = static_cast<double>(population.units) - 1.0;
-  out.distance = dot(away, solve(factor, away));
-  out.values = scaled_sum(population.mean, 1.0, transposed_product(cross, solve(factor, away)));
-  out.covariance = prior - transposed_product(cross, solve(factor, cross));
-  const double dimensions = static_cast<double>(m), c = population.inflation;
-  out.belongs = m == 0    ? 1.0
-                : c > 1.0 ? cdf(complement(boost::math::fisher_f(dimensions, std::max(4.1, 2.0 * c / (c - 1.0))),
-                                           out.distance / dimensions))
-                          : cdf(complement(boost::math::chi_squared(dimensions), out.distance));
+  out.distance = gain.distance;
+  out.values = scaled_sum(population.mean, 1.0, gain.gain * scaled_sum(unit.values, -1.0, a * population.mean));
+  out.covariance = prior - gain.gain * (a * prior - common);
+  out.belongs = belonging(out.distance, m, population.inflation);
   return out;
 }
 
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared) {
-  const auto which = seen(unit);
-  return vector_in_population(population,
-                              ShownOfUnit{chosen_rows(identity(unit.values.size()), which), part(unit.values, which),
-                                          part(unit.covariance, which)},
-                              shared.rows == 0 ? shared : chosen_rows(shared, which));
+  return vector_in_population(population, shown_of(unit), shared.rows == 0 ? shared : chosen_rows(shared, seen(unit)));
 }
 
 }  // namespace tumble

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,33 +15,58 @@ struct UnitVector {
   Matrix covariance;           ///< [p x p], the private part (8.2); rows of missing parameters are not read
 };
 
+/// What a test showed of a unit of which some parameters, or only sums of some, were visible.
+struct ShownOfUnit {
+  Matrix combinations;         ///< A [m x p]: each value is the sum of the parameters with these weights
+  std::vector<double> values;  ///< [m], each in a unit of its own
+  Matrix covariance;           ///< [m x m], the private part (8.2)
+  Matrix shared = {};          ///< B [m x k]: signed shift by one sd of each error that units share; empty: none
+};
+
 /// Mean and covariance of the true values of a population.
 struct VectorPopulation {
   std::vector<double> mean;  ///< [p]
-  Matrix mean_covariance;    ///< [p x p], of the mean
-  Matrix spread;             ///< T [p x p], of the true values
+  Matrix mean_covariance;    ///< [p x p], of the mean, the errors that units share included
+  Matrix shared;             ///< [p x k]: covariance of the mean's error with each of those errors
+  Matrix spread;             ///< T [p x p], of the true values: most likely
+  Matrix expected_spread;    ///< T [p x p] with standard deviations (8.33): for the prior of a further unit
   double shrinkage = 0.0;    ///< nu [1] of (8.11); infinite: correlations are not used
   double inflation = 1.0;    ///< c [1] >= 1: how much farther units are from the others than stated (8.17)
   std::size_t units = 0;
 };
 
 /// Restricted likelihood by EM, with correlations shrunk towards zero as far as the units predict each other best.
+/// Errors that units share are unknowns beside the mean, of variance 1.
 ///
-/// Given:    units [n], n >= 5, of p parameters each.
-/// Throws:   Error::bad_data for fewer units, different numbers of parameters, a parameter that fewer than three units
-///           show, a covariance that is not positive definite.
+/// Given:    units [n], n >= 5, of p parameters each and the same number k of shared errors.
+/// Throws:   Error::bad_data for fewer units, different numbers of parameters, a parameter that fewer than five units
+///           show by itself, a covariance that is not positive semidefinite.
 /// Accuracy: with t quantiles of n - 1, intervals of new units hold in 94 to 97 % for p of 6 to 45, also with fewer
-/// units
-///           than parameters.
-/// See:      docs/equations (8.10), (8.11).
+///           units than parameters.
+/// See:      docs/equations (8.10), (8.11), (8.33).
+VectorPopulation vector_population(std::span<const ShownOfUnit> units);
 VectorPopulation vector_population(std::span<const UnitVector> units);
 
-/// What a test showed of a unit of which some parameters, or only sums of some, were visible.
-struct ShownOfUnit {
-  Matrix combinations;         ///< A [m x p]: each value is the sum of the parameters with these weights
-  std::vector<double> values;  ///< [m], each in a unit of its own
-  Matrix covariance;           ///< [m x m], the private part (8.2)
+/// How a unit's result moves it from the mean of its population: estimate = mean + gain (y_0 - A mean) (8.13).
+struct PopulationGain {
+  Matrix gain;                 ///< G [p x m]
+  Matrix departure;            ///< D [m x m], covariance of y_0 - A mean
+  double distance = 0.0;       ///< D [1], squared, of y_0 from A mean
+  std::vector<double> solved;  ///< [m], D^-1 (y_0 - A mean)
 };
+
+/// Given:    the covariance [p x p] of a unit of the population about its mean; the mean [p]; what the unit's test
+///           shows, whose covariance is the whole one; `common` [m x p], covariance of its errors with those of the
+///           mean.
+/// Throws:   Error::bad_data where D is not positive definite.
+/// See:      docs/equations (8.13).
+PopulationGain gain_of(const Matrix& prior, const std::vector<double>& mean, const ShownOfUnit& unit,
+                       const Matrix& common);
+
+/// p-value [1] of a squared distance over `dimensions` parameters, with the inflation c (8.17); `freedom` [1] where the
+/// uncertainty of the result is known with so many degrees of freedom.
+double belonging(double distance, std::size_t dimensions, double inflation,
+                 double freedom = std::numeric_limits<double>::infinity());
 
 /// A new unit by its own result and its population.
 struct VectorInPopulation {
@@ -61,7 +87,7 @@ struct VectorInPopulation {
 /// See:      docs/equations (8.13), (8.17).
 VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
                                         const Matrix& shared = {});
-/// Of a unit whose test shows each parameter by itself, or not at all (NaN).
+/// Of a unit whose test shows each of p parameters by itself, or not at all (NaN); `shared` [p x p].
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared = {});
 

@@ -102,6 +102,7 @@ extern const Method accelerometer_centrifuge{
     .trial = trial,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_centrifuge

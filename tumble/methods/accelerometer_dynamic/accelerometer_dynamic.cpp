@@ -135,6 +135,7 @@ extern const Method accelerometer_dynamic = linear_method<accelerometer::roles, 
     .options = options,
     .trial = trial,
     .compensate = compensate,
+    .takes_prior = true,
     .second_trial = second_trial,
 });
 

@@ -97,6 +97,7 @@ extern const Method accelerometer_four_position{
     .trial = trial,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_four_position

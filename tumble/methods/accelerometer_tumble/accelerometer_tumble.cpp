@@ -38,6 +38,7 @@ extern const Method accelerometer_tumble{
     .trial = trial,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_tumble

@@ -76,6 +76,7 @@ void add_hidden_terms(const Normalised& fit, Estimate& estimate) {
     if (meanings.empty() && term.name == "cross_coupling_po")
       estimate.findings.push_back({info, "products_across_not_excited", {}});
     if (meanings.empty() || shares.unexplained > 0.2) continue;
+    if (term.name == "second_order_pp") accelerometer::state_contained(shares, term, fit.scale_factor, estimate);
     estimate.findings.push_back({info,
                                  term.name == "second_order_pp" ? "hinge_hidden_at_one_g" : "term_hidden_at_one_g",
                                  {{"symbol", term.symbol}, {"meanings", meanings}}});

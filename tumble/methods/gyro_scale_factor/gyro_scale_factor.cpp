@@ -381,6 +381,7 @@ extern const Method gyro_scale_factor{
     .trial = trial_of,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial_of};
 
 }  // namespace tumble::gyro_scale_factor

@@ -109,6 +109,7 @@ extern const Method imu_channel_calibration{
     .trial = trial,
     .compensate = compensated,
     .several_instruments = true,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::imu_channel_calibration

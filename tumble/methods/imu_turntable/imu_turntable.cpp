@@ -55,6 +55,7 @@ extern const Method imu_turntable{
     .trial = trial,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::imu_turntable

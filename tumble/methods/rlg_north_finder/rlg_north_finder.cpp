@@ -158,6 +158,7 @@ extern const Method rlg_north_finder{
     .trial = trial,
     .compensate = compensate,
     .predict = predict,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::rlg_north_finder

@@ -127,6 +127,7 @@ extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, 
     .options = options,
     .trial = trial,
     .compensate = compensate,
+    .takes_prior = true,
     .second_trial = second_trial,
 });
 

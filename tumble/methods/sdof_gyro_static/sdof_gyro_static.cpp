@@ -108,6 +108,7 @@ extern const Method sdof_gyro_static = linear_method<sdof_gyro_support::roles, p
     .options = options,
     .trial = trial,
     .compensate = compensate,
+    .takes_prior = true,
     .second_trial = second_trial,
 });
 

@@ -372,6 +372,7 @@ extern const Method static_bias{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
+    .takes_prior = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::static_bias

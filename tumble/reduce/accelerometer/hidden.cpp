@@ -59,7 +59,7 @@ Shares shares_of(const Term& hidden, const linear::Solution& solution) {
   if (const double length = norm(y); length > 0.0) out.unexplained = std::sqrt(fit.residual_square) / length;
   for (std::size_t j = 0; j < unit.columns; ++j) {
     const Term& term = solution.columns[j];
-    out.of.push_back({term.name, fit.x[j] / size[j] * per_unit(hidden, term)});
+    out.of.push_back({term.name, fit.x[j] / size[j] * per_unit(hidden, term), fit.x[j] / size[j]});
   }
   return out;
 }
@@ -73,12 +73,22 @@ std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x) {
 
 std::string meanings(const Shares& shares, const Term& hidden) {
   std::vector<std::string> parts;
-  for (const auto& [name, share] : shares.of) {
+  for (const auto& [name, share, weight] : shares.of) {
     if (std::abs(share) < 0.02) continue;
     const auto term = signed_share(share, hidden.symbol);
     parts.push_back(name == "scale_factor" ? "scale_factor (1" + term + ")" : name + term);
   }
   return listed(parts);
+}
+
+void state_contained(const Shares& shares, const Term& hidden, double scale_factor, Estimate& estimate) {
+  constexpr double rounding = 1e-6;
+  if (shares.unexplained > rounding) return;
+  for (const auto& [name, share, weight] : shares.of)
+    for (auto& parameter : estimate.parameters)
+      if (parameter.name == name && std::abs(share) > rounding)
+        parameter.contains.push_back(
+            {hidden.name, Unit::parse(hidden.unit), weight * (name == "scale_factor" ? scale_factor : 1.0)});
 }
 
 void describe_dropped(Normalised& fit, const std::string& advice) {

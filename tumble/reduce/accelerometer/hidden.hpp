@@ -14,6 +14,7 @@ namespace tumble::accelerometer {
 struct Share {
   std::string name;  ///< of the coefficient
   double share = 0.0;
+  double weight = 0.0;  ///< the same [SI of the coefficient/SI of the term]
 };
 
 /// Least squares of the term on the columns over the segments.
@@ -29,6 +30,10 @@ std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x);
 /// The coefficients that absorb the term, each with its share where that is above 0.02: "bias + K_oq, scale_factor
 /// (1 + 0.34 K_oq)"; empty: there is none.
 std::string meanings(const Shares& shares, const Term& hidden);
+
+/// States in the parameters of an estimate that they contain the term, where the columns absorb it completely; the
+/// scale factor [SI] multiplies its own share.
+void state_contained(const Shares& shares, const Term& hidden, double scale_factor, Estimate& estimate);
 
 /// Replaces the engine's findings about columns that are not used, and its `stands_for`, by those of this model: a
 /// column mixed with the scale factor makes it K_1 (1 + 0.75 K_3). Given: advice, a key in [phrase].

@@ -74,8 +74,8 @@ std::string title_block(const Estimate& estimate, const std::string& title, cons
 /// Links to the sections that are there.
 std::string navigation(const std::string& sections, const Words& words) {
   std::string text = "<nav aria-label=\"" + words("sections") + "\">";
-  for (const char* id :
-       {"verdicts", "parameters", "findings", "budget", "figures", "tables", "correlation", "provenance"}) {
+  for (const char* id : {"verdicts", "parameters", "with_prior", "findings", "budget", "figures", "tables",
+                         "correlation", "provenance"}) {
     if (sections.find(fmt::format("<section id=\"{}\">", id)) == std::string::npos) continue;
     text += fmt::format("<a href=\"#{}\">{}</a> ", id, words(id));
   }
@@ -96,8 +96,8 @@ std::string to_html(const Estimate& estimate, const PageOptions& page) {
   const auto title = html::escaped(page.title.empty() ? own : page.title);
   const html::Words words{page.language};
   const auto sections = html::verdicts(estimate, words) + html::parameters(estimate, words) +
-                        html::findings(estimate, words) + html::budget(estimate, words) +
-                        html::figures(estimate, words) + html::tables(estimate, words) +
+                        html::with_prior(estimate, words) + html::findings(estimate, words) +
+                        html::budget(estimate, words) + html::figures(estimate, words) + html::tables(estimate, words) +
                         html::correlation(estimate, words) + html::provenance(estimate, words);
   return head(title, page.language) + "<body>\n" + title_block(estimate, title, page.logo, words) +
          navigation(sections, words) + "<main>\n" + sections + "</main>\n<footer>" + words.with("made_by", version) +

@@ -34,6 +34,7 @@ std::string name_and_unit(std::string_view name, const Unit& unit);
 /// The sections, empty where there is nothing to say.
 std::string verdicts(const Estimate& estimate, const Words& words);
 std::string parameters(const Estimate& estimate, const Words& words);
+std::string with_prior(const Estimate& estimate, const Words& words);
 std::string findings(const Estimate& estimate, const Words& words);
 std::string budget(const Estimate& estimate, const Words& words);
 std::string tables(const Estimate& estimate, const Words& words);

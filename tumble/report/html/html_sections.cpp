@@ -219,19 +219,20 @@ std::string plan_text(const Provenance::PlanFile& plan, const Words& words) {
 
 }  // namespace
 
-std::string verdicts(const Estimate& estimate, const Words& words) {
-  if (estimate.verdicts.empty()) return {};
+std::string verdicts(const Estimate& whole, const Words& words) {
+  if (whole.verdicts.empty()) return {};
+  const Estimate& estimate = judged(whole);
   std::string text = fmt::format(
       "<section id=\"verdicts\">\n<h2>{}</h2>\n<table>\n<thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
       words("verdicts"), words("outcome"), words("parameter"), words("limit"), words("measured_value"));
-  for (const auto& verdict : estimate.verdicts) {
+  for (const auto& verdict : whole.verdicts) {
     const auto* parameter = find_parameter(estimate, verdict.parameter);
     std::string value;
     if (parameter != nullptr) {
       const auto known = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
       value = measured(known.value, known.sd, words) + " " + unit(parameter->unit);
-    } else if (const auto upper = find_upper_limit(estimate, verdict.parameter)) {
+    } else if (const auto upper = find_upper_limit(whole, verdict.parameter)) {
       value = words.with("below", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
@@ -240,7 +241,10 @@ std::string verdicts(const Estimate& estimate, const Words& words) {
   return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }
 
-std::string parameters(const Estimate& estimate, const Words& words) {
+namespace {
+
+std::string parameter_section(const Estimate& estimate, const std::string& id, const std::string& title,
+                              const std::string& note, const Words& words) {
   if (estimate.parameters.empty()) return {};
   const bool with_freedom = std::any_of(estimate.parameters.begin(), estimate.parameters.end(),
                                         [](const auto& p) { return std::isfinite(p.degrees_of_freedom); });
@@ -250,14 +254,29 @@ std::string parameters(const Estimate& estimate, const Words& words) {
           ? fmt::format("<th scope=\"col\">{}</th><th scope=\"col\">{}</th>", words("value"), words("sd"))
           : fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"middle\">{}</th>", words("value_and_sd"));
   std::string text = fmt::format(
-      "<section id=\"parameters\">\n<h2>{}</h2>\n<div class=\"wide\"><table class=\"parameters\">\n<thead><tr>"
+      "<section id=\"{}\">\n<h2>{}</h2>\n<div class=\"wide\"><table class=\"parameters\">\n<thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th>{}<th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
-      words("parameters"), words("symbol"), words("parameter"), values, words("unit"), words("interval"));
+      id, title, words("symbol"), words("parameter"), values, words("unit"), words("interval"));
   if (with_freedom) text += "<th scope=\"col\" class=\"n\">" + words("degrees_of_freedom") + "</th>";
   text += "</tr></thead>\n<tbody>\n";
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) text += parameter_row(estimate, i, with_freedom, words);
-  text += "</tbody></table></div>\n<p class=\"note\">" + words("sd_note") + "</p>\n";
+  text += "</tbody></table></div>\n<p class=\"note\">" + note + "</p>\n";
   return text + "</section>\n";
+}
+
+}  // namespace
+
+std::string parameters(const Estimate& estimate, const Words& words) {
+  return parameter_section(estimate, "parameters", words("parameters"), words("sd_note"), words);
+}
+
+std::string with_prior(const Estimate& estimate, const Words& words) {
+  if (!estimate.prior || !estimate.prior->with_prior) return {};
+  const auto& use = *estimate.prior;
+  const auto note = words.with("prior_note", std::to_string(use.population->population->units),
+                               escaped(use.population->population->sha256.substr(0, 12))) +
+                    " " + words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior");
+  return parameter_section(*use.with_prior, "with_prior", words("with_prior"), note, words);
 }
 
 std::string findings(const Estimate& estimate, const Words& words) {

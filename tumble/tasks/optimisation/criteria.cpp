@@ -18,6 +18,10 @@ std::size_t place(const Estimate& estimate, const std::string& term) {
 
 }  // namespace
 
+const Estimate& with_prior_if_any(const Estimate& estimate) {
+  return estimate.prior && estimate.prior->with_prior ? *estimate.prior->with_prior : estimate;
+}
+
 std::vector<double> sds_of(const Estimate& estimate, const std::vector<std::string>& terms) {
   std::vector<double> out;
   for (const auto& term : terms) {

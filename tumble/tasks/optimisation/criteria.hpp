@@ -18,6 +18,9 @@ struct Criteria {
   double worst = 0.0;        ///< largest of them
 };
 
+/// With the plan's prior where it has one.
+const Estimate& with_prior_if_any(const Estimate& estimate);
+
 /// Standard uncertainty [SI] of each term; +inf where the estimate does not have it.
 std::vector<double> sds_of(const Estimate& estimate, const std::vector<std::string>& terms);
 /// Given: reference sd of each term [SI].

@@ -51,7 +51,7 @@ Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std
       table.rows.push_back(std::move(cells));
       continue;
     }
-    const auto criteria = criteria_of(*row.estimate, terms, reference);
+    const auto criteria = criteria_of(with_prior_if_any(*row.estimate), terms, reference);
     std::vector<std::string> hidden;
     for (std::size_t k = 0; k < terms.size(); ++k)
       if (std::isinf(criteria.sd[k])) hidden.push_back(terms[k]);
@@ -80,7 +80,7 @@ Table sd_table(const std::vector<ScheduleRow>& rows, const Estimate& chosen, con
     table.rows.push_back(std::move(cells));
   };
   for (const auto& row : rows)
-    if (row.estimate) add(row.name, sds_of(*row.estimate, terms));
+    if (row.estimate) add(row.name, sds_of(with_prior_if_any(*row.estimate), terms));
   add("reference", reference);
   return table;
 }
@@ -102,10 +102,12 @@ Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vecto
   std::erase_if(out.findings, [](const Finding& finding) {
     return finding.message.find(" approach' is not used") != std::string::npos;
   });
-  out.tables.clear();
+  std::erase_if(out.tables, [](const Table& table) { return table.name != "prior"; });
   out.curves.clear();
+  auto prior = std::move(out.tables);
   out.tables = {criteria_table(rows, terms, reference), sd_table(rows, out, terms, reference),
                 schedule_table(chosen.schedule)};
+  for (auto& table : prior) out.tables.push_back(std::move(table));
   return out;
 }
 
