@@ -42,9 +42,13 @@ Step step_between(const RecordPiece& before, const RecordPiece& next, std::size_
 
 Clock clock_of(const std::vector<RecordPiece>& pieces) {
   if (std::ranges::all_of(pieces, [](const RecordPiece& one) { return one.clock_start != 0; })) return Clock::dates;
-  for (std::size_t i = 1; i < pieces.size(); ++i)
-    if (pieces[i].channels.front().begin <= pieces[i - 1].channels.front().begin) return Clock::none;
-  return Clock::stamps;
+  double longest = 0.0, farthest = 0.0;
+  for (const RecordPiece& piece : pieces) {
+    const ChannelExtent &first = pieces.front().channels.front(), &here = piece.channels.front();
+    longest = std::max(longest, here.end - here.begin);
+    farthest = std::max(farthest, std::abs(here.begin - first.begin));
+  }
+  return farthest <= 0.01 * longest ? Clock::none : Clock::stamps;
 }
 
 /// What of a file does not fit to the first.
