@@ -1,7 +1,9 @@
 #include "archive_views.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/text_table.hpp"
@@ -177,25 +179,65 @@ std::string record_json(const UnitRecord& record) {
   return written(json);
 }
 
-std::string due_text(const std::vector<DueCalibration>& due, const std::string& today, std::size_t width) {
-  TextColumn day = left("due"), equipment = left("equipment"), certificate = left("certificate"), note = left("");
-  for (const auto& one : due) {
-    day.cells.push_back(one.due);
-    equipment.cells.push_back(one.equipment);
-    certificate.cells.push_back(one.certificate);
-    note.cells.emplace_back(one.due < today ? "has ended" : "");
-  }
-  return due.empty() ? "no calibration ends by then\n" : text_table({day, equipment, certificate, note}, width);
+std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
+                     const std::string& today, std::size_t width) {
+  TextColumn day = left("due"), what = left("what"), certificate = left("last certificate or result"), note = left("");
+  const auto add = [&](const std::string& when, const std::string& name, const std::string& last) {
+    day.cells.push_back(when);
+    what.cells.push_back(name);
+    certificate.cells.push_back(last);
+    note.cells.emplace_back(when < today ? "has ended" : "");
+  };
+  for (const auto& one : due) add(one.due, one.equipment, one.certificate);
+  for (const auto& one : units) add(one.due, one.unit.model + "/" + one.unit.serial, one.last);
+  return day.cells.empty() ? "nothing is due by then\n" : text_table({day, what, certificate, note}, width);
 }
 
-std::string due_json(const std::vector<DueCalibration>& due) {
-  Json all = Json::array();
+std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
+  Json all{{"equipment", Json::array()}, {"units", Json::array()}};
   for (const auto& one : due)
-    all.push_back({{"due", one.due},
-                   {"equipment", one.equipment},
-                   {"certificate", one.certificate},
-                   {"laboratory", one.laboratory}});
+    all["equipment"].push_back({{"due", one.due},
+                                {"equipment", one.equipment},
+                                {"certificate", one.certificate},
+                                {"laboratory", one.laboratory}});
+  for (const auto& one : units)
+    all["units"].push_back(
+        {{"due", one.due}, {"model", one.unit.model}, {"serial", one.unit.serial}, {"last_result", one.last}});
   return written(all);
+}
+
+std::string check_json(const ArchiveCheck& check) {
+  return written({{"chains", check.chains},
+                  {"events", check.events},
+                  {"results", check.results},
+                  {"files", check.files},
+                  {"problems", check.problems},
+                  {"heads", check.heads}});
+}
+
+std::string recomputation_text(const Recomputation& again) {
+  if (again.same_bytes) return fmt::format("the same to the last byte: {}\n", again.archived_sha256);
+  if (again.same)
+    return fmt::format("the same, except for the folders of its files: {}\n", again.archived_sha256);
+  std::string text = fmt::format("archived {}, by version {}\nnow      {}, by version {}\n", again.archived_sha256,
+                                 again.archived_program, again.new_sha256, again.new_program);
+  if (again.differing.empty()) return text + "only the version differs; all values are the same\n";
+  text += fmt::format("these parts differ: {}\n", fmt::join(again.differing, ", "));
+  if (!again.parameter.empty())
+    text += fmt::format("values: most {}, by {:.2g} of its standard uncertainty\n", again.parameter, again.difference);
+  return text +
+         "a result does not depend on the number of threads: another version, compiler or processor explains it\n";
+}
+
+std::string recomputation_json(const Recomputation& again) {
+  Json json{{"same", again.same},
+            {"same_bytes", again.same_bytes},
+            {"archived", {{"sha256", again.archived_sha256}, {"tumble", again.archived_program}}},
+            {"now", {{"sha256", again.new_sha256}, {"tumble", again.new_program}}},
+            {"differing", again.differing},
+            {"parameter", again.parameter}};
+  json["difference"] = std::isfinite(again.difference) ? Json(again.difference) : Json(nullptr);
+  return written(json);
 }
 
 std::string check_text(const ArchiveCheck& check) {

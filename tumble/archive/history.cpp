@@ -92,6 +92,27 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
 
 constexpr std::size_t fewest_digits = 6;
 
+void require_digits(const std::string& digits) {
+  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (digits.size() < fewest_digits || !hex)
+    throw Error(
+        Error::Kind::bad_input,
+        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
+                    "history` shows them",
+                    digits, fewest_digits));
+}
+
+/// The SHA-256 that begins so, in this table. Throws Error::bad_input for several.
+std::vector<std::string> beginning_with(database::Database& database, const std::string& table,
+                                        const std::string& digits) {
+  std::vector<std::string> found;
+  database.visit("SELECT sha256 FROM " + table + " WHERE sha256 >= ? AND sha256 < ? ORDER BY sha256 LIMIT 2",
+                 {digits, digits + "g"}, [&](const Row& row) { found.push_back(text(row, 0)); });
+  if (found.size() > 1)
+    throw Error(Error::Kind::bad_input, fmt::format("several {} begin with '{}': give more digits", table, digits));
+  return found;
+}
+
 }  // namespace
 
 std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::string& model) {
@@ -147,20 +168,11 @@ UnitRecord unit_record(const Archive& archive, const UnitName& unit) {
 }
 
 std::string find_result(const Archive& archive, const std::string& digits) {
-  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
-  if (digits.size() < fewest_digits || !hex)
-    throw Error(
-        Error::Kind::bad_input,
-        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
-                    "history` shows them",
-                    digits, fewest_digits));
+  require_digits(digits);
   return schema::guarded(archive.address(), [&] {
-    const auto rows = database_of(archive).ask(
-        "SELECT sha256 FROM results WHERE sha256 >= ? AND sha256 < ? ORDER BY sha256 LIMIT 2", {digits, digits + "g"});
-    if (rows.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
-    if (rows.size() > 1)
-      throw Error(Error::Kind::bad_input, fmt::format("several results begin with '{}': give more digits", digits));
-    return text(rows[0], 0);
+    const auto found = beginning_with(database_of(archive), "results", digits);
+    if (found.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
+    return found.front();
   });
 }
 
@@ -176,6 +188,35 @@ std::string result_text(const Archive& archive, const std::string& sha256) {
   });
 }
 
+std::optional<StoredFile> find_file(const Archive& archive, const std::string& digits) {
+  require_digits(digits);
+  return schema::guarded(archive.address(), [&]() -> std::optional<StoredFile> {
+    auto& database = database_of(archive);
+    if (const auto found = beginning_with(database, "files", digits); !found.empty())
+      return StoredFile{found.front(),
+                        text(database.ask("SELECT name FROM files WHERE sha256 = ?", {found.front()})[0], 0)};
+    const auto found = beginning_with(database, "certificates", digits);
+    if (found.empty()) return std::nullopt;
+    const auto row = database.ask("SELECT number, format FROM certificates WHERE sha256 = ?", {found.front()})[0];
+    return StoredFile{found.front(), text(row, 0) + (text(row, 1) == "dcc" ? ".xml" : ".html")};
+  });
+}
+
+void write_stored(const Archive& archive, const std::string& sha256, const std::string& path) {
+  schema::guarded(archive.address(), [&] { storage::unpack_to(schema::opened(archive).files(), sha256, path); });
+}
+
+std::vector<ArchivedInput> inputs_of_result(const Archive& archive, const std::string& sha256) {
+  return schema::guarded(archive.address(), [&] {
+    std::vector<ArchivedInput> inputs;
+    for (const Row& row : database_of(archive).ask(
+             "SELECT role, sha256, name FROM inputs WHERE result = ? ORDER BY place", {schema::number_of(sha256)}))
+      inputs.push_back(
+          {text(row, 0), text(row, 1), text(row, 2), storage::is_kept(schema::opened(archive).files(), text(row, 1))});
+    return inputs;
+  });
+}
+
 std::vector<DueCalibration> due_calibrations(const Archive& archive, const std::string& until) {
   return schema::guarded(archive.address(), [&] {
     std::map<std::string, DueCalibration> last;
@@ -185,9 +226,13 @@ std::vector<DueCalibration> due_calibrations(const Archive& archive, const std::
                                  if (text(row, 3) > one.due)
                                    one = {text(row, 0), text(row, 1), text(row, 2), text(row, 3)};
                                });
+    std::map<std::string, std::string> service;
+    database_of(archive).visit(
+        "SELECT chain, action FROM events WHERE action = 'retired' OR action = 'returned' ORDER BY chain, seq", {},
+        [&](const Row& row) { service[text(row, 0)] = text(row, 1); });
     std::vector<DueCalibration> due;
     for (const auto& [equipment, one] : last)
-      if (one.due <= until) due.push_back(one);
+      if (one.due <= until && service[schema::chain_of_equipment(equipment)] != "retired") due.push_back(one);
     std::ranges::stable_sort(due, {}, &DueCalibration::due);
     return due;
   });

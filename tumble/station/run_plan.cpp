@@ -65,6 +65,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
+  if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
   if (!run.accept_expired.empty())
     recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
   const RunEnd end =
