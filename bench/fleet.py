@@ -287,7 +287,7 @@ from tumble import fleet
 what, source, out, target, workers = sys.argv[1:6]
 begin = time.monotonic()
 if what == "one":
-    result = tumble.identify("allan_noise", source, memory_limit=1e8)
+    result = tumble.identify("allan_noise", source, memory_limit=1e6)
 else:
     result = fleet.record("allan_noise", source, out, workers=int(workers))
 result.save(target)
@@ -352,7 +352,7 @@ def record(data, work, samples, files=100, rate=1000.0):
     shutil.rmtree(folder)
     print(f"""## One record in many files
 
-{samples:.0e} samples at {rate:.0f} Hz in {files} files ({8e-9 * samples:.0f} GB), `fleet.record` with 2 workers, and `identify` of the same samples in one file. Load
+{samples:.0e} samples at {rate:.0f} Hz in {files} files ({8e-9 * samples:.0f} GB), `fleet.record` with 2 workers, and `identify` of the same samples in one file, block after block. Load
 {os.getloadavg()[0]:.1f}.
 
 | | wall [s] | processor [s] | peak memory of a process [MB] |

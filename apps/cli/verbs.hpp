@@ -52,6 +52,7 @@ Verb convert_verb();
 Verb record_verb();
 Verb seal_verb();
 Verb archive_verb();
+Verb fleet_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;

@@ -2,7 +2,7 @@
 
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
-#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <nlohmann/json.hpp>
@@ -15,16 +15,18 @@
 namespace tumble::python {
 namespace {
 
+/// JSON, name for messages, model and serial number in place of what it says, where not empty.
+using GivenResult = std::tuple<std::string, std::string, std::string, std::string>;
+
 /// How many of what was given were new, by kind.
-std::map<std::string, std::size_t> put(Archive& archive,
-                                       const std::vector<std::pair<std::string, std::string>>& results,
+std::map<std::string, std::size_t> put(Archive& archive, const std::vector<GivenResult>& results,
                                        const std::vector<std::string>& files, const std::string& model,
                                        const std::string& serial, const std::string& who, const std::string& when) {
   Deposit deposit;
-  const UnitName unit{model, serial};
-  for (const auto& [json, name] : results) deposit.results.push_back({.json = json, .file = name, .unit = unit});
+  for (const auto& [json, name, of_model, number] : results)
+    deposit.results.push_back({.json = json, .file = name, .unit = {of_model, number}});
   for (const auto& path : files)
-    deposit.files.push_back({.path = path, .name = path.substr(path.rfind('/') + 1), .unit = unit});
+    deposit.files.push_back({.path = path, .name = path.substr(path.rfind('/') + 1), .unit = {model, serial}});
   const Deposited done = put_in(archive, deposit, {.who = who, .when = when, .why = {}});
   return {{"results", done.results}, {"files", done.files}, {"known", done.known}};
 }
@@ -55,6 +57,12 @@ void bind_archive(nb::module_& module) {
             return result_text(archive, find_result(archive, digits));
           },
           "digits"_a, unlocked)
+      .def(
+          "write_stored",
+          [](const Archive& archive, const std::string& sha256, const std::string& path) {
+            write_stored(archive, sha256, path);
+          },
+          "sha256"_a, "path"_a, unlocked)
       .def("put", &put, "results"_a, "files"_a, "model"_a, "serial"_a, "who"_a, "when"_a, unlocked);
   module.def(
       "make_archive",

@@ -24,6 +24,7 @@ void bind_stability(nb::module_& module);
 void bind_figures(nb::module_& module);
 void bind_archive(nb::module_& module);
 void bind_fleet(nb::module_& module);
+void bind_fleet_summary(nb::module_& module);
 void bind_compat_allantools(nb::module_& module);
 void bind_compat_imucal(nb::module_& module);
 

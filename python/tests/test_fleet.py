@@ -376,3 +376,90 @@ def test_the_command_line_runs_and_shows(units, tmp_path):
         check=False,
     )
     assert done.returncode == 2 and done.stderr.startswith("error: argument recordings:")
+
+
+@pytest.mark.filterwarnings("ignore::tumble.TumbleWarning")
+def test_recordings_of_an_archive(tree, tmp_path):
+    from tumble import archive
+
+    plan = tree / "plans/static_bias.toml"
+    with archive.make(tmp_path / "lab.db", by="Li Wei") as lab:
+        for seed in (1, 2):
+            recording = tmp_path / f"test {seed}.h5"
+            tumble.simulate(plan, seed=seed).save(recording)
+            lab.ingest(tumble.identify(plan, recording), recording, by="Li Wei")
+        recordings = lab.recordings()
+        assert len(recordings) == 2
+        made = fleet.run(plan, recordings, tmp_path / "fleet", workers=2)
+    assert made.status().ok == 2, made.errors()
+    assert set(made.table()["serial"].to_pylist()) == {recordings[0].serial}
+    again = fleet.run(plan, recordings, tmp_path / "fleet", executor="serial")
+    assert len(computed(tmp_path / "fleet")) == 2 and again.status().ok == 2
+
+
+@pytest.fixture(scope="module")
+def production(tmp_path_factory) -> fleet.Fleet:
+    """Thirty gyros whose random walks differ by 5 %; the last one does not belong to them."""
+    import numpy as np
+
+    folder = tmp_path_factory.mktemp("production")
+    spread = np.random.default_rng(0).normal(1.0, 0.05, 30)
+    spread[-1] = 2.0
+    for number, factor in enumerate(spread):
+        rate = np.random.default_rng(100 + number).normal(0.0, 0.02 * factor, 20_000)
+        tumble.from_arrays({"gyro.x": (rate, "deg/s")}, rate=100).save(folder / f"SN{number:03}.h5")
+    shutil.copy(folder / "SN000.h5", folder / "SN900.h5")
+    return fleet.run("allan_noise", folder, tmp_path_factory.mktemp("fleet") / "out", executor="serial")
+
+
+NAME = "gyro.x.angle_random_walk"
+
+
+def test_the_summary_says_what_the_units_have_in_common(production, tmp_path):
+    limits = {NAME: (None, "0.135 deg/sqrt(h)")}
+    found = production.summary(limits=limits)
+    mean, spread = found.parameters[f"{NAME}_mean"], found.parameters[f"{NAME}_unit_sd"]
+    # 29 units of mean 0.12 and sd 0.006 deg/sqrt(h): known to 0.006/sqrt(29), and 13 %
+    assert abs(mean.value - 0.12) < 4 * mean.sd + 0.01
+    outliers = found.tables[f"{NAME} outliers"]
+    assert [row[0] for row in outliers.rows] == ["allan_noise/SN029"]
+    assert spread.value > 0.003
+    risk = found.tables[f"{NAME} risk"]
+    rules = {row[0]: row for row in risk.rows}
+    assert set(rules) == {"simple", "guarded", "fleet, 0.5 %"}
+    # A guard band takes from the consumer's risk and gives to the producer's; that of the fleet keeps its target.
+    assert rules["guarded"][3] < rules["simple"][3] and rules["guarded"][4] > rules["simple"][4]
+    assert rules["fleet, 0.5 %"][3] <= 0.5 * (1 + 1e-6)
+    assert found.parameters[f"{NAME}_capability"].value > 0
+    codes = [one.code for one in found.findings]
+    assert "same_recording_of_units" in codes
+    assert f"{NAME}, distribution" in {curve.figure for curve in found.curves}
+    production.report(tmp_path / "fleet.html", parameters=[NAME], limits=limits)
+    page = (tmp_path / "fleet.html").read_text()
+    assert "SN029" in page and "<svg" in page
+
+
+def test_the_program_gives_the_same_summary(production, command):
+    said = command("fleet", "summary", production.folder, "--json", "--max", f"{NAME}=0.135 deg/sqrt(h)")
+    assert json.loads(said) == production.summary(limits={NAME: (None, "0.135 deg/sqrt(h)")}).document
+
+
+def test_wrong_summaries_say_what_is_wrong(production, units, tmp_path):
+    with pytest.raises(tumble.UsageError, match="did you mean"):
+        production.summary(["gyro.x.angle_random_wok"])
+    with pytest.raises(tumble.UsageError):
+        production.summary(limits={NAME: ("1 mg", None)})
+    with pytest.raises(tumble.UsageError, match="is not below"):
+        production.summary(limits={NAME: ("2 deg/sqrt(h)", "1 deg/sqrt(h)")})
+    two = fleet.run("allan_noise", sorted(units.iterdir())[:2], tmp_path / "two", executor="serial")
+    with pytest.raises(tumble.DataError, match="3 units"):
+        two.summary()
+
+
+def test_results_go_into_an_archive(production, tmp_path):
+    from tumble import archive
+
+    address = str(tmp_path / "lab.db")
+    archive.make(address, by="Li Wei").close()
+    assert production.to_archive(address, by="Li Wei") == {"results": 30, "known": 0}
+    assert production.to_archive(address, by="Li Wei") == {"results": 0, "known": 30}

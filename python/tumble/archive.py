@@ -15,7 +15,7 @@ import datetime
 import getpass
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, NamedTuple
 
@@ -24,7 +24,7 @@ from tumble._errors import FileError, UsageError, wrong_type
 from tumble._result import Result, _from_text
 from tumble._text import path_text, whole_text
 
-__all__ = ["Archive", "ArchivedUnit", "make", "open"]
+__all__ = ["Archive", "ArchivedRecording", "ArchivedUnit", "make", "open"]
 
 
 class ArchivedUnit(NamedTuple):
@@ -35,6 +35,17 @@ class ArchivedUnit(NamedTuple):
     results: int
     first: str
     last: str
+
+
+class ArchivedRecording(NamedTuple):
+    """A recording that the archive keeps, of which unit it is, and where it is kept."""
+
+    model: str
+    serial: str
+    name: str
+    sha256: str
+    size: int
+    address: str
 
 
 class Archive:
@@ -55,6 +66,21 @@ class Archive:
     def list(self, model: str = "") -> tuple[ArchivedUnit, ...]:
         """The name that `tumble archive list` has for units()."""
         return self.units(model)
+
+    def recordings(self, model: str = "") -> tuple[ArchivedRecording, ...]:
+        """The recordings that the archive keeps, for tumble.fleet.run. Given: model, of its units; empty: of all."""
+        core = self._opened()
+        found = []
+        for unit in self.units(model):
+            for file in self.history(f"{unit.model}/{unit.serial}")["files"]:
+                if file["role"] == "recording":
+                    said = (file["name"], file["sha256"], file["bytes"], core.address)
+                    found.append(ArchivedRecording(unit.model, unit.serial, *said))
+        return tuple(found)
+
+    def save(self, sha256: str, path: str | os.PathLike[str]) -> None:
+        """Writes a file that the archive keeps, with its bytes. Raises FileError where these have changed."""
+        self._opened().write_stored(whole_text(sha256, "sha256"), path_text(path, "path"))
 
     def history(self, unit: str) -> dict[str, Any]:
         """Everything about one unit: results, runs, files, certificates and events, as `history --json` prints it.
@@ -92,22 +118,16 @@ class Archive:
                     files.append(path)
             else:
                 raise wrong_type("what", one, "accepted are Results and paths of files")
-        return self._ingest_texts(texts, files, unit=unit, by=by)
-
-    def _ingest_texts(
-        self,
-        texts: Iterable[tuple[str, str]],
-        files: Iterable[str] = (),
-        *,
-        unit: str | None = None,
-        by: str | None = None,
-    ) -> dict[str, int]:
         model, slash, serial = (unit or "/").partition("/")
         if not slash:
             raise UsageError(f"argument unit: {unit!r} was given; accepted is MODEL/SERIAL")
         who = whole_text(by or getpass.getuser(), "by")
-        done = self._opened().put(list(texts), list(files), model, serial, who, _now())
-        return dict(done)
+        results = [(*text, model, serial) for text in texts]
+        return dict(self._opened().put(results, files, model, serial, who, _now()))
+
+    def _ingest_results(self, results: Sequence[tuple[str, str, str, str]], by: str) -> dict[str, int]:
+        """Puts results in: JSON, name for messages, model, serial number."""
+        return dict(self._opened().put(list(results), [], "", "", whole_text(by, "by"), _now()))
 
     def close(self) -> None:
         """Closes it."""

@@ -64,12 +64,12 @@ class _Line:
     """Progress in one line of the terminal, with the time that remains."""
 
     def __init__(self) -> None:
-        self._begin, self._first = time.monotonic(), None
+        self._first: tuple[float, float] | None = None
 
     def __call__(self, done: float, what: str) -> None:
         now = time.monotonic()
         if self._first is None:
-            self._first: tuple[float, float] | None = (now, done)
+            self._first = (now, done)
         begun, before = self._first
         left = (now - begun) * (1.0 - done) / (done - before) if done > before else 0.0
         text = f"{what}" + (f", {left:.0f} s left" if left > 0.0 else "")

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Protocol
 
 from tumble._errors import TumbleError, UsageError, wrong_type
@@ -175,35 +175,39 @@ class Dask:
 
     name, knows_the_culprit = "dask", False
 
+    PATIENCE = 60.0  # [s] for a result that a worker has; longer: the worker died with it
+
     def __init__(self, client: Any, own: Any = None) -> None:
         self._client, self._own = client, own
         self.slots = max(1, sum(client.ncores().values()))
+        self._fetching = ThreadPoolExecutor(4)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Sends the call to the scheduler."""
         future: Future[Any] = Future()
         remote = self._client.submit(function, *arguments, pure=False)
-
-        def done(one: Any) -> None:
-            if one.status == "finished":
-                try:
-                    future.set_result(one.result())
-                except BaseException as error:
-                    future.set_exception(error)
-            elif one.status == "error":
-                error = one.exception()
-                if type(error).__name__ == "KilledWorker":
-                    error = WorkerDiedError("workers that had this task ended")
-                future.set_exception(error)
-            else:
-                future.set_exception(ConnectionError("the scheduler was lost"))
-            one.release()
-
-        remote.add_done_callback(done)
+        remote.add_done_callback(lambda one: self._fetching.submit(self._settle, one, future))
         return future
+
+    def _settle(self, remote: Any, future: Future[Any]) -> None:
+        """Gives the future what the remote one has. What is lost with a worker is as if the worker died at the task."""
+        try:
+            if remote.status == "error":
+                raised = remote.exception(timeout=self.PATIENCE)
+                died = type(raised).__name__ == "KilledWorker"
+                future.set_exception(WorkerDiedError("workers that had this task ended") if died else raised)
+            elif remote.status in ("lost", "cancelled"):
+                future.set_exception(WorkerDiedError("the worker that had the result ended"))
+            else:
+                future.set_result(remote.result(timeout=self.PATIENCE))
+        except BaseException as error:  # a worker or the scheduler is not there any more
+            future.set_exception(WorkerDiedError(f"the result was lost: {type(error).__name__}: {error}"))
+        finally:
+            remote.release()
 
     def close(self) -> None:
         """Closes the cluster that was made for this run."""
+        self._fetching.shutdown(wait=False, cancel_futures=True)
         if self._own is not None:
             self._client.close()
             self._own.close()

@@ -7,7 +7,7 @@ import getpass
 import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from tumble import _tumble
 from tumble._errors import UsageError, wrong_type
@@ -15,9 +15,6 @@ from tumble._result import Result, _from_text
 from tumble._text import need, path_text, sets_of, words_of
 from tumble.fleet._store import DOCUMENT, Store, name_of_key
 from tumble.fleet._tables import arrow_table, read_parts, write_parts
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 BATCH = 100  # results in a transaction of an archive
 
@@ -68,7 +65,8 @@ class Fleet:
     def _rows(self) -> list[dict[str, Any]]:
         """One row a recording, in order of their names."""
         rows = {row["key"]: row for row in read_parts(self._store, self._document["tumble"])}
-        made, by_bytes = [], {}
+        made: list[dict[str, Any]] = []
+        by_bytes: dict[str, list[tuple[str, dict[str, Any]]]] = {}
         entries = sorted(self._entries().items(), key=lambda one: (one[1][0], one[0]))
         for recording, (run, entry) in entries:
             row = rows.get(entry.get("key"))
@@ -88,16 +86,16 @@ class Fleet:
                     row["status"], row["error"] = "duplicate", f"the same bytes as {first['recording']}"
         return sorted(made, key=lambda row: str(row["recording"]))
 
-    def table(self) -> pa.Table:
-        """One row a recording, in the order of their names, with each parameter and its sd (`NAME_sd`).
+    def table(self) -> Any:
+        """A pyarrow Table: a row for each recording, by name, with each parameter and its sd (`NAME_sd`).
 
         It depends on recordings, plan and version alone: time, host and process stand in log(). A parameter's unit is
         in the metadata of its field. `status` is ok, error or duplicate.
         """
         return arrow_table(self._rows(), self._document)
 
-    def log(self) -> pa.Table:
-        """What was done, in the order of the times: recording, seconds, host, process, what was repeated."""
+    def log(self) -> Any:
+        """A pyarrow Table: what was done when and where, how long it took, what was repeated."""
         pa = need("pyarrow", "fleet")
         lines = []
         for name in self._store.names("log", suffix=".jsonl"):
@@ -127,8 +125,8 @@ class Fleet:
             one for one in self._store.names("rows", suffix=".json") if one.split("/")[0] != self._document["tumble"]
         ]
         pending = self._pending()
-        counts = (states.count(state) for state in ("ok", "error", "duplicate"))
-        return Status(len(states) + pending, *counts, pending, len(others))
+        ok, errors, duplicates = (states.count(state) for state in ("ok", "error", "duplicate"))
+        return Status(len(states) + pending, ok, errors, duplicates, pending, len(others))
 
     def _pending(self) -> int:
         """What the last run has not come to."""
@@ -189,11 +187,19 @@ class Fleet:
         from tumble import archive
 
         total = {"results": 0, "known": 0}
-        keys = [row["key"] for row in self._rows() if row["status"] == "ok"]
+        rows = [row for row in self._rows() if row["status"] == "ok"]
         with archive.open(address) as target:
-            for first in range(0, len(keys), BATCH):
-                texts = [(self._text(key), f"{key}.json") for key in keys[first : first + BATCH]]
-                done = target._ingest_texts(texts, by=by or getpass.getuser())
+            for first in range(0, len(rows), BATCH):
+                results = [
+                    (
+                        self._text(row["key"]),
+                        f"{row['key']}.json",
+                        row["model"] or self._document["method"],
+                        row["serial"],
+                    )
+                    for row in rows[first : first + BATCH]
+                ]
+                done = target._ingest_results(results, by or getpass.getuser())
                 for name in total:
                     total[name] += done[name]
         return total

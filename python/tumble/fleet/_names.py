@@ -10,12 +10,14 @@ from typing import Any
 
 from tumble._errors import UsageError, wrong_type
 from tumble._text import path_text
+from tumble.archive import ArchivedRecording
 from tumble.fleet._store import filesystem_of, is_local
-from tumble.fleet._task import Task
+from tumble.fleet._task import Task, name_in_archive
 
 GLOB = re.compile(r"[*?\[]")
 ACCEPTED = (
-    "accepted are a path, a pattern such as 'data/*.h5', a folder, a list of these, and a dict from serial to path"
+    "accepted are a path, a pattern such as 'data/*.h5', a folder, a list of these, a dict from serial to path, and "
+    "recordings of an archive"
 )
 
 
@@ -26,7 +28,11 @@ def tasks_of(recordings: Any, serial: str | None) -> list[Task]:
                       first group, or whole match, finds it in the name
     Raises    UsageError for no recording, a name twice, a pattern that finds nothing, a name without serial number
     """
-    if isinstance(recordings, Mapping):
+    if isinstance(recordings, ArchivedRecording):
+        recordings = [recordings]
+    if isinstance(recordings, (list, tuple)) and any(isinstance(one, ArchivedRecording) for one in recordings):
+        tasks = [Task(name_in_archive(one), one.serial) for one in recordings]
+    elif isinstance(recordings, Mapping):
         tasks = [Task(path_text(path, "recordings"), str(name)) for name, path in recordings.items()]
     else:
         pattern = _pattern(serial)

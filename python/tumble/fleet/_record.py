@@ -113,12 +113,13 @@ class _Work:
         keys: list[str] = [""] * len(tasks)
         failed = [0] * len(tasks)
         problems: list[tuple[int, TumbleError]] = []
-        waiting, in_flight = deque(range(len(tasks))), {}
+        waiting = deque(range(len(tasks)))
+        in_flight: dict[Future[str], int] = {}
         done_count = 0
         while waiting or in_flight:
             while waiting and len(in_flight) < QUEUE * self.engine.slots:
                 number = waiting.popleft()
-                future: Future[str] = self.engine.submit(function, self.job, *tasks[number])
+                future = self.engine.submit(function, self.job, *tasks[number])
                 in_flight[future] = number
             for future in wait(in_flight, return_when=FIRST_COMPLETED)[0]:
                 number = in_flight.pop(future)

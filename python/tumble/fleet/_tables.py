@@ -9,21 +9,18 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tumble._text import need
 from tumble.fleet._store import Store, name_of_key
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 TEXTS = ("recording", "serial", "model", "method", "status", "error", "verdict", "begun", "ended")
 LAST = ("sha256", "plan_sha256", "tumble", "key")
 NO_MONTH = "unknown"
 
 
-def arrow_table(rows: list[dict[str, Any]], document: dict[str, Any]) -> pa.Table:
-    """The table of rows. Parameters of one name in different units are in the unit of the first; SI decides."""
+def arrow_table(rows: list[dict[str, Any]], document: dict[str, Any]) -> Any:
+    """The pyarrow Table of rows. Parameters of one name in different units are in the unit of the first; SI decides."""
     pa = need("pyarrow", "fleet")
     units: dict[str, str] = {}
     for row in rows:

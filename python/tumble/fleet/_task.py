@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from tumble import _tumble
+from tumble import _tumble, archive
 from tumble._errors import DataError, FileError, TumbleError, TumbleWarning
 from tumble._plan import Plan, plan_of
+from tumble.archive import ArchivedRecording
 from tumble.fleet._store import FORMAT, Store, filesystem_of, is_local, name_of_key
 
 MEMORY = 2_000_000_000  # [bytes] as tumble.identify
@@ -51,8 +52,20 @@ class Stamp(NamedTuple):
     changed: str
 
 
+ARCHIVE = "archive::"
+
+
+def name_in_archive(recording: ArchivedRecording) -> str:
+    """How a recording of an archive is called: it says where it is."""
+    address = recording.address if "://" in recording.address else os.path.abspath(recording.address)
+    return f"{ARCHIVE}{address}::{recording.sha256}::{recording.size}::{recording.name}"
+
+
 def stamp_of(recording: str) -> Stamp:
     """Raises FileError where there is no such recording."""
+    if recording.startswith(ARCHIVE):
+        _, sha256, size, _ = recording[len(ARCHIVE) :].rsplit("::", 3)
+        return Stamp(int(size), sha256)
     fs, path = filesystem_of(recording)
     try:
         if is_local(fs):
@@ -71,6 +84,13 @@ def stamp_of(recording: str) -> Stamp:
 @contextlib.contextmanager
 def local_copy(recording: str) -> Iterator[str]:
     """The path of a recording on this machine: its own, or that of a copy, which is removed."""
+    if recording.startswith(ARCHIVE):
+        address, sha256, _, name = recording[len(ARCHIVE) :].rsplit("::", 3)
+        with tempfile.TemporaryDirectory(prefix="tumble-fleet-") as folder, archive.open(address) as lab:
+            copy = os.path.join(folder, os.path.basename(name))
+            lab.save(sha256, copy)
+            yield copy
+        return
     fs, path = filesystem_of(recording)
     if is_local(fs):
         yield path
