@@ -127,8 +127,9 @@ def begun(out):
 
 
 def children(process):
-    text = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text()
-    return [int(word) for word in text.split()]
+    """The workers: each was started by a thread of its own."""
+    texts = [path.read_text() for path in pathlib.Path(f"/proc/{process}/task").glob("*/children")]
+    return [int(word) for text in texts for word in text.split()]
 
 
 def kills(data, work, worker_kills=20, driver_kills=5):

@@ -175,7 +175,7 @@ class Dask:
 
     name, knows_the_culprit = "dask", False
 
-    PATIENCE = 60.0  # [s] for a result that a worker has; longer: the worker died with it
+    PATIENCE = 10.0  # [s] for a result that a worker has; longer: the worker died with it
 
     def __init__(self, client: Any, own: Any = None) -> None:
         self._client, self._own = client, own

@@ -141,7 +141,7 @@ class _Driver:
         waiting = deque(task for task in tasks if not self._is_done(task))
         forget(self._store, self._job.version, self._forgotten)
         self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
-        stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%SZ")
+        stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%S.%fZ")
         self._log = Log(self._store, "log", f"run-{stamp}-{os.getpid()}-{uuid.uuid4().hex[:6]}.jsonl")
         self._begin = time.monotonic()
         self._say({"run": "begins", "tumble": self._job.version, "recordings": len(tasks), "to_do": len(waiting)})
