@@ -43,7 +43,7 @@ std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
   return {
       {"ACTION", &arguments.action, fmt::format("one of {}", fmt::join(action_names(), ", ")), true},
       {"WHAT", &arguments.what,
-       "ingest: files and folders of runs; show: RESULT or FILE; history, export: SERIAL or MODEL/SERIAL; chart, "
+       "ingest: files and folders of runs; show: RESULT, FILE or RUN; history, export: SERIAL or MODEL/SERIAL; chart, "
        "summary: PARAMETER; recompute, withdraw: RESULT; note: unit, instrument or model; import: FILE"},
       archive_argument(arguments.archive),
       by_argument(arguments.archive),

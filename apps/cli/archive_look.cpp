@@ -104,7 +104,7 @@ int archive_list(const ArchiveArguments& arguments, const Terminal& terminal) {
 }
 
 int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
-  const std::string& digits = only_word(arguments, "RESULT|FILE");
+  const std::string& digits = only_word(arguments, "RESULT|FILE|RUN");
   const Archive archive = open_archive(arguments.archive);
   if (const auto file = find_file(archive, digits)) {
     if (arguments.output.empty())
@@ -112,6 +112,10 @@ int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
                   fmt::format("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
     write_stored(archive, file->sha256, arguments.output);
     note(terminal, fmt::format("wrote {}: {}", arguments.output, file->name));
+    return 0;
+  }
+  if (const auto run = find_run(archive, digits)) {
+    print(arguments.json ? run_json(*run) : run_text(*run, terminal.width));
     return 0;
   }
   const std::string sha256 = find_result(archive, digits), text = result_text(archive, sha256);

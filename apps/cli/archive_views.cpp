@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -57,7 +58,7 @@ std::string files_table(const UnitRecord& record, std::size_t width) {
 
 std::string runs_table(const UnitRecord& record, std::size_t width) {
   TextColumn started = left("started"), title = left("title"), station = left("station"), who = left("operator"),
-             ending = left("ended"), slot = left("slot");
+             ending = left("ended"), slot = left("slot"), id = left("run");
   for (const auto& run : record.runs) {
     started.cells.push_back(run.started);
     title.cells.push_back(run.title);
@@ -65,8 +66,9 @@ std::string runs_table(const UnitRecord& record, std::size_t width) {
     slot.cells.push_back(run.slot);
     who.cells.push_back(run.who);
     ending.cells.push_back(run.ending);
+    id.cells.push_back(run.id.substr(0, digits));
   }
-  return titled("Runs", {started, title, station, slot, who, ending}, width);
+  return titled("Runs", {started, title, station, slot, who, ending, id}, width);
 }
 
 std::string certificates_table(const UnitRecord& record, std::size_t width) {
@@ -82,18 +84,31 @@ std::string certificates_table(const UnitRecord& record, std::size_t width) {
   return titled("Certificates", {number, format, issued, who, result}, width);
 }
 
-std::string steps_table(const UnitRecord& record, std::size_t width) {
+std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t longest, std::size_t width) {
   TextColumn number{"", "", {}}, when = left("time"), who = left("by"), action = left("what"), subject = left("which"),
                                  reason = left("why");
-  for (const auto& step : record.steps) {
+  for (const auto& step : steps) {
     number.cells.push_back(fmt::format("{}", step.number));
     when.cells.push_back(step.when);
     who.cells.push_back(step.who);
     action.cells.push_back(step.action);
-    subject.cells.push_back(step.subject.substr(0, digits));
+    subject.cells.push_back(step.subject.substr(0, longest));
     reason.cells.push_back(step.reason);
   }
   return titled("Events", {number, when, who, action, subject, reason}, width);
+}
+
+Json steps_json(const std::vector<ArchivedStep>& steps) {
+  Json all = Json::array();
+  for (const auto& one : steps)
+    all.push_back({{"number", one.number},
+                   {"time", one.when},
+                   {"by", one.who},
+                   {"what", one.action},
+                   {"which", one.subject},
+                   {"why", one.reason},
+                   {"detail", one.detail}});
+  return all;
 }
 
 }  // namespace
@@ -125,7 +140,7 @@ std::string units_json(const std::vector<ArchivedUnit>& units) {
 std::string record_text(const UnitRecord& record, std::size_t width) {
   return fmt::format("{}/{}\n", record.name.model, record.name.serial) + results_table(record, width) +
          runs_table(record, width) + files_table(record, width) + certificates_table(record, width) +
-         steps_table(record, width);
+         steps_table(record.steps, digits, width);
 }
 
 std::string record_json(const UnitRecord& record) {
@@ -168,29 +183,53 @@ std::string record_json(const UnitRecord& record) {
                                     {"result", one.result},
                                     {"issued_by", one.issued_by},
                                     {"issued", one.issued}});
-  for (const auto& one : record.steps)
-    json["events"].push_back({{"number", one.number},
-                              {"time", one.when},
-                              {"by", one.who},
-                              {"what", one.action},
-                              {"which", one.subject},
-                              {"why", one.reason},
-                              {"detail", one.detail}});
+  json["events"] = steps_json(record.steps);
+  return written(json);
+}
+
+std::string run_text(const RunRecord& record, std::size_t width) {
+  constexpr std::size_t longest = 80;
+  const auto& run = record.run;
+  std::string text = fmt::format("{}\nrun {} at {}, by {}, {}\n", run.title, run.id, run.station, run.who, run.ending);
+  if (!run.started.empty()) text += fmt::format("from {} to {}\n", run.started, run.ended);
+  for (const auto& [slot, unit] : record.units) text += fmt::format("slot {}: {}/{}\n", slot, unit.model, unit.serial);
+  for (const auto& [name, certificate] : record.equipment)
+    text += fmt::format("equipment {}{}\n", name, certificate.empty() ? "" : ", certificate " + certificate);
+  return text + steps_table(record.steps, longest, width);
+}
+
+std::string run_json(const RunRecord& record) {
+  const auto& run = record.run;
+  Json json{{"id", run.id},           {"title", run.title}, {"station", run.station}, {"operator", run.who},
+            {"started", run.started}, {"ended", run.ended}, {"ending", run.ending}};
+  json["units"] = Json::array();
+  for (const auto& [slot, unit] : record.units)
+    json["units"].push_back({{"slot", slot}, {"model", unit.model}, {"serial", unit.serial}});
+  json["equipment"] = Json::array();
+  for (const auto& [name, certificate] : record.equipment)
+    json["equipment"].push_back({{"equipment", name}, {"certificate", certificate}});
+  json["events"] = steps_json(record.steps);
   return written(json);
 }
 
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
                      const std::string& today, std::size_t width) {
-  TextColumn day = left("due"), what = left("what"), certificate = left("last certificate or result"), note = left("");
-  const auto add = [&](const std::string& when, const std::string& name, const std::string& last) {
-    day.cells.push_back(when);
-    what.cells.push_back(name);
-    certificate.cells.push_back(last);
-    note.cells.emplace_back(when < today ? "has ended" : "");
+  struct Line {
+    std::string day, what, last;
   };
-  for (const auto& one : due) add(one.due, one.equipment, one.certificate);
-  for (const auto& one : units) add(one.due, one.unit.model + "/" + one.unit.serial, one.last);
-  return day.cells.empty() ? "nothing is due by then\n" : text_table({day, what, certificate, note}, width);
+  std::vector<Line> lines;
+  for (const auto& one : due) lines.push_back({one.due, one.equipment, one.certificate});
+  for (const auto& one : units) lines.push_back({one.due, one.unit.model + "/" + one.unit.serial, one.last});
+  if (lines.empty()) return "nothing is due by then\n";
+  std::ranges::stable_sort(lines, {}, &Line::day);
+  TextColumn day = left("due"), what = left("what"), last = left("since"), note = left("");
+  for (const auto& line : lines) {
+    day.cells.push_back(line.day);
+    what.cells.push_back(line.what);
+    last.cells.push_back(line.last);
+    note.cells.emplace_back(line.day < today ? "has ended" : "");
+  }
+  return text_table({day, what, last, note}, width);
 }
 
 std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
@@ -217,8 +256,7 @@ std::string check_json(const ArchiveCheck& check) {
 
 std::string recomputation_text(const Recomputation& again) {
   if (again.same_bytes) return fmt::format("the same to the last byte: {}\n", again.archived_sha256);
-  if (again.same)
-    return fmt::format("the same, except for the folders of its files: {}\n", again.archived_sha256);
+  if (again.same) return fmt::format("the same, except for the folders of its files: {}\n", again.archived_sha256);
   std::string text = fmt::format("archived {}, by version {}\nnow      {}, by version {}\n", again.archived_sha256,
                                  again.archived_program, again.new_sha256, again.new_program);
   if (again.differing.empty()) return text + "only the version differs; all values are the same\n";

@@ -15,6 +15,8 @@ std::string units_text(const std::vector<ArchivedUnit>& units, std::size_t width
 std::string units_json(const std::vector<ArchivedUnit>& units);
 std::string record_text(const UnitRecord& record, std::size_t width);
 std::string record_json(const UnitRecord& record);
+std::string run_text(const RunRecord& record, std::size_t width);
+std::string run_json(const RunRecord& record);
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
                      const std::string& today, std::size_t width);
 std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units);

@@ -78,6 +78,7 @@ void check_files(const Deposit& deposit, CheckedDeposit& checked, database::Data
                  std::vector<std::string>& problems) {
   for (const auto& file : deposit.files) {
     HashedFile hashed{file, sha256_of_file(file.path)};
+    for (auto& problem : deposits::problems_of_name(file.unit)) problems.push_back(file.path + ": " + problem);
     const bool named =
         !file.unit.serial.empty() || !file.run.empty() || name_by_results(hashed, checked.results, database);
     if (!named)

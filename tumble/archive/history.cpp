@@ -65,6 +65,16 @@ void files_and_certificates(database::Database& database, std::int64_t id, UnitR
       });
 }
 
+std::vector<ArchivedStep> steps_of(database::Database& database, const std::string& chain) {
+  std::vector<ArchivedStep> steps;
+  database.visit("SELECT seq, time, who, action, subject, reason, detail FROM events WHERE chain = ? ORDER BY seq",
+                 {chain}, [&](const Row& row) {
+                   steps.push_back({integer(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4),
+                                    text(row, 5), text(row, 6)});
+                 });
+  return steps;
+}
+
 void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& record) {
   database.visit(
       "SELECT r.id, r.title, r.station, r.operator, r.started, r.ended, r.ending, s.slot FROM runs r JOIN run_units s "
@@ -74,11 +84,7 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
         record.runs.push_back({text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5),
                                text(row, 6), text(row, 7)});
       });
-  database.visit("SELECT seq, time, who, action, subject, reason, detail FROM events WHERE chain = ? ORDER BY seq",
-                 {schema::chain_of_unit(record.name.model, record.name.serial)}, [&](const Row& row) {
-                   record.steps.push_back({integer(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4),
-                                           text(row, 5), text(row, 6)});
-                 });
+  record.steps = steps_of(database, schema::chain_of_unit(record.name.model, record.name.serial));
 }
 
 [[noreturn]] void refuse_unit(database::Database& database, const std::string& words) {
@@ -102,11 +108,11 @@ void require_digits(const std::string& digits) {
                     digits, fewest_digits));
 }
 
-/// The SHA-256 that begins so, in this table. Throws Error::bad_input for several.
+/// The SHA-256 (of runs the id) that begins so, in this table. Throws Error::bad_input for several.
 std::vector<std::string> beginning_with(database::Database& database, const std::string& table,
-                                        const std::string& digits) {
+                                        const std::string& digits, const std::string& column = "sha256") {
   std::vector<std::string> found;
-  database.visit("SELECT sha256 FROM " + table + " WHERE sha256 >= ? AND sha256 < ? ORDER BY sha256 LIMIT 2",
+  database.visit(fmt::format("SELECT {0} FROM {1} WHERE {0} >= ? AND {0} < ? ORDER BY {0} LIMIT 2", column, table),
                  {digits, digits + "g"}, [&](const Row& row) { found.push_back(text(row, 0)); });
   if (found.size() > 1)
     throw Error(Error::Kind::bad_input, fmt::format("several {} begin with '{}': give more digits", table, digits));
@@ -199,6 +205,30 @@ std::optional<StoredFile> find_file(const Archive& archive, const std::string& d
     if (found.empty()) return std::nullopt;
     const auto row = database.ask("SELECT number, format FROM certificates WHERE sha256 = ?", {found.front()})[0];
     return StoredFile{found.front(), text(row, 0) + (text(row, 1) == "dcc" ? ".xml" : ".html")};
+  });
+}
+
+std::optional<RunRecord> find_run(const Archive& archive, const std::string& digits) {
+  require_digits(digits);
+  return schema::guarded(archive.address(), [&]() -> std::optional<RunRecord> {
+    auto& database = database_of(archive);
+    const auto found = beginning_with(database, "runs", digits, "id");
+    if (found.empty()) return std::nullopt;
+    RunRecord record;
+    const Row row =
+        database.ask("SELECT id, title, station, operator, started, ended, ending FROM runs WHERE id = ?", {found[0]})
+            .at(0);
+    record.run = {text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5), text(row, 6), {}};
+    database.visit(
+        "SELECT r.slot, u.model, u.serial FROM run_units r JOIN units u ON u.id = r.unit WHERE r.run = ? ORDER BY "
+        "r.slot",
+        {found[0]}, [&](const Row& one) {
+          record.units.push_back({text(one, 0), {text(one, 1), text(one, 2)}});
+        });
+    database.visit("SELECT equipment, certificate FROM run_equipment WHERE run = ? ORDER BY equipment", {found[0]},
+                   [&](const Row& one) { record.equipment.emplace_back(text(one, 0), text(one, 1)); });
+    record.steps = steps_of(database, schema::chain_of_run(found[0]));
+    return record;
   });
 }
 

@@ -56,6 +56,17 @@ struct UnitRecord {
   std::vector<ArchivedStep> steps;
 };
 
+/// Everything about one run, in order of time.
+struct RunRecord {
+  ArchivedRun run;                                             ///< slot: empty
+  std::vector<std::pair<std::string, UnitName>> units;         ///< by slot
+  std::vector<std::pair<std::string, std::string>> equipment;  ///< name and certificate
+  std::vector<ArchivedStep> steps;
+};
+/// The run whose id begins with these digits, six or more; nothing where there is none. Throws Error::bad_input where
+/// several begin so.
+std::optional<RunRecord> find_run(const Archive& archive, const std::string& digits);
+
 /// All units in order of model and serial number; `model`: those of one model, empty: of all.
 std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::string& model = {});
 

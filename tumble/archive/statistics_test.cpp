@@ -213,5 +213,19 @@ TEST_F(ArchiveStatistics, ASummarySeparatesUnitsDaysAndTheMeasurement) {
   EXPECT_FALSE(to_json(estimate).empty());
 }
 
+TEST_F(ArchiveStatistics, TheMeanOfAModelHoldsWhatAllUnitsShare) {
+  for (std::uint64_t unit = 0; unit < 12; ++unit)
+    for (std::uint64_t day = 0; day < 2; ++day)
+      add({.serial = std::to_string(unit),
+           .bias = 1.0 + 0.2 * random_.split(unit).normal(day),
+           .ended = noon(static_cast<int>(2 * unit + day)),
+           .rig = "rig, certificate 1"});
+  put();
+  const auto estimate = summary_of_model(*archive_, {.what = {"bias", "gyro", {}}});
+  const auto* mean = find_parameter(estimate, "bias_mean");
+  ASSERT_NE(mean, nullptr);
+  EXPECT_GT(shown_unit.from_si(mean->upper - mean->lower), 2.0 * 1.95 * 0.5) << "the rig is known to 0.5 deg/h";
+}
+
 }  // namespace
 }  // namespace tumble

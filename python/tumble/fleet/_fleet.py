@@ -138,7 +138,7 @@ class Fleet:
         return max(0, to_do - sum("status" in line for line in lines))
 
     def result(self, recording: str) -> Result:
-        """The result of one recording. Raises UsageError with the error of its row, or where there is none."""
+        """The result of one recording. Raises UsageError with the error of its row, or that it is absent."""
         row = next((row for row in self._rows() if row["recording"] == recording), None)
         if row is None:
             raise UsageError(f"argument recording: {recording!r} is not in the fleet of {self.folder}")

@@ -45,7 +45,7 @@ def record(
     Given     plan   a Plan of the method allan_noise, its path, or "allan_noise"
               files  paths, patterns, folders, as in run(); a list stays in its order
               out    folder of what is known of each file: a run that was interrupted goes on there
-    Returned  the result of `identify` of the whole record, block after block; knocks are searched in each file by itself
+    Returned  the result of `identify` of the whole record; knocks are searched in each file by itself
     Raises    UsageError for a method that needs a whole recording; DataError with all files that do not fit: other
               channels, another rate, times that overlap
     Example   tumble.fleet.record("allan_noise", "year/*.h5", "year.fleet").save("year.json")

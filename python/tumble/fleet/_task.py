@@ -64,8 +64,8 @@ def name_in_archive(recording: ArchivedRecording) -> str:
 def stamp_of(recording: str) -> Stamp:
     """Raises FileError where there is no such recording."""
     if recording.startswith(ARCHIVE):
-        _, sha256, size, _ = recording[len(ARCHIVE) :].rsplit("::", 3)
-        return Stamp(int(size), sha256)
+        _, sha256, length, _ = recording[len(ARCHIVE) :].rsplit("::", 3)
+        return Stamp(int(length), sha256)
     fs, path = filesystem_of(recording)
     try:
         if is_local(fs):

@@ -113,16 +113,21 @@ Table points_table(const Charted& charted) {
 
 /// For people: the points of a short chart, those with an alarm of a long one.
 Table shown_table(const Archive& archive, const Charted& charted) {
-  constexpr std::size_t most = 30;
+  constexpr std::size_t most = 30, most_alarms = 1000;
   const bool all = charted.points.size() <= most;
   const Unit& unit = charted.over.shown;
-  Table table{all ? "points" : "alarms", all ? "the points in order of time" : "points beyond a limit", {}, {}, false};
+  Table table{all ? "points" : "alarms",
+              all ? "the points in order of time" : "points beyond a limit, the first 1000",
+              {},
+              {},
+              false};
   table.columns = {column("time"),     column("unit"),       column("value", unit), column("from", unit),
                    column("to", unit), column("EWMA", unit), column("alarm"),       column("result")};
   for (std::size_t i = 0; i < charted.points.size(); ++i) {
     const auto& state = charted.chart.points[i];
     const std::string alarm = alarms_of(state);
     if (!all && alarm.empty()) continue;
+    if (table.rows.size() == most_alarms) break;
     const auto& occasion = charted.occasions[i];
     const double expected = charted.chart.baseline.mean;
     table.rows.push_back({time_of(occasion.moment), name_of(charted.over.units[occasion.unit].second), occasion.value,
@@ -188,8 +193,8 @@ Estimate chart_of_archive(const Archive& archive, const ChartRequest& request) {
   const auto& spread = chart.chart.baseline;
   const Unit& unit = chart.over.shown;
   const std::string& name = request.what.parameter;
-  state(estimate, {{name + "_expected", "mean of the baseline", unit, spread.mean, spread.mean_sd, spread.mean_lower,
-                    spread.mean_upper},
+  state(estimate, {{name + "_expected", "mean of the baseline, without the errors that all results share", unit,
+                    spread.mean, spread.mean_sd, spread.mean_lower, spread.mean_upper},
                    {name + "_scatter", "spread of the points of the baseline, stated uncertainties removed", unit,
                     spread.sd, std::nan(""), spread.sd_lower, spread.sd_upper}});
   auto& settings = estimate.provenance.settings;

@@ -31,6 +31,8 @@ struct ModelPast {
   std::size_t units = 0;
 };
 
+bool is_used(const ChartValue& value) { return std::isfinite(value.value) && std::isfinite(value.private_sd); }
+
 ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, Findings& findings) {
   ModelPast past{.over = parameter_over_units(archive, what.parameter, what.model), .occasions = {}, .errors = {}};
   std::size_t unused = 0;
@@ -44,6 +46,38 @@ ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, F
   return past;
 }
 
+/// Factors [n x k] [SI] of the errors that results share, for each value that is used.
+Matrix shared_of_values(const ModelPast& past, std::size_t count) {
+  std::map<std::int64_t, std::size_t> row;
+  std::vector<Occasion> sets;
+  for (const auto& [sources, errors] : past.errors) {
+    row.emplace(sources, sets.size());
+    sets.push_back({.sources = sources});
+  }
+  const Matrix factors = shared_factors(sets, past.errors);
+  Matrix out(count, factors.columns);
+  std::size_t i = 0;
+  for (const auto& value : past.over.values) {
+    if (!is_used(value)) continue;
+    if (const auto found = row.find(value.sources); found != row.end())
+      for (std::size_t k = 0; k < out.columns; ++k) out(i, k) = factors(found->second, k);
+    ++i;
+  }
+  return out;
+}
+
+/// [SI] Root mean square over the errors of what they do to the mean of all units.
+double shared_sd_of_mean(const ModelPast& past) {
+  const Matrix factors = shared_factors(past.occasions, past.errors);
+  double variance = 0.0;
+  for (std::size_t k = 0; k < factors.columns; ++k) {
+    double mean = 0.0;
+    for (std::size_t i = 0; i < factors.rows; ++i) mean += factors(i, k) / static_cast<double>(factors.rows);
+    variance += square(mean);
+  }
+  return std::sqrt(variance);
+}
+
 /// Results by unit, by day of the unit, and by rig: results that share their errors were made on one rig.
 ManyResults many_results(const ModelPast& past, bool days, bool rigs) {
   ManyResults results;
@@ -53,8 +87,8 @@ ManyResults many_results(const ModelPast& past, bool days, bool rigs) {
   for (std::size_t i = 0; i < past.over.units.size(); ++i) unit_number[past.over.units[i].first] = i;
   constexpr double seconds = 86400.0;
   for (const auto& value : past.over.values) {
+    if (!is_used(value)) continue;
     const auto known = unit_number.find(value.unit);
-    if (!std::isfinite(value.value) || !std::isfinite(value.private_sd) || known == unit_number.end()) continue;
     results.values.push_back(value.value);
     results.sds.push_back(value.private_sd);
     unit.level.push_back(known->second);
@@ -62,6 +96,7 @@ ManyResults many_results(const ModelPast& past, bool days, bool rigs) {
     day.level.push_back(day_number.emplace(of_day, day_number.size()).first->second);
     rig.level.push_back(rig_number.emplace(value.sources, rig_number.size()).first->second);
   }
+  results.shared = shared_of_values(past, results.values.size());
   results.factors = {unit};
   if (days) results.factors.push_back(day);
   if (rigs) results.factors.push_back(rig);
@@ -204,7 +239,7 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
   }
   const auto& limits = request.limits;
   if (!std::isfinite(limits.lower) && !std::isfinite(limits.upper)) return;
-  const auto able = capability_of(kept, {limits.lower, limits.upper});
+  const auto able = capability_of(kept, {limits.lower, limits.upper}, shared_sd_of_mean(past));
   const std::string& name = past.over.parameter;
   numbers.push_back(
       {name + "_capability", "C_pk of the true values", Unit(), able.index, std::nan(""), able.lower, able.upper});
@@ -232,8 +267,10 @@ Estimate summary_of_model(const Archive& archive, const SummaryRequest& request)
   const UnitMeans means = unit_means(past, day_sd);
   if (numbers.empty()) {
     const auto spread = spread_of_units(means.values);
-    numbers = {{what.parameter + "_mean", "mean of the units", past.over.shown, spread.mean, spread.mean_sd,
-                spread.mean_lower, spread.mean_upper},
+    const double shared = shared_sd_of_mean(past), k = (spread.mean_upper - spread.mean_lower) / (2.0 * spread.mean_sd);
+    const double sd = std::hypot(spread.mean_sd, shared);
+    numbers = {{what.parameter + "_mean", "mean of the units", past.over.shown, spread.mean, sd, spread.mean - k * sd,
+                spread.mean + k * sd},
                {what.parameter + "_unit_sd", "standard deviation, unit", past.over.shown, spread.sd, std::nan(""),
                 spread.sd_lower, spread.sd_upper}};
   }

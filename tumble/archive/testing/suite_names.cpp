@@ -17,11 +17,35 @@ namespace tumble::testing {
 
 namespace {
 
+/// Text that cannot be compressed.
+std::string long_name(std::size_t bytes) {
+  std::string text;
+  for (std::size_t i = 0; text.size() < bytes; ++i) text += sha256_of(std::to_string(i));
+  return text.substr(0, bytes);
+}
+
+void names_that_no_index_holds_are_refused(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  Deposit deposit;
+  deposit.results.push_back(sample_deposit({.serial = long_name(10'000)}));
+  deposit.results.push_back(sample_deposit({.serial = std::string("a\0b", 3)}));
+  for (auto& result : deposit.results) result.file = "result.json";
+  const std::string problem = problem_of([&] { put_in(archive, deposit, sample_act()); });
+  EXPECT_NE(problem.find("has 10000 bytes"), std::string::npos) << problem;
+  EXPECT_NE(problem.find("character of value 0"), std::string::npos) << problem;
+  EXPECT_TRUE(archived_units(archive).empty());
+}
+
 void hostile_names_are_kept_as_they_are(const ArchivePlace& place) {
   Archive archive = new_archive(place);
-  const std::vector<std::string> names{
-      "o'hara\"; DROP TABLE units; --", "a/b/../c",        "陀螺-零一", "\xF0\x9F\x9B\xB0", " blank ", "%s{}\\",
-      std::string(10'000, 'x'),         "line\nbreak\ttab"};
+  const std::vector<std::string> names{"o'hara\"; DROP TABLE units; --",
+                                       "a/b/../c",
+                                       "陀螺-零一",
+                                       "\xF0\x9F\x9B\xB0",
+                                       " blank ",
+                                       "%s{}\\",
+                                       long_name(1000),
+                                       "line\nbreak\ttab"};
   Deposit deposit;
   for (const auto& name : names) deposit.results.push_back(sample_deposit({.serial = name}));
   put_in(archive, deposit, {"O'Neill \"x\"", "2026-03-02T09:00:00Z", {}});
@@ -105,6 +129,7 @@ void a_clock_that_goes_backwards_changes_no_order(const ArchivePlace& place) {
 std::vector<ArchiveCase> cases_of_names_and_notes() {
   return {
       {"HostileNamesAreKeptAsTheyAre", hostile_names_are_kept_as_they_are},
+      {"NamesThatNoIndexHoldsAreRefused", names_that_no_index_holds_are_refused},
       {"NotesSayWhatIsDue", notes_say_what_is_due},
       {"WithdrawnResultsDoNotCount", withdrawn_results_do_not_count},
       {"AClockThatGoesBackwardsChangesNoOrder", a_clock_that_goes_backwards_changes_no_order},
