@@ -86,13 +86,13 @@ class Archive:
         """Everything about one unit: results, runs, files, certificates and events, as `history --json` prints it.
 
         Given     unit  SERIAL, or MODEL/SERIAL
-        Raises    UsageError where there is none, or several models have the serial number
+        Raises    UsageError where the archive has no such unit, or several models have the serial number
         """
         document: dict[str, Any] = json.loads(self._opened().history_json(whole_text(unit, "unit")))
         return document
 
     def result(self, sha256: str) -> Result:
-        """A result by the first digits of its SHA-256, six or more. Raises UsageError where there is none."""
+        """A result by the first digits of its SHA-256, six or more. Raises UsageError where it is absent."""
         return _from_text(self._opened().result_text(whole_text(sha256, "sha256")), sha256)
 
     def ingest(
@@ -145,7 +145,7 @@ class Archive:
 def open(address: str | os.PathLike[str]) -> Archive:  # noqa: A001
     """Opens an archive: a file, or postgresql://USER@HOST/DATABASE.
 
-    Raises    UsageError where there is none; FileError where it cannot be opened
+    Raises    UsageError where there is no archive; FileError where it cannot be opened
     Example   tumble.archive.open("lab.db").units()
     """
     return Archive(_tumble.Archive(path_text(address, "address"), _now()))
