@@ -42,8 +42,8 @@ struct RecordLayout {
 };
 
 /// By the dates of the files where all have one, else by their clocks; but where the clocks of all files begin at the
-/// same time, to 1 % of the longest, the files follow each other without a gap. A step of up to 2e-4 of the file before and 1 s by the dates, or up to 1.5
-/// samples by the clocks, is no gap.
+/// same time, to 1 % of the longest, the files follow each other without a gap. A step of up to 2e-4 of the file before
+/// and 1 s by the dates, or up to 1.5 samples by the clocks, is no gap.
 ///
 /// Throws    Error::bad_data with all that does not fit: other channels, another rate, files that overlap
 RecordLayout lay_out(const std::vector<RecordPiece>& pieces);
