@@ -53,6 +53,7 @@ Verb record_verb();
 Verb seal_verb();
 Verb archive_verb();
 Verb population_verb();
+Verb fleet_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;

@@ -22,6 +22,9 @@ void bind_results(nb::module_& module);
 void bind_tasks(nb::module_& module);
 void bind_stability(nb::module_& module);
 void bind_figures(nb::module_& module);
+void bind_archive(nb::module_& module);
+void bind_fleet(nb::module_& module);
+void bind_fleet_summary(nb::module_& module);
 void bind_compat_allantools(nb::module_& module);
 void bind_compat_imucal(nb::module_& module);
 

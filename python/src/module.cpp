@@ -14,6 +14,9 @@ NB_MODULE(_tumble, module) {
   bind_tasks(module);
   bind_stability(module);
   bind_figures(module);
+  bind_archive(module);
+  bind_fleet(module);
+  bind_fleet_summary(module);
   bind_compat_allantools(module);
   bind_compat_imucal(module);
 }

@@ -16,6 +16,7 @@ void bind_plans(nb::module_& module) {
       .def_ro("file", &Plan::file)
       .def_ro("sha256", &Plan::sha256)
       .def_ro("text", &Plan::text)
+      .def_prop_ro("calibration_sha256", [](const Plan& plan) { return plan.calibration.sha256; })
       .def_ro("title", &Plan::title)
       .def_ro("method", &Plan::method)
       .def_ro("instrument_model", &Plan::instrument_model)

@@ -17,7 +17,7 @@ PACKAGE = Path(tumble.__file__).parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-PAGES = ["README.md", "docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md"]
+PAGES = ["README.md", "docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md", "docs/fleet.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -38,7 +38,14 @@ def test_the_package_passes_strictly(tree, tmp_path):
 
 
 def write_examples(tree: Path, folder: Path) -> list[Path]:
-    for page in ("docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md", "README.md"):
+    for page in (
+        "docs/python.md",
+        "docs/plots.md",
+        "docs/allantools.md",
+        "docs/imucal.md",
+        "docs/fleet.md",
+        "README.md",
+    ):
         name = page.replace("/", "_").replace(".", "_") + ".py"
         (folder / name).write_text("\n".join(BLOCK.findall((tree / page).read_text())))
     return [*folder.glob("*.py"), *(tree / "docs/notebooks").glob("*.py")]

@@ -9,8 +9,16 @@
 #include <vector>
 
 #include "tumble/math/interruption.hpp"
+#include "tumble/math/threads.hpp"
 
 namespace tumble {
+namespace {
+
+std::atomic<std::size_t> most_threads{0};
+
+}  // namespace
+
+void limit_threads(std::size_t count) { most_threads = count; }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
   std::atomic<std::size_t> next{0};
@@ -28,7 +36,8 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
       }
     }
   };
-  const std::size_t helpers = std::min<std::size_t>(count, std::max(1u, std::thread::hardware_concurrency()));
+  const std::size_t most = most_threads > 0 ? most_threads.load() : std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t helpers = std::min(count, most);
   const auto help = [&work, interruption = interruption_of_this_thread()] {
     share_interruption(interruption);
     work();

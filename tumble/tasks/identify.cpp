@@ -9,6 +9,8 @@
 
 #include "tumble/checks/check.hpp"
 #include "tumble/reduce/table/recorded_turns.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/tasks/long_record.hpp"
 #include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
 #include "tumble/tasks/prior.hpp"
@@ -197,6 +199,30 @@ Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, 
   if (const auto streamed = open_stream(plan, recordings, memory, progress))
     return identify(*streamed, memory, progress);
   return identify(gather(plan, recordings, progress), progress);
+}
+
+Estimate identify_pieces(const Plan& plan, const std::vector<RecordPiece>& pieces,
+                         const std::vector<std::string>& sha256, const NoisePart& joined) {
+  Estimate estimate = joined.estimate(plan);
+  add_doubts(plan, estimate);
+  describe(plan, estimate);
+  std::vector<RecordingTimes> times;
+  std::vector<NoticedIn> noticed;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const std::string& file = pieces[i].file;
+    const std::string name = file.find("://") == std::string::npos ? relative_to(plan, file) : file;
+    estimate.provenance.inputs.push_back({name, sha256[i]});
+    times.push_back({name, {pieces[i].begun, pieces[i].ended}});
+    if (!pieces[i].findings.empty()) noticed.push_back({name, estimate_from_json(pieces[i].findings, name).findings});
+  }
+  if (std::ranges::any_of(times, [](const RecordingTimes& one) { return !one.times.begun.empty(); }))
+    estimate.tables.push_back(table_of(times));
+  for (auto& finding : gathered(noticed)) estimate.findings.push_back(std::move(finding));
+  for (auto& finding : lay_out(pieces).findings) estimate.findings.push_back(std::move(finding));
+  estimate.title =
+      plan.title.empty() ? fmt::format("{} of {} files, one record", plan.method, pieces.size()) : plan.title;
+  estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
+  return estimate;
 }
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {

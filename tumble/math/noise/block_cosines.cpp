@@ -137,12 +137,6 @@ void ContrastSums::add(const ContrastSums& more) {
   patterns.add(more.patterns);
 }
 
-double ContrastSums::square(int radix) const {
-  double sum = 0.0;
-  for (int k = 1; k < radix; ++k) sum += second[k];
-  return sum;
-}
-
 BlockCosines::BlockCosines(int radix) : radix_(radix) {
   for (int k = 0; k < radix; ++k)
     for (int i = 0; i < radix; ++i) weight_[i][k] = weight(radix, k, i);
@@ -180,33 +174,56 @@ ContrastSums BlockCosines::take(std::span<const double> values, double* means) c
   return sums;
 }
 
-ContrastSums ScaleSums::take(const BlockCosines& cosines, std::span<const double> values, double* means) {
-  constexpr std::size_t most_groups = 1024;
+namespace {
+
+constexpr std::size_t most_groups = 1024;
+
+}  // namespace
+
+void ContrastGroup::add(const ContrastGroup& more) {
+  contrasts += more.contrasts;
+  for (std::size_t k = 0; k < square.size(); ++k) square[k] += more.square[k];
+}
+
+ScaleSums::ScaleSums(std::size_t first, std::size_t blocks) {
+  while (group_blocks_ * most_groups < blocks) group_blocks_ *= 2;
+  filled_ = first % group_blocks_;
+}
+
+ContrastGroup ScaleSums::take(const BlockCosines& cosines, std::span<const double> values, double* means) {
   const std::size_t p = cosines.radix();
-  ContrastSums all;
+  ContrastGroup all{0.0, {}};
   while (!values.empty()) {
     if (filled_ == 0 && groups_.size() == most_groups) {
       for (std::size_t i = 0; i < most_groups / 2; ++i) {
-        const ContrastGroup &first = groups_[2 * i], &second = groups_[2 * i + 1];
-        ContrastGroup both{first.contrasts + second.contrasts, first.square};
-        for (std::size_t k = 0; k < both.square.size(); ++k) both.square[k] += second.square[k];
-        groups_[i] = both;
+        groups_[i] = groups_[2 * i];
+        groups_[i].add(groups_[2 * i + 1]);
       }
       groups_.resize(most_groups / 2);
       group_blocks_ *= 2;
     }
-    if (filled_ == 0) groups_.push_back({0.0, {}});
+    if (filled_ == 0 || groups_.empty()) groups_.push_back({0.0, {}});
     const std::size_t blocks = std::min(group_blocks_ - filled_, values.size() / p);
     const ContrastSums sums = cosines.take(values.first(blocks * p), means);
-    groups_.back().contrasts += sums.contrasts;
-    for (std::size_t k = 0; k < p; ++k) groups_.back().square[k] += sums.second[k];
+    ContrastGroup some{sums.contrasts, {}};
+    for (std::size_t k = 0; k < p; ++k) some.square[k] = sums.second[k];
+    groups_.back().add(some);
+    all.add(some);
     filled_ = (filled_ + blocks) % group_blocks_;
-    all.add(sums);
+    whole_.add(sums);
     values = values.subspan(blocks * p);
     means += blocks;
   }
-  whole_.add(all);
   return all;
+}
+
+void ScaleSums::append(const ScaleSums& next) {
+  if (next.groups_.empty()) return;
+  whole_.add(next.whole_);
+  auto more = next.groups_.begin();
+  if (filled_ > 0 && !groups_.empty()) groups_.back().add(*more++);
+  groups_.insert(groups_.end(), more, next.groups_.end());
+  filled_ = next.filled_;
 }
 
 /// First sums of an incomplete block are not added: the ramp's own contrasts differ from block to block.

@@ -23,6 +23,11 @@ class BlockPatterns {
   bool empty() const { return few_.empty() && many_.empty(); }
   std::map<unsigned, double> counts() const;  ///< [blocks] by mask
 
+  template <class State>
+  void pass(State& state) {
+    state(few_, many_);
+  }
+
  private:
   std::vector<std::uint16_t> few_;  ///< one a block, until there are many
   std::vector<double> many_;        ///< by mask
@@ -39,8 +44,11 @@ struct ContrastSums {
   BlockPatterns patterns;  ///< of incomplete blocks that have half of their values or more
 
   void add(const ContrastSums& more);
-  /// Sum of the squares of all orders from 1 to radix - 1 [u^2].
-  double square(int radix) const;
+
+  template <class State>
+  void pass(State& state) {
+    state(first, second, count, contrasts, with_ramp, ramp_square, patterns);
+  }
 };
 
 /// Cosine transform of blocks of `radix` values.
@@ -66,12 +74,25 @@ class BlockCosines {
 /// Sums over all blocks of a scale, and over 512 to 1024 equal groups of them (of a short record each by itself).
 class ScaleSums {
  public:
+  ScaleSums() = default;
+  /// Those of a part, whose groups are those of the whole: number of its first block among `blocks` of the scale.
+  ScaleSums(std::size_t first, std::size_t blocks);
+
   /// Given     values  whole blocks [u]. NaN: missing
   /// Returned  their sums; means: one a block
-  ContrastSums take(const BlockCosines& cosines, std::span<const double> values, double* means);
+  ContrastGroup take(const BlockCosines& cosines, std::span<const double> values, double* means);
+  /// Adds the part that follows.
+  void append(const ScaleSums& next);
 
   const ContrastSums& whole() const { return whole_; }
   const std::vector<ContrastGroup>& groups() const { return groups_; }
+  std::size_t group_blocks() const { return group_blocks_; }                         ///< number of blocks of a group
+  std::size_t last_blocks() const { return filled_ > 0 ? filled_ : group_blocks_; }  ///< ... of the last one
+
+  template <class State>
+  void pass(State& state) {
+    state(whole_, groups_, group_blocks_, filled_);
+  }
 
  private:
   ContrastSums whole_;

@@ -79,8 +79,8 @@ std::vector<double> fast_scale(std::span<const double> values, double unit, int 
   ScaleSums whole;
   for (std::size_t part = 0; part < NoiseBands::parts; ++part) {
     const std::size_t first = blocks * part / NoiseBands::parts, last = blocks * (part + 1) / NoiseBands::parts;
-    const ContrastSums sums = whole.take(cosines, values.subspan(first * p, (last - first) * p), means.data() + first);
-    if (unit == 1.0) result.add_part(sums.contrasts * (radix - 1), sums.square(radix));
+    const ContrastGroup sums = whole.take(cosines, values.subspan(first * p, (last - first) * p), means.data() + first);
+    if (unit == 1.0) result.add_part(sums, radix);
   }
   add_bands(whole, unit, radix, result);
   return means;
@@ -298,9 +298,11 @@ NoiseBands::NoiseBands(NoiseBands fast, std::span<const double> rate, double uni
   slow_unit = unit;
 }
 
-void NoiseBands::add_part(double contrasts, double square) {
-  part_count.push_back(contrasts);
-  part_mean_square.push_back(square / std::max(1.0, contrasts));
+void NoiseBands::add_part(const ContrastGroup& sums, int radix) {
+  double square = 0.0;
+  for (int k = 1; k < radix; ++k) square += sums.square[static_cast<std::size_t>(k)];
+  part_count.push_back(sums.contrasts * (radix - 1));
+  part_mean_square.push_back(square / std::max(1.0, part_count.back()));
 }
 
 }  // namespace tumble

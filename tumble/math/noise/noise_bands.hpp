@@ -57,6 +57,13 @@ struct NoiseOrdinate {
 struct ContrastGroup {
   double contrasts = 0.0;         ///< independent ones of an order
   std::array<double, 16> square;  ///< [u^2] by order
+
+  void add(const ContrastGroup& more);
+
+  template <class State>
+  void pass(State& state) {
+    state(contrasts, square);
+  }
 };
 
 /// How the power of the cosines of one scale scatters along the record.
@@ -105,8 +112,8 @@ class NoiseBands {
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;
   std::vector<double> part_mean_square, part_count;
-  /// Adds a part: number of contrasts [1], sum of their squares [u^2].
-  void add_part(double contrasts, double square);
+  /// Adds a part, of blocks of `radix` values.
+  void add_part(const ContrastGroup& sums, int radix);
 };
 
 /// Coefficients of the sines of differences of `values` (NaN: missing), in the order of NoiseBands::ordinates.

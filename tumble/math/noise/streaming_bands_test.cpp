@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <string>
 
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/state.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -67,6 +71,70 @@ TEST(StreamingBands, TakeSingleMissingSamplesAsTheWholeDoes) {
       for (std::size_t t = 0; t < power_law_terms.size(); ++t)
         EXPECT_NEAR(whole.bands[i].expected[t], pieces.bands[i].expected[t], 1e-12 * whole.bands[i].expected[t]);
   }
+}
+
+/// Parts that begin anywhere, joined from the left or from the right after a way through bytes.
+StreamingNoiseBands joined(const std::vector<double>& values, bool from_left) {
+  const std::size_t lengths[] = {1, 400'003, 3, 17, 70'000, 5, 1'000'001, 16, 31, 256, 4097, 100'000, 15};
+  std::deque<StreamingNoiseBands> parts;
+  for (std::size_t start = 0, k = 0; start < values.size(); ++k) {
+    const std::size_t length = std::min(lengths[k % std::size(lengths)], values.size() - start);
+    StreamingNoiseBands part(start, values.size());
+    for (std::size_t first = 0; first < length; first += 65'536)
+      part.push(std::span(values).subspan(start + first, std::min<std::size_t>(65'536, length - first)));
+    StateWriter out;
+    out(part);
+    const std::string bytes = out.take();
+    StateReader in(bytes);
+    in(parts.emplace_back());
+    EXPECT_TRUE(in.ended());
+    start += length;
+  }
+  while (from_left && parts.size() > 1) {
+    parts[0].append(parts[1]);
+    parts.erase(parts.begin() + 1);
+  }
+  while (parts.size() > 1) {
+    parts[parts.size() - 2].append(parts.back());
+    parts.pop_back();
+  }
+  return parts.front();
+}
+
+void expect_same_groups(const NoiseBands& a, const NoiseBands& b) {
+  ASSERT_EQ(a.scatter.size(), b.scatter.size());
+  for (std::size_t s = 0; s < a.scatter.size(); ++s) {
+    const auto &mine = a.scatter[s]->groups, &other = b.scatter[s]->groups;
+    ASSERT_EQ(mine.size(), other.size()) << s;
+    for (std::size_t i = 0; i < mine.size(); ++i) {
+      EXPECT_NEAR(mine[i].contrasts, other[i].contrasts, 1e-9) << s << " " << i;
+      EXPECT_NEAR(mine[i].square[3], other[i].square[3], 1e-12 * other[i].square[3]) << s << " " << i;
+    }
+  }
+}
+
+TEST(StreamingBands, PartsJoinToTheWhole) {
+  for (const std::size_t samples : {40u, 20'000u, 131'072u, 2'097'151u, 2'097'152u, 4'500'011u}) {
+    auto values = record(samples);
+    for (std::size_t i = samples / 3; i < samples / 3 + samples / 100; ++i) values[i] = std::nan("");
+    const NoiseBands whole = streamed(values, 65'536);
+    for (const bool from_left : {true, false}) {
+      const NoiseBands parts = joined(values, from_left).bands();
+      expect_same(whole, parts);
+      expect_same_groups(whole, parts);
+      ASSERT_EQ(whole.part_count.size(), parts.part_count.size());
+      for (std::size_t i = 0; i < whole.part_count.size(); ++i)
+        EXPECT_NEAR(whole.part_mean_square[i], parts.part_mean_square[i], 1e-12 * whole.part_mean_square[i]);
+    }
+  }
+}
+
+TEST(StreamingBands, SayWhichPartsDoNotFollow) {
+  StreamingNoiseBands first(0, 1000), gap(20, 1000), other(10, 2000);
+  first.push(record(10));
+  EXPECT_THROW(first.append(gap), Error);
+  EXPECT_THROW(first.append(other), Error);
+  EXPECT_THROW(StreamingNoiseBands().append(first), Error);
 }
 
 TEST(StreamingBands, PartsAreEqualToAFiveHundredthOfTheRecord) {

@@ -24,6 +24,12 @@ std::size_t step_of(std::size_t stage) {
 
 std::size_t next_multiple(std::size_t value, std::size_t unit) { return (value + unit - 1) / unit * unit; }
 
+/// Increments of a stage from its first point at or after a sample to the first point of the next stage.
+std::size_t steps_to_next_stage(std::size_t sample, std::size_t stage) {
+  const std::size_t step = step_of(stage);
+  return (next_multiple(sample, step * StreamingAllan::decimation) - next_multiple(sample, step)) / step;
+}
+
 /// Noise type from the growth of the variance, S_y ~ f^alpha -> sigma^2 ~ tau^(-1-alpha); 1.5 stands for phase noise.
 double noise_type(const DeviationPoint& before, const DeviationPoint& after) {
   if (!(before.deviation > 0.0 && after.deviation > 0.0) || before.factor == after.factor) return 0.0;
@@ -46,13 +52,8 @@ StreamingAllan::StreamingAllan(std::size_t longest, double points_per_decade, st
     stage.terms.resize(stage.factors.size(), 0);
     stages_.push_back(std::move(stage));
   }
-  if (start % part_unit() != 0) {
-    throw Error(Error::Kind::bad_input, "a part of the record must start at a multiple of " +
-                                            std::to_string(part_unit()) + " samples, not at " + std::to_string(start));
-  }
+  for (std::size_t k = 0; k < stages_.size(); ++k) stages_[k].skip = steps_to_next_stage(start, k);
 }
-
-std::size_t StreamingAllan::part_unit() const { return step_of(stages_.size() - 1); }
 
 /// Adds the terms that end in the last `fresh` of the increments, of which the `old` first were worked through before.
 void StreamingAllan::add_terms(Stage& stage, std::span<const double> increments, std::size_t old, std::size_t fresh) {
@@ -91,8 +92,11 @@ void StreamingAllan::work_through(std::size_t index) {
   for (const double increment : fresh) {
     if (stage.skip > 0) {
       --stage.skip;
+      stage.lead += stage.lead_open ? increment : 0.0;
+      stage.leading += stage.lead_open ? 1 : 0;
       continue;
     }
+    stage.lead_open = false;
     stage.carry += increment;
     if (++stage.carried < decimation) continue;
     feed(index + 1, stage.carry);
@@ -119,8 +123,9 @@ void StreamingAllan::break_off() {
     stage.head_open = false;
     stage.carry = 0.0;
     stage.carried = 0;
-    const std::size_t here = start_ + samples_, step = step_of(k);
-    stage.skip = (next_multiple(here, step * decimation) - next_multiple(here, step)) / step;
+    if (stage.lead_open && stage.skip > 0) stage.lead = 0.0, stage.leading = 0;  // it was not complete
+    stage.lead_open = false;
+    stage.skip = steps_to_next_stage(start_ + samples_, k);
   }
 }
 
@@ -143,6 +148,55 @@ void StreamingAllan::push(std::span<const double> rate) {
   }
 }
 
+/// Sums, first and last increments of one stage, whose part before the joint has been worked through.
+void StreamingAllan::join(Stage& stage, const Stage& other) {
+  std::vector<double> both = stage.tail;
+  both.insert(both.end(), other.head.begin(), other.head.end());
+  if (!stage.tail.empty() && !other.head.empty()) add_terms(stage, both, stage.tail.size(), 0);
+  for (std::size_t i = 0; i < stage.factors.size(); ++i) {
+    stage.sums[i] += other.sums[i];
+    stage.terms[i] += other.terms[i];
+  }
+  if (stage.head_open) {
+    const std::size_t room = memory - stage.head.size();
+    stage.head.insert(stage.head.end(), other.head.begin(), other.head.begin() + std::min(room, other.head.size()));
+    stage.head_open = other.head_open && other.head.size() <= room;
+  }
+  if (other.head_open) {  // it holds all of the part
+    stage.tail = std::move(both);
+    if (stage.tail.size() > memory) stage.tail.erase(stage.tail.begin(), stage.tail.end() - memory);
+  } else {
+    stage.tail = other.tail;
+  }
+}
+
+/// The increment of the next stage that both parts share: what the first has of it, and the lead of the second.
+void StreamingAllan::join_lead(std::size_t index, const Stage& other) {
+  Stage& stage = stages_[index];
+  if (stage.skip > 0) {
+    stage.skip -= std::min(stage.skip, other.leading);
+    if (stage.lead_open) {
+      stage.lead += other.lead;
+      stage.leading += other.leading;
+    }
+  } else if (other.leading > 0) {
+    stage.lead_open = false;
+    stage.carry += other.lead;
+    stage.carried += other.leading;
+    if (stage.carried == decimation) {
+      if (index + 1 < stages_.size()) feed(index + 1, stage.carry);
+      stage.carry = 0.0;
+      stage.carried = 0;
+    }
+  }
+  if (other.lead_open) return;  // the second part ends within its lead
+  if (stage.skip > 0 && stage.lead_open) stage.lead = 0.0, stage.leading = 0;
+  stage.lead_open = false;
+  stage.carry = other.carry;
+  stage.carried = other.carried;
+  stage.skip = other.skip;
+}
+
 void StreamingAllan::append(const StreamingAllan& given) {
   if (given.start_ != start_ + samples_ || given.stages_.size() != stages_.size() ||
       given.stages_.back().factors != stages_.back().factors) {
@@ -154,29 +208,9 @@ void StreamingAllan::append(const StreamingAllan& given) {
   next.flush();
   flush();
   for (std::size_t k = 0; k < stages_.size(); ++k) {
-    Stage& stage = stages_[k];
-    Stage& other = next.stages_[k];
-    std::vector<double> both = stage.tail;
-    both.insert(both.end(), other.head.begin(), other.head.end());
-    if (!stage.tail.empty() && !other.head.empty()) add_terms(stage, both, stage.tail.size(), 0);
-    for (std::size_t i = 0; i < stage.factors.size(); ++i) {
-      stage.sums[i] += other.sums[i];
-      stage.terms[i] += other.terms[i];
-    }
-    if (stage.head_open) {
-      const std::size_t room = memory - stage.head.size();
-      stage.head.insert(stage.head.end(), other.head.begin(), other.head.begin() + std::min(room, other.head.size()));
-      stage.head_open = other.head_open && other.head.size() <= room;
-    }
-    if (other.head_open) {  // it holds all of the part
-      stage.tail = std::move(both);
-      if (stage.tail.size() > memory) stage.tail.erase(stage.tail.begin(), stage.tail.end() - memory);
-    } else {
-      stage.tail = std::move(other.tail);
-    }
-    stage.carry = other.carry;
-    stage.carried = other.carried;
-    stage.skip = other.skip;
+    work_through(k);
+    join(stages_[k], next.stages_[k]);
+    join_lead(k, next.stages_[k]);
   }
   samples_ += next.samples_;
 }

@@ -17,7 +17,7 @@ namespace tumble {
 /// by less than 0.1 % (tested); in a finite record it is a slightly different estimate of the same deviation.
 ///
 /// Parts of a record can be worked through apart, at the same time, and joined: the result is that of the whole, to
-/// rounding. Terms across missing samples (NaN) are left out.
+/// rounding. A part may begin at any sample. Terms across missing samples (NaN) are left out.
 class StreamingAllan {
  public:
   static constexpr std::size_t exact_to = 1024;
@@ -25,11 +25,9 @@ class StreamingAllan {
 
   /// Given  longest            longest averaging factor wanted [samples]; points_per_decade [1]  as in AllanOptions
   ///        start              index in the whole record of the first sample that will be pushed
-  /// Throws Error::bad_input   for points per decade that are negative, and a start that is no multiple of part_unit()
+  /// Throws Error::bad_input   for points per decade that are negative
   StreamingAllan(std::size_t longest, double points_per_decade, std::size_t start = 0);
-
-  /// What starts of parts must be multiples of: the step of the last stage, 16^(stages-1).
-  std::size_t part_unit() const;
+  StreamingAllan() = default;  ///< for pass()
 
   /// The next samples [u]. The result does not depend on how the record is cut into calls.
   void push(std::span<const double> rate);
@@ -43,6 +41,11 @@ class StreamingAllan {
 
   std::size_t samples() const { return samples_; }
 
+  template <class State>
+  void pass(State& state) {
+    state(stages_, start_, samples_);
+  }
+
  private:
   /// One step of decimation. An increment is the phase from one of its points to the next.
   struct Stage {
@@ -55,7 +58,15 @@ class StreamingAllan {
     std::vector<double> pending;  ///< increments not yet worked through
     double carry = 0.0;           ///< increment of the next stage, in the making ...
     std::size_t carried = 0;      ///< ... from so many of this one
-    std::size_t skip = 0;         ///< increments to pass before the next stage may start, after a gap
+    std::size_t skip = 0;         ///< increments to pass before the next stage may start: of a part, or after a gap
+    double lead = 0.0;            ///< of a part: sum of the increments before its first point of the next stage ...
+    std::size_t leading = 0;      ///< ... their number
+    bool lead_open = true;        ///< no gap was among them
+
+    template <class State>
+    void pass(State& state) {
+      state(factors, sums, terms, head, head_open, tail, pending, carry, carried, skip, lead, leading, lead_open);
+    }
   };
 
   void feed(std::size_t stage, double increment);
@@ -63,6 +74,8 @@ class StreamingAllan {
   void flush();
   void break_off();
   static void add_terms(Stage& stage, std::span<const double> increments, std::size_t old, std::size_t fresh);
+  static void join(Stage& stage, const Stage& other);
+  void join_lead(std::size_t stage, const Stage& other);
 
   std::vector<Stage> stages_;
   std::size_t start_ = 0;

@@ -186,18 +186,6 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   return result;
 }
 
-void check(const Settings& settings) {
-  std::vector<std::string> problems;
-  if (const double points = settings.number("points_per_decade"); points > 0.0 && points < 1.0)
-    problems.push_back(fmt::format("points_per_decade = {:g} must be 0, or 1 to 1000", points));
-  if (const int windows = settings.integer("windows"); windows == 1 || windows == 2)
-    problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
-  for (auto& problem : input_problems(settings)) problems.push_back(std::move(problem));
-  if (settings.has("deviations"))
-    for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-}
-
 /// The channels that could be analysed; an error where none could.
 Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
   std::vector<std::string> failures;
@@ -211,16 +199,13 @@ Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
 }
 
 Estimate stream(const StreamedEvidence& evidence, const Progress&) {
-  check(evidence.plan.settings);
-  const auto results = noise_of_stream(evidence);
-  Estimate estimate = described(results, evidence.plan);
-  describe_outliers(results, estimate);
-  return estimate;
+  check_settings(evidence.plan.settings);
+  return described_stream(noise_of_stream(evidence), evidence.plan);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
-  check(settings);
+  check_settings(settings);
   const auto runs = channel_runs(evidence, channels_of_data(settings));
   std::vector<ChannelNoise> results(runs.size());
   report(progress, 0.0, "Allan deviation");
@@ -284,6 +269,24 @@ Trial second_trial(std::uint64_t seed) {
 }
 
 }  // namespace
+
+void check_settings(const Settings& settings) {
+  std::vector<std::string> problems;
+  if (const double points = settings.number("points_per_decade"); points > 0.0 && points < 1.0)
+    problems.push_back(fmt::format("points_per_decade = {:g} must be 0, or 1 to 1000", points));
+  if (const int windows = settings.integer("windows"); windows == 1 || windows == 2)
+    problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
+  for (auto& problem : input_problems(settings)) problems.push_back(std::move(problem));
+  if (settings.has("deviations"))
+    for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+Estimate described_stream(const std::vector<ChannelNoise>& results, const Plan& plan) {
+  Estimate estimate = described(results, plan);
+  describe_outliers(results, estimate);
+  return estimate;
+}
 
 extern const Method allan_noise{
     .name = "allan_noise",

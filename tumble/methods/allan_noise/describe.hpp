@@ -36,6 +36,11 @@ struct Outlier {
   double departure = 0.0;                     ///< of the worst from its neighbours [u]
   double deviations = 0.0;                    ///< the same over what is usual [1]
   bool broad = false;                         ///< a mean over 16 samples and more is far
+
+  template <class State>
+  void pass(State& state) {
+    state(begin, end, worst, samples, departure, deviations, broad);
+  }
 };
 
 /// One measure of stability of a channel.

@@ -7,20 +7,13 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/math/noise/streaming_bands.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/stability/streaming_allan.hpp"
-#include "tumble/methods/allan_noise/fit.hpp"
-#include "tumble/methods/allan_noise/input.hpp"
-#include "tumble/methods/allan_noise/lines.hpp"
-#include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_blocks = 800, segment = 4096, most_kept = 512;
-constexpr std::size_t longest_factor = std::size_t{1} << 45;  // stages beyond the record's length hold nothing
 
 /// Both together.
 Scatter joined(const Scatter& a, const Scatter& b) {
@@ -31,91 +24,34 @@ Scatter joined(const Scatter& a, const Scatter& b) {
   return {count, a.mean + step * b.count / count, std::sqrt(squares / count), a.first};
 }
 
-/// State of one channel.
+/// One channel of a recording that is handed out in blocks.
 struct StreamedChannel {
-  StreamedChannel(const ChannelRun& stretch, std::size_t number, const Settings& settings)
-      : index(number),
-        clock(stretch.label, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")),
-        allan(longest_factor, settings.number("points_per_decade")) {
-    result.label = stretch.label;
-    result.kind = kind_of_rate(*stretch.channel, settings);
-    result.confidence = settings.number("confidence");
-  }
-
   std::size_t index;  ///< among the channels of a block
   EvenStream clock;
   std::vector<double> next, now;  ///< read, and being worked through
-  StreamingAllan allan;
-  StreamingNoiseBands bands;
-  ScatterBlocks scatter;
-  SegmentSample segments;
-  OutlierSearch outliers;
-  Extremes extremes;
-  std::size_t samples = 0;
-  ChannelNoise result;
+  ChannelState state;
 };
 
 void take(const Recording& block, StreamedChannel& channel) {
   channel.next.clear();
-  if (!channel.result.failure.empty()) return;
+  if (!channel.state.failure.empty()) return;
   try {
     channel.clock.take(block.channels[channel.index], channel.next);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    channel.result.failure = error.what();
+    channel.state.failure = error.what();
     channel.next.clear();
   }
 }
 
-/// The two halves take about the same time.
-void work_through(StreamedChannel& channel, bool first_half) {
-  if (first_half) return channel.allan.push(channel.now);
-  channel.bands.push(channel.now);
-  channel.extremes.add(extremes_of(channel.now));
-  channel.samples += channel.now.size();
-  channel.scatter.push(channel.now);
-  channel.segments.push(channel.now);
-  channel.outliers.push(channel.now);
-}
-
-void finish(StreamedChannel& channel, const Settings& settings) {
-  ChannelNoise& result = channel.result;
-  result.findings = channel.clock.findings();
-  result.rate = channel.clock.rate();
-  result.samples = channel.samples;
-  if (result.failure.empty()) result.failure = unusable(channel.extremes, channel.samples, result.rate);
-  if (!result.failure.empty()) return;
-  try {
-    const double begin = channel.clock.begin();
-    const Findings disturbed =
-        disturbances(channel.scatter.blocks(), channel.scatter.size(), result.rate, begin, result.label);
-    result.findings.insert(result.findings.end(), disturbed.begin(), disturbed.end());
-    result.begin = begin;
-    result.outliers = channel.outliers.events();
-    const double longest = std::max(1.0, settings.number("longest_fraction") * static_cast<double>(result.samples));
-    result.curve = channel.allan.points(result.rate, result.confidence);
-    std::erase_if(result.curve, [&](const DeviationPoint& one) { return static_cast<double>(one.factor) > longest; });
-    fit_likelihood(
-        channel.bands.bands(), [&] { return spectral_lines(channel.segments.values()); }, begin, settings, result);
-  } catch (const Error& error) {
-    if (error.kind != Error::Kind::bad_data) throw;
-    result.failure = error.what();
-  }
-}
-
 std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
-  Evidence evidence;
-  evidence.plan = plan;
-  evidence.recordings.push_back(block);
-  const Recording& recording = evidence.recordings.front();
-  evidence.recordings.front().marks.clear();
   std::vector<StreamedChannel> channels;
-  for (const auto& stretch : channel_runs(evidence, channels_of_data(plan.settings))) {
-    const auto number = static_cast<std::size_t>(stretch.channel - recording.channels.data());
-    channels.emplace_back(stretch, number, plan.settings);
-  }
+  for (const auto& [stretch, number] : channels_of_block(block, plan))
+    channels.push_back({number, EvenStream(stretch.label, plan.settings), {}, {}, {stretch, plan.settings}});
   return channels;
 }
+
+}  // namespace
 
 /// Options that look at the record as a whole.
 void refuse_unstreamable(const Settings& settings) {
@@ -139,7 +75,10 @@ void refuse_unstreamable(const Settings& settings) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-}  // namespace
+ScatterBlocks::ScatterBlocks(std::size_t start, std::size_t total) : samples_(start) {
+  while (size_ * most_blocks < total) size_ *= 2;
+  filled_ = start % size_;
+}
 
 void ScatterBlocks::push(std::span<const double> values) {
   while (!values.empty()) {
@@ -149,8 +88,8 @@ void ScatterBlocks::push(std::span<const double> values) {
         blocks_.resize(most_blocks / 2);
         size_ *= 2;
       }
-      blocks_.push_back({0.0, 0.0, 0.0, samples_});
-      filled_ = 0;
+      if (filled_ == size_) filled_ = 0;
+      blocks_.push_back({0.0, 0.0, 0.0, samples_ - filled_});
     }
     const auto some = values.first(std::min(values.size(), size_ - filled_));
     blocks_.back() = joined(blocks_.back(), scatter_of(some, samples_));
@@ -160,10 +99,29 @@ void ScatterBlocks::push(std::span<const double> values) {
   }
 }
 
+void ScatterBlocks::append(const ScatterBlocks& next) {
+  if (next.blocks_.empty()) return;
+  auto more = next.blocks_.begin();
+  if (!blocks_.empty() && filled_ < size_) blocks_.back() = joined(blocks_.back(), *more++);
+  blocks_.insert(blocks_.end(), more, next.blocks_.end());
+  filled_ = next.filled_;
+  samples_ = next.samples_;
+}
+
 std::vector<Scatter> ScatterBlocks::blocks() const {
   auto full = blocks_;
   if (filled_ < size_ && !full.empty()) full.pop_back();
   return full;
+}
+
+SegmentSample::SegmentSample(std::size_t start, std::size_t total) : position_(start) {
+  const std::size_t segments = (total + segment - 1) / segment;
+  while ((segments + stride_ - 1) / stride_ > most_kept) stride_ *= 2;
+}
+
+void SegmentSample::append(const SegmentSample& next) {
+  kept_.insert(kept_.end(), next.kept_.begin(), next.kept_.end());
+  position_ = next.position_;
 }
 
 void SegmentSample::push(std::span<const double> values) {
@@ -187,8 +145,10 @@ std::span<const double> SegmentSample::values() const {
   return std::span(kept_).first(stride_ == 1 ? kept_.size() : kept_.size() / segment * segment);
 }
 
-EvenStream::EvenStream(std::string label, double rate, std::string timing)
-    : label_(std::move(label)), timing_(std::move(timing)), given_(rate) {}
+EvenStream::EvenStream(std::string label, const Settings& settings)
+    : label_(std::move(label)),
+      timing_(settings.word("timing")),
+      given_(settings.has("rate") ? settings.number("rate") : 0.0) {}
 
 void EvenStream::take(const Channel& block, std::vector<double>& values) {
   if (block.values.empty()) return;
@@ -246,15 +206,25 @@ double EvenStream::rate() const {
   return last_ > first_ ? intervals / (last_ - first_) : 0.0;
 }
 
-Findings EvenStream::findings() const {
+Clocked EvenStream::clocked() const {
+  const double stamped = last_ > first_ ? (static_cast<double>(samples_) - 1.0) / (last_ - first_) : 0.0;
+  return {rate(), first_, last_, given_, stamped, lost_, gaps_, first_gap_};
+}
+
+Findings findings_of(const Clocked& clocked, const std::string& label) {
   using Severity = Finding::Severity;
   Findings findings;
-  const double stamped = last_ > first_ ? (static_cast<double>(samples_) - 1.0) / (last_ - first_) : 0.0;
-  if (given_ > 0.0 && stamped > 0.0 && std::abs(given_ / stamped - 1.0) > 0.01)
-    findings.push_back(
-        {Severity::warning, "rate_differs_from_file", {{"rate", given_, "Hz"}, {"stamped", stamped, "Hz"}}, label_});
-  if (gaps_ > 0)
-    findings.push_back({Severity::info, "gaps_kept_as_missing", {{"lost", lost_}}, label_, {gaps_, first_gap_, {}}});
+  if (clocked.given > 0.0 && clocked.stamped > 0.0 && std::abs(clocked.given / clocked.stamped - 1.0) > 0.01)
+    findings.push_back({Severity::warning,
+                        "rate_differs_from_file",
+                        {{"rate", clocked.given, "Hz"}, {"stamped", clocked.stamped, "Hz"}},
+                        label});
+  if (clocked.gaps > 0)
+    findings.push_back({Severity::info,
+                        "gaps_kept_as_missing",
+                        {{"lost", clocked.lost}},
+                        label,
+                        {clocked.gaps, clocked.first_gap, {}}});
   return findings;
 }
 
@@ -268,14 +238,20 @@ std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {
     for (auto& channel : channels) take(block, channel);
     if (working.valid()) working.get();
     for (auto& channel : channels) std::swap(channel.now, channel.next);
-    working = in_background(
-        [&] { parallel_for(2 * channels.size(), [&](std::size_t i) { work_through(channels[i / 2], i % 2 == 0); }); });
+    working = in_background([&] {
+      parallel_for(2 * channels.size(), [&](std::size_t i) {
+        StreamedChannel& channel = channels[i / 2];
+        i % 2 == 0 ? channel.state.push_to_allan(channel.now) : channel.state.push_to_bands(channel.now);
+      });
+    });
   });
   if (working.valid()) working.get();
-  parallel_for(channels.size(), [&](std::size_t i) { finish(channels[i], settings); });
-  std::vector<ChannelNoise> results;
-  results.reserve(channels.size());
-  for (auto& channel : channels) results.push_back(std::move(channel.result));
+  std::vector<ChannelNoise> results(channels.size());
+  parallel_for(channels.size(), [&](std::size_t i) {
+    channels[i].state.clock = channels[i].clock.clocked();
+    channels[i].state.close();
+    results[i] = channels[i].state.noise(settings);
+  });
   return results;
 }
 

@@ -1,0 +1,248 @@
+"""The driver of a run: which recordings are done, which are to do, and what to do when a worker dies."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import os
+import time
+import uuid
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from typing import Any
+
+from tumble import _tumble
+from tumble._errors import DataError, FileError, TumbleError, UsageError
+from tumble._plan import Plan, plan_of
+from tumble._progress import Call, listener
+from tumble._text import count_of, number_of, path_text
+from tumble.fleet._engines import Engine, WorkerDiedError, engine_of
+from tumble.fleet._fleet import Fleet
+from tumble.fleet._names import tasks_of
+from tumble.fleet._store import DOCUMENT, FORMAT, Log, Store
+from tumble.fleet._tables import forget
+from tumble.fleet._task import Job, Task, reduce, sha256_of_plan, stamp_of, where
+
+QUEUE = 2  # tasks in flight for each worker: one that it works on, one that waits
+
+
+def run(
+    plan: Plan | str | os.PathLike[str],
+    recordings: Any,
+    out: str | os.PathLike[str],
+    *,
+    executor: Any = "processes",
+    workers: int | None = None,
+    settings: dict[str, object] | None = None,
+    serial: str | None = None,
+    retries: int = 2,
+    timeout: float | None = None,
+    retry_errors: bool = False,
+    archive: str | None = None,
+    by: str | None = None,
+    progress: object = None,
+) -> Fleet:
+    """Identifies the parameters of many units, one recording each.
+
+    A run that was interrupted goes on where it ended: what is done is not computed again, for any executor. A recording
+    that cannot be reduced is a row with its error; so is one that ends its worker.
+
+    Given     plan          a Plan, the path of one, or the name of a method that needs none
+              recordings    paths, patterns such as "data/*.h5", folders, a dict from serial number to path
+              out           folder of the fleet, here or in an object store (s3://); of one plan
+              executor      "processes", "serial", "dask" (a cluster on this machine), a distributed.Client, or any
+                            object with submit(function, *arguments)
+              workers       number of processes; None: one for each processor
+              settings      values that replace those of the plan, as in Plan.with_
+              serial        regular expression that finds the serial number in the name; None: the name without its end
+              retries       how often a task is tried again whose worker died or whose file could not be read
+              timeout       [s] after which a worker of executor="processes" is ended, with an error in the row
+              retry_errors  also recordings again whose row is an error
+              archive       address of an archive that takes the results, with `by`, who archives them
+              progress      None, True (a bar), or a function of (done from 0 to 1, what)
+    Returned  the fleet: its table, its log, its summary
+    Raises    UsageError for an empty list, a name twice, a folder of another plan; FileError for a full disk
+    Example   tumble.fleet.run("plan.toml", "data/*.h5", "fleet").table()
+    """
+    made = plan_of(plan, settings)
+    _require_fleet_plan(made)
+    tasks = tasks_of(recordings, serial)
+    store = Store(path_text(out, "out"))
+    job = _job(store, made)
+    driver = _Driver(
+        store,
+        job,
+        count_of(retries, "retries"),
+        None if timeout is None else number_of(timeout, "timeout"),
+        retry_errors,
+    )
+    count = None if workers is None else count_of(workers, "workers", 1)
+    with listener(progress) as call:
+        driver.run(tasks, executor, count, call)
+    fleet = Fleet(store)
+    fleet._write_table()
+    if archive is not None:
+        fleet.to_archive(archive, by=by)
+    return fleet
+
+
+def _require_fleet_plan(plan: Plan) -> None:
+    if plan.recordings:
+        raise UsageError(
+            f"{plan.file}: names recordings itself ([[recording]]); in a fleet each recording is reduced by the plan "
+            "alone: remove them, or use identify"
+        )
+
+
+def _job(store: Store, plan: Plan) -> Job:
+    """The job of a folder, which belongs to one plan. Raises UsageError where it belongs to another."""
+    sha256 = sha256_of_plan(plan)
+    document = store.json(DOCUMENT)
+    if document is None and store.is_local and os.path.isdir(store.root) and os.listdir(store.root):
+        raise UsageError(f"{store.folder}: is not empty, and holds no fleet: name a new folder")
+    if document is not None:
+        if document.get("format") != FORMAT:
+            raise UsageError(f"{store.folder}: was made by another version of tumble.fleet: name a new folder")
+        if document["plan_sha256"] != sha256:
+            raise UsageError(
+                f"{store.folder}: holds the fleet of another plan or other settings ({document['plan']}"
+                f"{''.join(f', {key}={value}' for key, value in document['sets'])}): name a new folder"
+            )
+    name = os.path.abspath(plan.file) if plan.file else plan.method
+    sets = tuple((key, value) for key, value in plan._sets)
+    job = Job(store.folder if "://" in store.folder else store.root, name, sets, sha256, _tumble.version)
+    if document is None or document["tumble"] != job.version:
+        made = {
+            "format": FORMAT,
+            "plan": os.path.basename(name),
+            "method": plan.method,
+            "plan_sha256": sha256,
+            "sets": sets,
+            "tumble": job.version,
+        }
+        store.write((json.dumps(made, indent=1, ensure_ascii=False) + "\n").encode(), DOCUMENT)
+        if plan.text is not None:
+            store.write(plan.text.encode(), "plan.toml")
+    return job
+
+
+class _Driver:
+    """One run."""
+
+    def __init__(self, store: Store, job: Job, retries: int, timeout: float | None, retry_errors: bool) -> None:
+        self._store, self._job = store, job
+        self._retries, self._timeout, self._retry_errors = retries, timeout, retry_errors
+        self._failed: dict[Task, int] = {}  # how often
+        self._alone: deque[Task] = deque()  # whose worker died while others were in flight
+        self._forgotten: set[str] = set()  # keys of errors that are to be tried again
+        self._done = self._errors = 0
+
+    def run(self, tasks: list[Task], executor: Any, workers: int | None, call: Call | None) -> None:
+        waiting = deque(task for task in tasks if not self._is_done(task))
+        forget(self._store, self._job.version, self._forgotten)
+        self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
+        stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%S.%fZ")
+        self._log = Log(self._store, "log", f"run-{stamp}-{os.getpid()}-{uuid.uuid4().hex[:6]}.jsonl")
+        self._begin = time.monotonic()
+        self._say({"run": "begins", "tumble": self._job.version, "recordings": len(tasks), "to_do": len(waiting)})
+        engine: Engine | None = None
+        ending = "interrupted"
+        try:
+            if waiting:
+                engine = engine_of(executor, workers, self._timeout)
+                self._say({"run": "works", "executor": engine.name, "workers": engine.slots})
+                self._work(waiting, engine, QUEUE * engine.slots)
+                self._work(self._alone, engine, 1)
+            ending = "complete"
+        finally:
+            if engine is not None:
+                engine.close()
+            self._say({"run": ending, "seconds": round(time.monotonic() - self._begin, 3)})
+            self._log.close()
+
+    def _is_done(self, task: Task) -> bool:
+        """Whether an earlier run did it, and the recording has not changed since: nothing is read."""
+        known = self._earlier.get((task.recording, task.serial))
+        if known is None or known["status"] not in ("ok", "error") or known.get("key") is None:
+            return False
+        if known["status"] == "error" and self._retry_errors:
+            self._forgotten.add(known["key"])
+            return False
+        try:
+            if list(stamp_of(task.recording)) != known["stamp"]:
+                return False
+        except TumbleError:
+            return False
+        return known["key"] in self._keys
+
+    @property
+    def _earlier(self) -> dict[tuple[str, str], dict[str, Any]]:
+        if not hasattr(self, "_earlier_lines"):
+            self._earlier_lines = {}
+            self._keys = {
+                os.path.basename(one)[:-5] for one in self._store.names("rows", self._job.version, suffix=".json")
+            }
+            for name in self._store.names("log", suffix=".jsonl"):
+                for line in self._store.lines("log", name):
+                    if "status" in line:
+                        self._earlier_lines[line["recording"], line["serial"]] = line
+        return self._earlier_lines
+
+    def _work(self, waiting: deque[Task], engine: Engine, most: int) -> None:
+        """Keeps `most` tasks in flight until none waits."""
+        in_flight: dict[Future[Any], Task] = {}
+        while waiting or in_flight:
+            while waiting and len(in_flight) < most:
+                task = waiting.popleft()
+                in_flight[engine.submit(reduce, self._job, task)] = task
+            done, _ = wait(in_flight, return_when=FIRST_COMPLETED)
+            for future in done:
+                task = in_flight.pop(future)
+                self._take(task, future, waiting, alone=most == 1 or engine.knows_the_culprit)
+
+    def _take(self, task: Task, future: Future[Any], waiting: deque[Task], alone: bool) -> None:
+        error = future.exception()
+        if error is None:
+            self._settle(task, future.result())
+        elif isinstance(error, WorkerDiedError) and not alone:
+            self._alone.append(task)  # one of those in flight ended the worker: which one shows when each is alone
+            self._say({"recording": task.recording, "serial": task.serial, "failed": str(error), "again": "alone"})
+        elif isinstance(error, DataError) and not isinstance(error, FileError):
+            self._settle(task, {"key": None, "status": "error", "error": str(error), "known": False})
+        elif isinstance(error, (FileError, WorkerDiedError, OSError, MemoryError)) or not isinstance(
+            error, TumbleError
+        ):
+            self._again(task, error, waiting)
+        else:
+            raise error
+
+    def _again(self, task: Task, error: BaseException, waiting: deque[Task]) -> None:
+        if _is_full_disk(error, self._job.out):
+            raise error
+        self._failed[task] = self._failed.get(task, 0) + 1
+        words = str(error) or type(error).__name__
+        if self._failed[task] <= self._retries:
+            self._say(
+                {"recording": task.recording, "serial": task.serial, "failed": words, "again": self._failed[task]}
+            )
+            waiting.append(task)
+            return
+        times = f", {self._failed[task]} times" if self._failed[task] > 1 else ""
+        self._settle(task, {"key": None, "status": "error", "error": words + times, "known": False})
+
+    def _settle(self, task: Task, answer: dict[str, Any]) -> None:
+        self._done += 1
+        self._errors += answer["status"] == "error"
+        self._say({"recording": task.recording, "serial": task.serial, **answer})
+        if self._call is not None:
+            errors = f", {self._errors} with an error" if self._errors else ""
+            self._call(self._done / self._all, f"{self._done} of {self._all} recordings{errors}")
+
+    def _say(self, line: dict[str, Any]) -> None:
+        now = time.time()
+        self._log.add({"time": round(now, 6), **line, **({} if "host" in line else where())}, now)
+
+
+def _is_full_disk(error: BaseException, out: str) -> bool:
+    """Whether the folder of the fleet cannot be written: no recording is to blame, and the run ends."""
+    return isinstance(error, FileError) and str(error).startswith(out)

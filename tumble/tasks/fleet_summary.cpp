@@ -1,0 +1,193 @@
+#include "tumble/tasks/fleet_summary.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "tumble/archive/deposit.hpp"
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/statistics.hpp"
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/tasks/fleet/limits.hpp"
+#include "tumble/tasks/fleet/merge.hpp"
+#include "tumble/tasks/fleet/risk.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Severity = Finding::Severity;
+
+constexpr std::size_t in_a_transaction = 100, fewest_units = 3;
+/// Of what has no date: the archive of a summary is made anew each time, and ends with it.
+constexpr const char* no_date = "2000-01-01T00:00:00Z";
+
+/// A folder that ends with this value.
+struct TemporaryFolder {
+  fs::path path;
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "tumble-fleet-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw Error(Error::Kind::bad_file, name + ": cannot be made");
+    path = name;
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+};
+
+/// The folder with the results of a fleet: those of the version that fleet.json names, or the folder itself.
+fs::path folder_of_results(const std::string& folder) {
+  std::error_code failed;
+  if (!fs::is_directory(folder, failed)) throw Error(Error::Kind::bad_input, folder + ": is not a folder");
+  const fs::path document = fs::path(folder) / "fleet.json";
+  if (!fs::exists(document)) return folder;
+  const Json json = Json::parse(read_text_file(document.string()), nullptr, false);
+  if (!json.is_object() || !json.contains("tumble") || !json["tumble"].is_string())
+    throw Error(Error::Kind::bad_file, document.string() + ": is not what tumble fleet run writes");
+  return fs::path(folder) / "results" / json["tumble"].get<std::string>();
+}
+
+std::vector<std::string> files_below(const fs::path& folder) {
+  std::vector<std::string> files;
+  std::error_code failed;
+  for (fs::recursive_directory_iterator at(folder, failed), end; at != end && !failed; at.increment(failed))
+    if (at->is_regular_file() && at->path().extension() == ".json") files.push_back(at->path().string());
+  std::ranges::sort(files);
+  return files;
+}
+
+/// What is known of all results before they are summarised.
+struct FleetResults {
+  std::string method, model;
+  std::size_t units = 0;
+  std::vector<std::string> parameters;      ///< in the order in which they first occur
+  std::vector<std::string> same_recording;  ///< serial numbers whose result has the recording of another one
+};
+
+std::string inputs_of(const Json& json) {
+  std::vector<std::string> inputs;
+  for (const auto& input : json["provenance"]["inputs"]) inputs.push_back(input["sha256"].get<std::string>());
+  std::ranges::sort(inputs);
+  return fmt::format("{}", fmt::join(inputs, " "));
+}
+
+/// Reads one result. Nothing where its recording is that of another one.
+std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>& recordings, FleetResults& fleet) try {
+  std::string text = read_text_file(file);
+  const Json json = Json::parse(text);
+  const auto method = json.at("method").get<std::string>();
+  if (!fleet.method.empty() && method != fleet.method)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: is a result of {}, and others are of {}: results of one method "
+                            "are expected",
+                            file, method, fleet.method));
+  fleet.method = method;
+  const auto& instrument = json.at("instrument");
+  UnitName unit{instrument.value("model", ""), instrument.value("serial", "")};
+  if (unit.model.empty()) unit.model = method;
+  fleet.model = unit.model;
+  if (unit.serial.empty())
+    throw Error(Error::Kind::bad_input,
+                file + ": has no serial number: tumble fleet run takes it from the file's name");
+  if (const auto inputs = inputs_of(json); !inputs.empty() && !recordings.insert(inputs).second) {
+    fleet.same_recording.push_back(unit.serial);
+    return std::nullopt;
+  }
+  for (const auto& parameter : json.at("parameters")) {
+    const auto name = parameter.at("name").get<std::string>();
+    if (std::ranges::find(fleet.parameters, name) == fleet.parameters.end()) fleet.parameters.push_back(name);
+  }
+  ++fleet.units;
+  return ResultDeposit{.json = std::move(text), .file = file, .unit = unit};
+} catch (const Json::exception&) {
+  throw Error(Error::Kind::bad_file, file + ": is not a result of tumble identify");
+}
+
+FleetResults put_into(Archive& archive, const std::vector<std::string>& files, const ArchiveAct& act) {
+  FleetResults fleet;
+  std::set<std::string> recordings;
+  Deposit deposit;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (auto result = take(files[i], recordings, fleet)) deposit.results.push_back(std::move(*result));
+    if (deposit.results.size() < in_a_transaction && i + 1 < files.size()) continue;
+    put_in(archive, deposit, act);
+    deposit.results.clear();
+  }
+  return fleet;
+}
+
+/// The parameters asked for, in their order. Throws Error::bad_input with all that no result has.
+std::vector<std::string> chosen(const FleetResults& fleet, const std::vector<std::string>& wanted,
+                                const fleet::LimitsByName& limits) {
+  std::vector<std::string> problems;
+  const auto check = [&](const std::string& name) {
+    if (std::ranges::find(fleet.parameters, name) == fleet.parameters.end())
+      problems.push_back(fmt::format("no result has the parameter '{}'{}", name, did_you_mean(name, fleet.parameters)));
+  };
+  std::set<std::string> asked(wanted.begin(), wanted.end());
+  for (const auto& [name, both] : limits) asked.insert(name);
+  for (const auto& name : asked) check(name);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return wanted.empty() ? fleet.parameters : wanted;
+}
+
+}  // namespace
+
+Estimate summarise_fleet(const std::string& folder, const std::vector<std::string>& parameters, const Sets& sets) {
+  const auto limits = fleet::limits_by_name(sets);
+  const auto files = files_below(folder_of_results(folder));
+  if (files.empty())
+    throw Error(Error::Kind::bad_input, folder +
+                                            ": holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes "
+                                            "them");
+  const TemporaryFolder temporary;
+  const std::string address = (temporary.path / "fleet.db").string();
+  const ArchiveAct act{.who = "fleet summary", .when = no_date, .why = {}};
+  make_archive(address, "", act);
+  Archive archive(address, no_date);
+  const FleetResults found = put_into(archive, files, act);
+  const auto names = chosen(found, parameters, limits);
+  Estimate all;
+  all.method = "fleet_summary";
+  all.title = fmt::format("{} units: {}", found.units, found.method);
+  all.instrument_model = found.model == found.method ? "" : found.model;
+  if (found.units < fewest_units)
+    throw Error(Error::Kind::bad_data, fmt::format("{}: {} units have a result of their own, and a summary needs {} or "
+                                                   "more",
+                                                   folder, found.units, fewest_units));
+  fleet::Overview overview;
+  for (const auto& name : names) try {
+      const Unit shown = parameter_over_units(archive, name, found.model).shown;
+      const ParameterLimits both = fleet::limits_in(limits, name, shown);
+      fleet::add_parameter(archive, {name, found.model, both}, overview, all);
+    } catch (const Error& error) {
+      if (error.kind != Error::Kind::bad_data) throw;
+      all.findings.push_back({Severity::info, "parameter_not_summarised", {{"reason", error.problems.front()}}, name});
+    }
+  if (all.parameters.empty())
+    throw Error(Error::Kind::bad_data,
+                folder + ": no parameter can be summarised: of each there are fewer than three units");
+  fleet::finish(overview, all);
+  if (!found.same_recording.empty())
+    all.findings.push_back({Severity::warning,
+                            "same_recording_of_units",
+                            {{"units", fmt::format("{}", fmt::join(found.same_recording, ", "))}}});
+  all.provenance.settings["units"] = fmt::format("{}", found.units);
+  all.fit.observations = found.units;
+  return all;
+}
+
+}  // namespace tumble
