@@ -45,21 +45,25 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb convert_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"convert",
-          "Write a recording in another format",
-          {{"RECORDING", &arguments->recording, "recording to read; - reads standard input", true},
-           {"-o,--output", &arguments->output,
-            "recording to write; the end of its name selects the format; - writes CSV to standard\noutput", true},
-           {.name = "--from", .value = &arguments->from, .description = "write samples from this time on", .type = "TIME"},
-           {.name = "--to", .value = &arguments->to, .description = "write samples up to this time", .type = "TIME"},
-           {.name = "--channel", .value = &arguments->channels, .description = "channel to write; repeatable (default: all)", .type = "NAME"},
-           topic_argument(arguments->topics),
-           reading_sets(arguments->sets)},
-          "Examples:\n"
-          "  tumble convert data.csv -o data.h5\n"
-          "  tumble convert long.h5 -o part.csv --from 10 --to \"2 min\" --channel gyro.x\n"
-          "  tumble convert old.csv -o new.csv --set rate=100 --set unit.x=deg/h --set missing=NA\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "convert",
+      "Write a recording in another format",
+      {{"RECORDING", &arguments->recording, "recording to read; - reads standard input", true},
+       {"-o,--output", &arguments->output,
+        "recording to write; the end of its name selects the format; - writes CSV to standard\noutput", true},
+       {.name = "--from", .value = &arguments->from, .description = "write samples from this time on", .type = "TIME"},
+       {.name = "--to", .value = &arguments->to, .description = "write samples up to this time", .type = "TIME"},
+       {.name = "--channel",
+        .value = &arguments->channels,
+        .description = "channel to write; repeatable (default: all)",
+        .type = "NAME"},
+       topic_argument(arguments->topics),
+       reading_sets(arguments->sets)},
+      "Examples:\n"
+      "  tumble convert data.csv -o data.h5\n"
+      "  tumble convert long.h5 -o part.csv --from 10 --to \"2 min\" --channel gyro.x\n"
+      "  tumble convert old.csv -o new.csv --set rate=100 --set unit.x=deg/h --set missing=NA\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

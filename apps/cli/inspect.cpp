@@ -1,3 +1,5 @@
+#include "inspect.hpp"
+
 #include <fmt/format.h>
 
 #include <charconv>
@@ -7,7 +9,6 @@
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
-#include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "completion.hpp"
+#include "serve.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"

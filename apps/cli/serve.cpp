@@ -1,3 +1,5 @@
+#include "serve.hpp"
+
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -10,10 +12,10 @@
 #include <memory>
 #include <random>
 
+#include "inspect.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
-#include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -33,9 +35,7 @@ fs::path cache_folder() {
   return fs::temp_directory_path() / fmt::format("tumble-cache-{}", getuid());
 }
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
+double now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
 /// 256 bits that nobody can guess.
 std::string new_token() {
@@ -49,7 +49,8 @@ unsigned port_of(const std::string& text) {
   unsigned port = 0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (fault == std::errc{} && end == text.data() + text.size() && port <= 65535) return port;
-  throw Error(Error::Kind::bad_input, "--port " + text + ": a number from 0 to 65535 is expected; 0 chooses a free port");
+  throw Error(Error::Kind::bad_input,
+              "--port " + text + ": a number from 0 to 65535 is expected; 0 chooses a free port");
 }
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
@@ -59,7 +60,8 @@ void check(const Arguments& arguments, const std::string& host) {
   std::vector<std::string> problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
   if (!is_loopback(host) && arguments.certificate.empty())
-    problems.push_back(fmt::format("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", host));
+    problems.push_back(
+        fmt::format("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", host));
   if (!is_loopback(host) && arguments.no_token)
     problems.emplace_back("--no-token: only for the computer itself, without --host");
   std::error_code failed;
@@ -140,22 +142,37 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb serve_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"serve",
-          "Open the workbench over a folder in a browser",
-          {{"FOLDER", &arguments->folder, "folder of recordings and plans (default: the current one)"},
-           {.name = "--port", .value = &arguments->port, .description = "port to listen at; 0: any that is free (default: 8321)", .type = "NUMBER"},
-           {.name = "--host", .value = &arguments->host, .description = "address to listen at, for other computers too; needs --cert and --key\n(default: this computer only)", .type = "ADDRESS"},
-           {.name = "--cert", .value = &arguments->certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
-           {.name = "--key", .value = &arguments->key, .description = "its private key (PEM)", .type = "FILE"},
-           {"--no-token", &arguments->no_token, "everybody on this computer may use it, without the link"},
-           {.name = "--upload-limit", .value = &arguments->upload_limit, .description = "largest file that may be uploaded", .type = "SIZE", .bytes = "10 GB"},
-           {.name = "--prepare", .value = &arguments->prepare, .description = "prepare this recording for quick views, and end; repeatable", .type = "RECORDING"},
-           reading_sets(arguments->sets, "with --prepare: information that the file")},
-          "Examples:\n"
-          "  tumble serve measurements\n"
-          "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
-          "  tumble serve --prepare long.h5\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "serve",
+      "Open the workbench over a folder in a browser",
+      {{"FOLDER", &arguments->folder, "folder of recordings and plans (default: the current one)"},
+       {.name = "--port",
+        .value = &arguments->port,
+        .description = "port to listen at; 0: any that is free (default: 8321)",
+        .type = "NUMBER"},
+       {.name = "--host",
+        .value = &arguments->host,
+        .description =
+            "address to listen at, for other computers too; needs --cert and --key\n(default: this computer only)",
+        .type = "ADDRESS"},
+       {.name = "--cert", .value = &arguments->certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
+       {.name = "--key", .value = &arguments->key, .description = "its private key (PEM)", .type = "FILE"},
+       {"--no-token", &arguments->no_token, "everybody on this computer may use it, without the link"},
+       {.name = "--upload-limit",
+        .value = &arguments->upload_limit,
+        .description = "largest file that may be uploaded",
+        .type = "SIZE",
+        .bytes = "10 GB"},
+       {.name = "--prepare",
+        .value = &arguments->prepare,
+        .description = "prepare this recording for quick views, and end; repeatable",
+        .type = "RECORDING"},
+       reading_sets(arguments->sets, "with --prepare: information that the file")},
+      "Examples:\n"
+      "  tumble serve measurements\n"
+      "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
+      "  tumble serve --prepare long.h5\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

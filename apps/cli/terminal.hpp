@@ -34,8 +34,7 @@ void complain(const Terminal& terminal, const std::vector<std::string>& problems
 inline void complain(const Terminal& terminal, const std::string& problem) { complain(terminal, std::vector{problem}); }
 
 /// Draws how far the work is, on one line of standard error that it clears when done. Work that says nothing for a
-/// while is seen to go on: the seconds count. Nothing unless live. Where the environment variable TUMBLE_PROGRESS names
-/// a descriptor, lines "0.25 reading" are written to it instead, at most ten a second.
+/// while is seen to go on: the seconds count. Nothing unless live.
 class ProgressLine {
  public:
   explicit ProgressLine(const Terminal& terminal, std::string_view what = "");
@@ -52,7 +51,6 @@ class ProgressLine {
   void draw();
   void draw_until_ended();
 
-  int descriptor_;
   bool shown_;
   bool drawn_ = false, ended_ = false;
   double done_ = 0.0;

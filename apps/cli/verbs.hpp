@@ -52,7 +52,6 @@ Verb convert_verb();
 Verb record_verb();
 Verb seal_verb();
 Verb archive_verb();
-Verb serve_verb();
 
 /// Exit status of a wrong command line, plan or option.
 constexpr int usage = 2;
@@ -75,9 +74,6 @@ std::string readable(const std::string& path);
 std::string as_written(std::string text);
 /// The recording on standard input, in any format. Throws as read_recording() and readable().
 Recording read_standard_input(const ReadOptions& options, const Progress& progress);
-
-/// What `inspect --json` prints.
-std::string inspection_json(const Inspection& inspection);
 
 /// A result from its file, or from standard input for "-". Throws Error::bad_file.
 Estimate read_result(const std::string& path);

@@ -1,7 +1,6 @@
-#include "tumble/core/text.hpp"
-
 #include <toml++/toml.h>
 
+#include "tumble/core/texts.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,8 +22,5 @@ std::string text_of(std::string_view section, std::string_view key, std::size_t 
 
 /// What users of a language read, from text/<code>.toml. Throws Error::internal for a key that the table lacks.
 std::string text_of(Language language, std::string_view section, std::string_view key);
-
-/// A whole section by key, for a page that carries its own texts. Throws Error::internal where there is none.
-std::map<std::string, std::string> texts_of(Language language, std::string_view section);
 
 }  // namespace tumble

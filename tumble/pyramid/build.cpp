@@ -49,12 +49,12 @@ class Builder {
  private:
   struct Part {
     store::Levels levels;
-    std::size_t count = 0;                        ///< samples so far
-    std::vector<std::uint64_t> samples, stamps;   ///< number of the first one and place in the file, in turn
-    std::size_t clock = 0;                        ///< the channel that holds the stamps of this one
+    std::size_t count = 0;                       ///< samples so far
+    std::vector<std::uint64_t> samples, stamps;  ///< number of the first one and place in the file, in turn
+    std::size_t clock = 0;                       ///< the channel that holds the stamps of this one
     bool stamped = false;
-    double first = 0.0, last = 0.0;               ///< [s]
-    std::vector<double> times;                    ///< [s] of the block, never backwards
+    double first = 0.0, last = 0.0;  ///< [s]
+    std::vector<double> times;       ///< [s] of the block, never backwards
   };
 
   void begin(const Recording& block) {

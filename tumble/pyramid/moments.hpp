@@ -8,12 +8,12 @@ namespace tumble {
 /// Statistics of a block of samples that can be joined with those of another. Values are less an offset that the blocks
 /// of a channel share, so that a small scatter about a large mean loses no digits.
 struct Moments {
-  double count = 0.0;         ///< samples that are not missing [1]
-  double mean = 0.0;          ///< less the offset [u]
-  double squares = 0.0;       ///< sum of (value - mean)^2 [u^2]
-  double mean_time = 0.0;     ///< of the samples that are not missing [t]
-  double squares_time = 0.0;  ///< sum of (time - mean_time)^2 [t^2]
-  double products = 0.0;      ///< sum of (value - mean)(time - mean_time) [u t]
+  double count = 0.0;                                         ///< samples that are not missing [1]
+  double mean = 0.0;                                          ///< less the offset [u]
+  double squares = 0.0;                                       ///< sum of (value - mean)^2 [u^2]
+  double mean_time = 0.0;                                     ///< of the samples that are not missing [t]
+  double squares_time = 0.0;                                  ///< sum of (time - mean_time)^2 [t^2]
+  double products = 0.0;                                      ///< sum of (value - mean)(time - mean_time) [u t]
   double minimum = std::numeric_limits<double>::infinity();   ///< [u], with the offset
   double maximum = -std::numeric_limits<double>::infinity();  ///< [u], with the offset
 };

@@ -36,10 +36,10 @@ struct PyramidChannel {
 /// A stretch of one channel as it is drawn: bars, or samples where there are few. Values are in the unit asked for.
 struct ChannelView {
   enum Flag : std::uint8_t { missing = 1, constant = 2 };  ///< of a bar: some are missing; all others are equal
-  bool samples = false;            ///< true: `values` are the samples themselves
-  std::size_t first = 0;           ///< number of the first sample
-  std::size_t block = 1;           ///< samples a bar; bars begin at multiples of it
-  double offset = 0.0;             ///< to be added to low and high [unit]
+  bool samples = false;                                    ///< true: `values` are the samples themselves
+  std::size_t first = 0;                                   ///< number of the first sample
+  std::size_t block = 1;                                   ///< samples a bar; bars begin at multiples of it
+  double offset = 0.0;                                     ///< to be added to low and high [unit]
   double start = 0.0, step = 0.0;  ///< [s] of the first bar or sample, and between neighbours; step 0: see times
   std::vector<double> times;       ///< [s] of the first sample of each
   std::vector<float> low, high;    ///< [unit] less the offset, rounded outward; NaN: all are missing
@@ -50,7 +50,7 @@ struct ChannelView {
 /// Statistics of all samples of a span, missing ones excluded.
 struct SpanStatistics {
   std::size_t samples = 0, missing = 0;
-  double first = 0.0, last = 0.0;  ///< [s] times of the first and the last sample
+  double first = 0.0, last = 0.0;                             ///< [s] times of the first and the last sample
   double mean = 0.0, sd = 0.0, minimum = 0.0, maximum = 0.0;  ///< [SI]
   double slope = 0.0;                                         ///< of the straight line by least squares [SI/s]
 };

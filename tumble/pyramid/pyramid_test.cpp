@@ -95,9 +95,9 @@ void expect_inside(const Pyramid& pyramid, const Channel& channel, std::size_t n
       }
     }
     if (view.samples) continue;
-    const auto [least, most] = std::minmax_element(
-        channel.values.begin() + static_cast<std::ptrdiff_t>(first),
-        channel.values.begin() + static_cast<std::ptrdiff_t>(end), [](double a, double b) { return a < b; });
+    const auto [least, most] = std::minmax_element(channel.values.begin() + static_cast<std::ptrdiff_t>(first),
+                                                   channel.values.begin() + static_cast<std::ptrdiff_t>(end),
+                                                   [](double a, double b) { return a < b; });
     constant = present > 1 && !missing && *least == *most;
     EXPECT_EQ((view.flags[k] & ChannelView::missing) != 0, missing);
     EXPECT_TRUE(!constant || (view.flags[k] & ChannelView::constant) != 0);

@@ -32,7 +32,8 @@ fs::path inside(const fs::path& root, const std::string& name) {
   const fs::path path(name);
   if (path.is_absolute()) refuse_name("'" + name + "': a name inside of the folder is expected");
   for (const auto& part : path)
-    if (part.empty() || part.string().starts_with('.')) refuse_name("'" + name + "': a part begins with a dot or is empty");
+    if (part.empty() || part.string().starts_with('.'))
+      refuse_name("'" + name + "': a part begins with a dot or is empty");
   std::error_code failed;
   const fs::path whole = fs::canonical(root / path, failed);
   if (failed) throw Error{Error::Kind::bad_file, "there is no '" + name + "' in the folder"};

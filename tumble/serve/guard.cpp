@@ -95,7 +95,8 @@ bool Guard::has_token(const HttpRequest& request) const {
 bool Guard::is_token(const std::string& text) const { return equal_in_constant_time(text, token); }
 
 std::string Guard::cookie() const {
-  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}", cookie_name(), cookie_value(), tls ? "; Secure" : "");
+  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}", cookie_name(), cookie_value(),
+                     tls ? "; Secure" : "");
 }
 
 void add_safety(HttpResponse& response) {

@@ -32,10 +32,10 @@ class BodyFile {
 
 /// A request as it came; nothing of it is trusted.
 struct HttpRequest {
-  std::string method, path;                                 ///< path: decoded, without the query
-  std::vector<std::pair<std::string, std::string>> query;   ///< decoded, in order
-  std::map<std::string, std::string> headers;               ///< names in lower case
-  std::string body;                                         ///< in memory
+  std::string method, path;                                ///< path: decoded, without the query
+  std::vector<std::pair<std::string, std::string>> query;  ///< decoded, in order
+  std::map<std::string, std::string> headers;              ///< names in lower case
+  std::string body;                                        ///< in memory
   std::uint64_t body_bytes = 0;
   std::shared_ptr<BodyFile> file;  ///< where the body is; null: in `body`
 };
@@ -64,8 +64,8 @@ struct BodyPlan {
 };
 
 struct HttpHandler {
-  std::function<BodyPlan(const HttpRequest& head)> admit;       ///< on the network thread: quick
-  std::function<HttpResponse(const HttpRequest&)> answer;       ///< on the work pool; may block
+  std::function<BodyPlan(const HttpRequest& head)> admit;  ///< on the network thread: quick
+  std::function<HttpResponse(const HttpRequest&)> answer;  ///< on the work pool; may block
 };
 
 struct HttpOptions {

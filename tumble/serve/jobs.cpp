@@ -24,8 +24,8 @@ const std::vector<std::string> state_names{"waiting", "running", "done", "failed
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json json_of(const Job& job) {
-  return {{"id", job.id},         {"kind", job.kind},         {"title", job.title},   {"state", name(job.state)},
-          {"doing", job.doing},   {"progress", job.progress}, {"begun", job.begun},   {"problems", job.problems},
+  return {{"id", job.id},       {"kind", job.kind},         {"title", job.title}, {"state", name(job.state)},
+          {"doing", job.doing}, {"progress", job.progress}, {"begun", job.begun}, {"problems", job.problems},
           {"files", job.files}};
 }
 

@@ -27,8 +27,7 @@ std::string key_of(const std::string& recording, const Sets& sets) {
   std::string text = fs::absolute(recording).lexically_normal().string();
   const auto add = [&](const fs::path& path) {
     struct stat status {};
-    if (stat(path.c_str(), &status) != 0)
-      throw Error{Error::Kind::bad_file, "'" + path.string() + "' cannot be read"};
+    if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, "'" + path.string() + "' cannot be read"};
     text += fmt::format("\n{} {} {} {}.{}", path.string(), status.st_ino, status.st_size, status.st_mtim.tv_sec,
                         status.st_mtim.tv_nsec);
   };
@@ -51,7 +50,8 @@ std::optional<Names> names_of(const fs::path& cache, const std::string& key) {
   if (!fs::exists(pointer, failed)) return std::nullopt;
   const auto text = read_text_file(pointer.string());
   const auto end = text.find('\n');
-  if (end == std::string::npos || text.find_first_not_of("0123456789abcdef\n") != std::string::npos) return std::nullopt;
+  if (end == std::string::npos || text.find_first_not_of("0123456789abcdef\n") != std::string::npos)
+    return std::nullopt;
   Names names{text.substr(0, end), text.substr(end + 1)};
   if (names.checksum.ends_with('\n')) names.checksum.pop_back();
   if (!fs::exists(cache / (names.pyramid + ".pyr"), failed)) return std::nullopt;
@@ -66,18 +66,19 @@ std::string pyramid_name(const std::string& checksum, const std::string& key, co
 
 }  // namespace
 
-void prepare_recording(const std::string& recording, const Sets& sets, const fs::path& cache,
-                       const std::function<std::string(const std::string&, const ReadOptions&, const Progress&)>& inspect,
-                       const Progress& progress) {
+void prepare_recording(
+    const std::string& recording, const Sets& sets, const fs::path& cache,
+    const std::function<std::string(const std::string&, const ReadOptions&, const Progress&)>& inspect,
+    const Progress& progress) {
   const ReadOptions options = read_options(sets);
   fs::create_directories(cache);
   const std::string key = key_of(recording, sets);
   auto names = names_of(cache, key);
   if (!names) {
     const std::string building = (cache / (key + ".building")).string();
-    const std::string checksum = build_pyramid(
-        recording, options, building,
-        [&](double done, std::string_view) { report(progress, 0.6 * done, "preparing the view"); });
+    const std::string checksum = build_pyramid(recording, options, building, [&](double done, std::string_view) {
+      report(progress, 0.6 * done, "preparing the view");
+    });
     names = Names{pyramid_name(checksum, key, sets), checksum};
     fs::rename(building, cache / (names->pyramid + ".pyr"));
     if (key_of(recording, sets) != key)
@@ -87,8 +88,8 @@ void prepare_recording(const std::string& recording, const Sets& sets, const fs:
   const fs::path inspection = cache / (names->pyramid + ".json");
   if (fs::exists(inspection)) return;
   write_file_atomically(inspection.string(), inspect(recording, options, [&](double done, std::string_view) {
-    report(progress, 0.6 + 0.4 * done, "checking");
-  }));
+                          report(progress, 0.6 + 0.4 * done, "checking");
+                        }));
 }
 
 std::shared_ptr<const PreparedRecording> RecordingCache::open(const std::string& recording, const Sets& sets,

@@ -19,9 +19,10 @@ namespace tumble {
 /// Builds what a workbench shows of a recording and keeps it in `cache`: `<sha256>.pyr`, and what `inspect` makes of
 /// it as JSON. Nothing is done where it is there already. `inspect` gives the JSON.
 /// Throws Error::bad_file, and as the readers do.
-void prepare_recording(const std::string& recording, const Sets& sets, const std::filesystem::path& cache,
-                       const std::function<std::string(const std::string&, const ReadOptions&, const Progress&)>& inspect,
-                       const Progress& progress);
+void prepare_recording(
+    const std::string& recording, const Sets& sets, const std::filesystem::path& cache,
+    const std::function<std::string(const std::string&, const ReadOptions&, const Progress&)>& inspect,
+    const Progress& progress);
 
 /// A prepared recording.
 struct PreparedRecording {
@@ -53,8 +54,7 @@ class RecordingCache {
   };
   static constexpr std::size_t most_open = 32;
 
-  std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets,
-                                                const std::string& key);
+  std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets, const std::string& key);
 
   std::filesystem::path cache_;
   Jobs& jobs_;

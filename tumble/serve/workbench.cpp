@@ -30,7 +30,8 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some : {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
+  for (const auto& some :
+       {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }
@@ -86,7 +87,8 @@ struct Workbench::State {
           const fs::path folder = context.options.folder / "uploads";
           fs::create_directories(folder);
           inside(context.options.folder, "uploads");
-          plan.file = std::make_shared<BodyFile>((folder / fmt::format(".upload.{}.{}.part", context.options.first_event, uploads++)).string());
+          plan.file = std::make_shared<BodyFile>(
+              (folder / fmt::format(".upload.{}.{}.part", context.options.first_event, uploads++)).string());
         } catch (const Error& error) {
           plan.refusal = routes::problem_response(error);
         } catch (const fs::filesystem_error& error) {

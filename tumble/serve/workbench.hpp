@@ -19,10 +19,10 @@ struct WorkbenchOptions {
   std::string host = "127.0.0.1";
   unsigned port = 0;
   bool tls = false;
-  std::string computer;                     ///< name of this computer in the network
-  std::uint64_t upload_limit = 0;           ///< [bytes] of one file
-  std::uint64_t first_event = 1;            ///< a number that no earlier server reached
-  std::function<double()> clock;            ///< [s] since 1970-01-01
+  std::string computer;            ///< name of this computer in the network
+  std::uint64_t upload_limit = 0;  ///< [bytes] of one file
+  std::uint64_t first_event = 1;   ///< a number that no earlier server reached
+  std::function<double()> clock;   ///< [s] since 1970-01-01
 };
 
 /// The workbench behind a server: pages, recordings, jobs.

@@ -32,9 +32,8 @@ Channel part_of(const Channel& channel, const TimeSpan& span) {
     part.timeline.start = channel.time(first);
   } else {
     const auto& stamps = *channel.timeline.stamps;
-    part.timeline.stamps =
-        std::make_shared<const std::vector<double>>(stamps.begin() + static_cast<std::ptrdiff_t>(first),
-                                                    stamps.begin() + static_cast<std::ptrdiff_t>(end));
+    part.timeline.stamps = std::make_shared<const std::vector<double>>(
+        stamps.begin() + static_cast<std::ptrdiff_t>(first), stamps.begin() + static_cast<std::ptrdiff_t>(end));
   }
   return part;
 }

@@ -23,8 +23,11 @@ Recording recording_of(const Json& description) {
   Recording recording;
   recording.instrument = description.at("instrument").get<std::string>();
   for (const Json& entry : description.at("channels")) {
-    Channel channel{entry.at("name").get<std::string>(), static_cast<QuantityKind>(entry.at("kind").get<int>()),
-                    Unit::parse(entry.at("unit").get<std::string>()), {}, {}};
+    Channel channel{entry.at("name").get<std::string>(),
+                    static_cast<QuantityKind>(entry.at("kind").get<int>()),
+                    Unit::parse(entry.at("unit").get<std::string>()),
+                    {},
+                    {}};
     channel.timeline = {entry.at("start").get<double>(), entry.at("rate").get<double>(), nullptr};
     recording.channels.push_back(std::move(channel));
   }

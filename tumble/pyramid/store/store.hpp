@@ -39,7 +39,7 @@ class Levels {
 
   std::size_t samples() const { return samples_; }
   double offset() const { return offset_; }
-  const std::vector<Level>& levels() const { return levels_; }                     ///< of 64, 1024 ... samples
+  const std::vector<Level>& levels() const { return levels_; }                   ///< of 64, 1024 ... samples
   const std::vector<std::vector<Moments>>& moments() const { return moments_; }  ///< of 1024, 16384 ... samples
 
  private:

@@ -120,8 +120,7 @@ bool take_target(std::string_view target, HttpRequest& request) {
     const auto part = rest.substr(0, end);
     const auto equals = part.find('=');
     const auto key = decoded(part.substr(0, equals), true);
-    const auto value =
-        decoded(equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1), true);
+    const auto value = decoded(equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1), true);
     if (!key || !value) return false;
     request.query.emplace_back(*key, *value);
     rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
@@ -129,7 +128,9 @@ bool take_target(std::string_view target, HttpRequest& request) {
   return true;
 }
 
-HttpResponse plain(unsigned status, const std::string& text) { return {status, "text/plain; charset=utf-8", text + "\n"}; }
+HttpResponse plain(unsigned status, const std::string& text) {
+  return {status, "text/plain; charset=utf-8", text + "\n"};
+}
 
 using Plain = beast::tcp_stream;
 using Secure = beast::ssl_stream<beast::tcp_stream>;

@@ -71,18 +71,19 @@ std::string existing(const Context& context, const std::string& name) {
 }
 
 Sets sets_of(const std::vector<std::string>& texts) {
-  static const std::vector<std::string> known{"rate", "missing", "columns", "segment_column", "topic", "decimal",
-                                              "time", "date",    "encoding", "skip"};
+  static const std::vector<std::string> known{"rate",    "missing", "columns", "segment_column", "topic",
+                                              "decimal", "time",    "date",    "encoding",       "skip"};
   Sets sets;
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     const auto key = text.substr(0, equals);
     if (equals == std::string::npos || (std::ranges::find(known, key) == known.end() && !key.starts_with("unit.")))
-      throw Error{Error::Kind::bad_input,
-                  fmt::format("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
-                              "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
-                              "skip=LINES",
-                              text)};
+      throw Error{
+          Error::Kind::bad_input,
+          fmt::format("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
+                      "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
+                      "skip=LINES",
+                      text)};
     sets.emplace_back(key, text.substr(equals + 1));
   }
   return sets;
@@ -107,10 +108,10 @@ std::string number_text(double value, double scale) {
 }
 
 std::vector<std::string> units_like(const Unit& unit) {
-  static const std::vector<std::string> usual{
-      "deg/h", "deg/s", "rad/s", "m/s^2", "g",   "mg",  "ug", "deg", "arcsec", "rad", "m/s", "mm/s", "degC", "K",
-      "s",     "ms",    "pulse", "V",     "mV",  "A",   "mA", "T",   "uT",     "Pa",  "kPa", "hPa",  "Hz",   "m",
-      "mm",    "1",     "%",     "ppm"};
+  static const std::vector<std::string> usual{"deg/h",  "deg/s", "rad/s", "m/s^2", "g",    "mg", "ug", "deg",
+                                              "arcsec", "rad",   "m/s",   "mm/s",  "degC", "K",  "s",  "ms",
+                                              "pulse",  "V",     "mV",    "A",     "mA",   "T",  "uT", "Pa",
+                                              "kPa",    "hPa",   "Hz",    "m",     "mm",   "1",  "%",  "ppm"};
   std::vector<std::string> like{unit.text()};
   for (const auto& text : usual)
     if (text != unit.text() && Unit::parse(text).dimension() == unit.dimension()) like.push_back(text);

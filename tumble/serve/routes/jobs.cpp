@@ -58,8 +58,7 @@ std::string what_to_identify(const Context& context, const Json& body) {
   const auto plan = member<std::string>(body, "plan", ""), method = member<std::string>(body, "method", "");
   if (plan.empty() == method.empty()) throw Error{Error::Kind::bad_input, "either a plan or a method is expected"};
   if (!plan.empty()) return existing(context, plan);
-  if (find_method(method).needs_plan)
-    throw Error{Error::Kind::bad_input, "the method " + method + " needs a plan"};
+  if (find_method(method).needs_plan) throw Error{Error::Kind::bad_input, "the method " + method + " needs a plan"};
   return method;
 }
 
@@ -74,8 +73,7 @@ HttpResponse identify(Context& context, const HttpRequest& request) {
   step.insert(step.end(), {"--quiet", "-o", "{folder}/result.json"});
   add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
   job.title = fmt::format("{}: {}", fs::path(step[1]).filename().string(), names.front());
-  job.steps = {step,
-               {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};
+  job.steps = {step, {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};
   return started(context, std::move(job));
 }
 
@@ -89,11 +87,16 @@ HttpResponse noise(Context& context, const HttpRequest& request) {
   if (!(to > from)) throw Error{Error::Kind::bad_input, "the span ends before it begins"};
   if (channels.empty()) throw Error{Error::Kind::bad_input, "'channels' names none"};
   const Sets sets = sets_of(member<std::vector<std::string>>(body, "set", {}));
-  Job::Step cut{"convert", path, "-o", "{folder}/span.h5", "--quiet", "--from=" + number_argument(from),
+  Job::Step cut{"convert",
+                path,
+                "-o",
+                "{folder}/span.h5",
+                "--quiet",
+                "--from=" + number_argument(from),
                 "--to=" + number_argument(to)};
   for (const auto& channel : channels) cut.push_back("--channel=" + channel);
   add_sets(sets, cut);
-  Job::Step step{"identify", "allan_noise", "{folder}/span.h5", "--quiet",
+  Job::Step step{"identify", "allan_noise",          "{folder}/span.h5",    "--quiet",
                  "-o",       "{folder}/result.json", "--set=spectrum=welch"};
   if (channels.size() == 1) step.push_back("--set=channels.signal=" + channels.front());
   Job job;
@@ -154,9 +157,10 @@ HttpResponse job_file(Context& context, const HttpRequest& request) {
   if (!*stream) throw Error{Error::Kind::bad_file, "'" + name + "' cannot be read"};
   HttpResponse response;
   response.type = type_of(name);
-  response.headers.emplace_back("Content-Security-Policy",
-                                "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
-                                "style-src 'unsafe-inline'; img-src data:; font-src data:");
+  response.headers.emplace_back(
+      "Content-Security-Policy",
+      "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
+      "style-src 'unsafe-inline'; img-src data:; font-src data:");
   if (response.type == "application/octet-stream" || response.type.starts_with("text/csv"))
     response.headers.emplace_back("Content-Disposition", "attachment");
   response.more = [stream](std::string& bytes) {

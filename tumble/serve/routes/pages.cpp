@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "tumble/core/text.hpp"
+#include "tumble/core/texts.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"

@@ -151,9 +151,11 @@ Json json_of(const PyramidChannel& channel) {
   const double rate = channel.samples > 1 && channel.last > channel.first
                           ? static_cast<double>(channel.samples - 1) / (channel.last - channel.first)
                           : 0.0;
-  return {{"name", channel.name},     {"kind", name(channel.kind)},  {"unit", channel.unit.text()},
-          {"units", units_like(channel.unit)}, {"samples", channel.samples}, {"first", channel.first},
-          {"last", channel.last},     {"rate", rate},                {"stamped", channel.stamped}};
+  return {{"name", channel.name},        {"kind", name(channel.kind)},
+          {"unit", channel.unit.text()}, {"units", units_like(channel.unit)},
+          {"samples", channel.samples},  {"first", channel.first},
+          {"last", channel.last},        {"rate", rate},
+          {"stamped", channel.stamped}};
 }
 
 /// A segment ends where the next begins, the last with the data.
@@ -201,7 +203,8 @@ fs::path place_for(const fs::path& folder, const std::string& name, const std::s
   std::error_code failed;
   for (int number = 1; number < 1000; ++number) {
     const fs::path place =
-        folder / (number == 1 ? name : fmt::format("{}-{}{}", wanted.stem().string(), number, wanted.extension().string()));
+        folder /
+        (number == 1 ? name : fmt::format("{}-{}{}", wanted.stem().string(), number, wanted.extension().string()));
     fs::create_hard_link(temporary, place, failed);
     if (!failed) return place;
     if (failed != std::errc::file_exists)

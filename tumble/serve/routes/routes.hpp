@@ -30,9 +30,9 @@ struct Context {
 struct Route {
   std::string method, path;
   HttpResponse (*answer)(Context& context, const HttpRequest& request);
-  bool open = false;               ///< without the token
-  std::uint64_t body_limit = 0;    ///< [bytes]
-  bool body_to_file = false;       ///< into the folder of uploads
+  bool open = false;             ///< without the token
+  std::uint64_t body_limit = 0;  ///< [bytes]
+  bool body_to_file = false;     ///< into the folder of uploads
 };
 
 std::vector<Route> page_routes();

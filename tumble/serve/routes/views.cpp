@@ -46,8 +46,8 @@ void take_rows(const HttpRequest& request, Wanted& wanted) {
     }
     const Unit unit = units.empty() || units[i].empty() ? found->unit : Unit::parse(units[i]);
     if (unit.dimension() != found->unit.dimension())
-      problems.push_back(fmt::format("channel '{}' is in {}, which is not a kind of {}", names[i], found->unit.text(),
-                                     unit.text()));
+      problems.push_back(
+          fmt::format("channel '{}' is in {}, which is not a kind of {}", names[i], found->unit.text(), unit.text()));
     wanted.rows.push_back({static_cast<std::size_t>(found - channels.begin()), unit});
   }
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
@@ -165,9 +165,10 @@ HttpResponse values(Context& context, const HttpRequest& request) {
       const std::size_t sample = nearest_sample(pyramid, channel, time);
       pyramid.read(channel, sample, 1, found);
       at.push_back(pyramid.time(channel, sample));
-      row["values"].push_back({{"time", at.back()},
-                               {"value", number(found.back(), unit)},
-                               {"text", std::isfinite(found.back()) ? fmt::format("{:.9g}", unit.from_si(found.back())) : ""}});
+      row["values"].push_back(
+          {{"time", at.back()},
+           {"value", number(found.back(), unit)},
+           {"text", std::isfinite(found.back()) ? fmt::format("{:.9g}", unit.from_si(found.back())) : ""}});
     }
     if (found.size() == 2) {
       const double difference = unit.difference_from_si(found[1] - found[0]);
