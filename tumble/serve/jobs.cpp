@@ -48,9 +48,12 @@ Job read_job(const fs::path& file) {
   return job;
 }
 
-/// "error: a\n       b\n" as the problems a and b; notes of the program are no problems.
-std::vector<std::string> problems_in(const std::string& messages) {
+/// "error: a\n       b\n" as the problems a and b; notes of the program are no problems. Files are named from `root`.
+std::vector<std::string> problems_in(std::string messages, const std::string& root) {
   std::vector<std::string> problems;
+  const std::string prefix = root + "/";
+  for (auto place = messages.find(prefix); !root.empty() && place != std::string::npos; place = messages.find(prefix))
+    messages.erase(place, prefix.size());
   std::istringstream lines(messages);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("tumble: ") || line.empty()) continue;
@@ -126,9 +129,20 @@ std::string Jobs::start(Job job) {
   job.begun = options_.clock ? options_.clock() : 0.0;
   if (job.kept) fs::create_directories(folder_of(job));
   const auto id = job.id;
+  forget_unkept();
   changed(jobs_[id] = std::move(job));
   work_.notify_one();
   return id;
+}
+
+/// What has no folder and has ended is of no use for long: the oldest go.
+void Jobs::forget_unkept() {
+  constexpr std::size_t most = 1000;
+  std::vector<std::string> ended;
+  for (const auto& [id, job] : jobs_)
+    if (!job.kept && job.state != Job::State::waiting && job.state != Job::State::running) ended.push_back(id);
+  std::ranges::sort(ended, {}, [&](const std::string& id) { return jobs_[id].begun; });
+  for (std::size_t i = 0; i + most < ended.size(); ++i) jobs_.erase(ended[i]);
 }
 
 bool Jobs::cancel(const std::string& id) {
@@ -226,7 +240,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    job.problems = problems_in(outcome.messages);
+    job.problems = problems_in(outcome.messages, options_.root);
     if (job.problems.empty()) job.problems.push_back("the program ended without a message");
   }
   if (ended_) return;

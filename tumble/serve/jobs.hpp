@@ -39,6 +39,7 @@ std::string name(Job::State state);
 struct JobOptions {
   std::string program;  ///< file of the program
   std::string folder;   ///< of all jobs; each has its own in it
+  std::string root;     ///< files in messages are named from this folder on
   unsigned runners = 2;
   std::function<double()> clock;  ///< [s] since 1970-01-01
 };
@@ -65,6 +66,7 @@ class Jobs {
 
  private:
   void restore();
+  void forget_unkept();
   void run_jobs();
   Job* next_waiting();
   void carry_out(std::unique_lock<std::mutex>& lock, const std::string& id);

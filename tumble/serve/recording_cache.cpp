@@ -58,6 +58,20 @@ std::optional<Names> names_of(const fs::path& cache, const std::string& key) {
   return names;
 }
 
+/// Most recordings of a list are never looked into: the file is opened when the first samples are asked for.
+SampleReader opened_when_asked(const std::string& recording, const Sets& sets) {
+  struct Opened {
+    std::once_flag once;
+    SampleReader reader;
+  };
+  auto opened = std::make_shared<Opened>();
+  return [opened, recording, sets](std::size_t channel, std::size_t first, std::size_t count, std::vector<double>& to) {
+    std::call_once(opened->once, [&] { opened->reader = sample_reader(recording, read_options(sets)); });
+    if (!opened->reader) throw Error{Error::Kind::bad_file, "'" + recording + "' changed: load the page again"};
+    opened->reader(channel, first, count, to);
+  };
+}
+
 /// A pyramid is named by the content of its recording, and by how it was read where that was said.
 std::string pyramid_name(const std::string& checksum, const std::string& key, const Sets& sets) {
   if (checksum.empty()) return key;
@@ -98,8 +112,7 @@ std::shared_ptr<const PreparedRecording> RecordingCache::open(const std::string&
   if (!names) return nullptr;
   auto prepared = std::make_shared<PreparedRecording>();
   const fs::path file = cache_ / names->pyramid;
-  prepared->pyramid =
-      std::make_shared<const Pyramid>(file.string() + ".pyr", sample_reader(recording, read_options(sets)));
+  prepared->pyramid = std::make_shared<const Pyramid>(file.string() + ".pyr", opened_when_asked(recording, sets));
   prepared->checksum = names->checksum;
   prepared->tag = names->pyramid.substr(0, 32);
   std::error_code failed;
@@ -135,7 +148,7 @@ RecordingState RecordingCache::find(const std::string& recording, const Sets& se
   job.title = fs::path(recording).filename().string();
   job.kept = false;
   Job::Step step{"serve", "--prepare", recording};
-  for (const auto& [name, value] : sets) step.insert(step.end(), {"--set", name + "=" + value});
+  for (const auto& [name, value] : sets) step.push_back("--set=" + name + "=" + value);
   job.steps.push_back(step);
   job_[key] = state.job = jobs_.start(job);
   return state;

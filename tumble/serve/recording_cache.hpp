@@ -52,7 +52,7 @@ class RecordingCache {
     std::string key;
     std::shared_ptr<const PreparedRecording> prepared;
   };
-  static constexpr std::size_t most_open = 32;
+  static constexpr std::size_t most_open = 1000;
 
   std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets, const std::string& key);
 

@@ -21,7 +21,7 @@ Context::Context(const WorkbenchOptions& given)
     : options(given),
       guard{given.token, given.host, given.port, given.tls, given.computer},
       feed(given.first_event),
-      jobs({given.program, (given.folder / "jobs").string(), 2, given.clock}, feed),
+      jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
       recordings(given.cache, jobs) {}
 
 }  // namespace routes

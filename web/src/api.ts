@@ -1,6 +1,11 @@
 // What the server answers, and how it is asked. No number is made here: values, statistics and texts of numbers come
 // from the server.
 
+import { signal } from "@preact/signals";
+
+/// Questions that have no answer yet.
+export const waiting = signal(0);
+
 export interface Problem {
   status: number;
   problems: string[];
@@ -111,10 +116,21 @@ async function refused(response: Response): Promise<Problem> {
   }
 }
 
-export async function get<Answer>(path: string, signal?: AbortSignal): Promise<{ status: number; body: Answer }> {
-  const response = await fetch(path, { signal });
-  if (!response.ok) throw await refused(response);
-  return { status: response.status, body: (await response.json()) as Answer };
+async function counted<Answer>(asking: () => Promise<Answer>): Promise<Answer> {
+  ++waiting.value;
+  try {
+    return await asking();
+  } finally {
+    --waiting.value;
+  }
+}
+
+export function get<Answer>(path: string, control?: AbortSignal): Promise<{ status: number; body: Answer }> {
+  return counted(async () => {
+    const response = await fetch(path, { signal: control });
+    if (!response.ok) throw await refused(response);
+    return { status: response.status, body: (await response.json()) as Answer };
+  });
 }
 
 export async function post<Answer>(path: string, body: unknown): Promise<Answer> {
@@ -205,8 +221,10 @@ export function decodeView(bytes: ArrayBuffer): ChannelView[] {
   return views;
 }
 
-export async function getView(query: string, signal: AbortSignal): Promise<ChannelView[]> {
-  const response = await fetch("/api/recording/view?" + query, { signal });
-  if (!response.ok) throw await refused(response);
-  return decodeView(await response.arrayBuffer());
+export function getView(query: string, control: AbortSignal): Promise<ChannelView[]> {
+  return counted(async () => {
+    const response = await fetch("/api/recording/view?" + query, { signal: control });
+    if (!response.ok) throw await refused(response);
+    return decodeView(await response.arrayBuffer());
+  });
 }

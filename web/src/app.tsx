@@ -4,7 +4,7 @@ import "uplot/dist/uPlot.min.css";
 import { render } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { effect, useComputed } from "@preact/signals";
-import { get, Job, post, problemsOf } from "./api";
+import { get, Job, post, problemsOf, waiting } from "./api";
 import { cancel, connected, fileOfJob, jobs, start } from "./jobs";
 import { RecordingPage } from "./recording";
 import { RecordingsPage } from "./recordings";
@@ -55,7 +55,7 @@ function JobTray() {
       <button class="quiet" aria-expanded={open} onClick={() => setOpen(!open)}>
         {t("jobs")}: {active.length > 0 ? t("jobs_active", { count: active.length }) : t("jobs_none_active")}
       </button>
-      <ul role="status">{listed.map((job) => <JobLine key={job.id} job={job} />)}</ul>
+      <div role="status"><ul>{listed.map((job) => <JobLine key={job.id} job={job} />)}</ul></div>
     </section>
   );
 }
@@ -89,7 +89,7 @@ function Frame() {
         </select>
         <button onClick={() => setHelp(true)} aria-label={t("help")} title={`${t("help")} (?)`}>?</button>
       </header>
-      <main id="content" tabIndex={-1}>{shown.value === null ? <RecordingsPage /> : <RecordingPage key={shown.value} file={shown.value} />}</main>
+      <main id="content" tabIndex={-1} aria-busy={waiting.value > 0}>{shown.value === null ? <RecordingsPage /> : <RecordingPage key={shown.value} file={shown.value} />}</main>
       <JobTray />
       {help && <Help onClose={() => setHelp(false)} />}
     </>
@@ -101,7 +101,7 @@ function Closed({ problems }: { problems: string[] }) {
     <main class="closed">
       <h1>Tumble</h1>
       <p>{t("session_needed")}</p>
-      {problems.map((problem) => <p class="hint" key={problem}>{problem}</p>)}
+      <p class="hint">{problems.join("; ")}</p>
     </main>
   );
 }

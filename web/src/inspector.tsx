@@ -67,20 +67,20 @@ function Statistics({ recording, channels }: { recording: Recording; channels: C
             <thead>
               <tr>
                 <th scope="col">{t("channel")}</th>
-                {["samples", "missing", "mean", "sd", "minimum", "maximum", "slope"].map((name) => <th scope="col" key={name}>{t(name)}</th>)}
+                {["mean", "sd", "minimum", "maximum", "slope", "samples", "missing"].map((name) => <th scope="col" key={name}>{t(name)}</th>)}
               </tr>
             </thead>
             <tbody>
               {answer.rows.map((row) => (
                 <tr key={row.channel}>
                   <th scope="row">{row.channel} <small>{row.unit}</small></th>
-                  <td>{count(row.samples)}</td>
-                  <td class={row.missing > 0 ? "warning" : ""}>{count(row.missing)}</td>
                   <td>{row.text.mean}</td>
                   <td>{row.text.sd}</td>
                   <td>{row.text.minimum}</td>
                   <td>{row.text.maximum}</td>
                   <td>{row.text.slope} <small>{row.slope_unit}</small></td>
+                  <td>{count(row.samples)}</td>
+                  <td class={row.missing > 0 ? "warning" : ""}>{count(row.missing)}</td>
                 </tr>
               ))}
             </tbody>

@@ -202,7 +202,7 @@ function Opened({ recording }: { recording: Recording }) {
           <span>{t("channels_count", { count: recording.channels.length })}</span>
           <span>{t("samples_count", { count: count(Math.max(0, ...recording.channels.map((channel) => channel.samples))) })}</span>
           {recording.findings === null ? (
-            <span>{t("being_checked")}</span>
+            <span>{t(recording.problems ? "cannot_be_checked" : "being_checked")}</span>
           ) : (
             <span class={findings.length > 0 ? "badge warning" : "badge good"}>
               {findings.length > 0 ? `⚠ ${t("findings_count", { count: findings.length })}` : `✓ ${t("no_findings")}`}
@@ -269,7 +269,7 @@ export function RecordingPage({ file }: { file: string }) {
     const preparing = Object.values(jobs.value).filter((job) => job.kind === "prepare");
     return preparing.map((job) => job.id + job.state).join() + listing.value;
   });
-  const done = recording !== null && recording.findings !== null;
+  const done = recording !== null && (recording.findings !== null || recording.problems !== undefined);
   useSignalEffect(() => {
     void asked.value;
     void state.value;

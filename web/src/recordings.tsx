@@ -78,9 +78,9 @@ export function RecordingsPage() {
     return () => document.removeEventListener("keydown", key);
   }, []);
 
-  const send = async (files: FileList | null) => {
+  const send = async (files: File[]) => {
     let opened: string | null = null;
-    for (const file of Array.from(files ?? [])) {
+    for (const file of files) {
       const state = (done: number, found: string[] = []) =>
         setSending((before) => [...before.filter((entry) => entry.name !== file.name), { name: file.name, done, problems: found }]);
       state(0);
@@ -91,7 +91,7 @@ export function RecordingsPage() {
         state(0, problemsOf(error));
       }
     }
-    if (opened && files?.length === 1) go(opened);
+    if (opened && files.length === 1) go(opened);
     else ++listing.value;
   };
 
@@ -104,14 +104,14 @@ export function RecordingsPage() {
     <section class={over ? "recordings dropping" : "recordings"}
       onDragOver={(event) => { event.preventDefault(); setOver(true); }}
       onDragLeave={() => setOver(false)}
-      onDrop={(event) => { event.preventDefault(); setOver(false); void send(event.dataTransfer?.files ?? null); }}>
+      onDrop={(event) => { event.preventDefault(); setOver(false); void send(Array.from(event.dataTransfer?.files ?? [])); }}>
       <header class="list-head">
         <h1>{t("recordings")}</h1>
         <label class="search">
           {t("search")}
           <input ref={search} type="search" value={wanted} onInput={(event) => setWanted(event.currentTarget.value)} />
         </label>
-        <input ref={input} type="file" multiple hidden data-testid="upload" onChange={(event) => { void send(event.currentTarget.files); event.currentTarget.value = ""; }} />
+        <input ref={input} type="file" multiple hidden data-testid="upload" onChange={(event) => { void send(Array.from(event.currentTarget.files ?? [])); event.currentTarget.value = ""; }} />
         <button class="main" onClick={() => input.current?.click()}>{t("upload")}</button>
       </header>
       <p class="hint">{t("upload_hint")}</p>

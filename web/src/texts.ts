@@ -44,9 +44,10 @@ export function bytes(value: number): string {
 /// 3 h 3 min; 12.5 s
 export function duration(seconds: number): string {
   if (seconds < 60) return `${Number(seconds.toPrecision(4))} s`;
-  const minutes = Math.round(seconds / 60);
-  if (minutes < 60) return `${Math.floor(seconds / 60)} min ${Math.round(seconds % 60)} s`;
-  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  const whole = Math.round(seconds), minutes = Math.floor(whole / 60);
+  if (minutes < 60) return `${minutes} min ${whole % 60} s`;
+  const rounded = Math.round(seconds / 60);
+  return `${Math.floor(rounded / 60)} h ${rounded % 60} min`;
 }
 
 export function date(seconds: number): string {

@@ -56,7 +56,9 @@ struct Pieces {
     }
   }
   bool empty() const { return pieces.empty(); }
+  /// Number `index` [as written].
   double at(std::size_t index) const { return of(index)->numbers[index - of(index)->first]; }
+  /// Appends `number` of them [as written], from `first` on.
   void append(std::size_t first, std::size_t number, std::vector<double>& to) const {
     for (auto piece = of(first); number > 0; ++piece) {
       const std::size_t end = piece + 1 < pieces.end() ? (piece + 1)->first : count;

@@ -26,19 +26,20 @@ struct Level {
   std::vector<std::uint8_t> flags;  ///< ChannelView::Flag
 };
 
-/// The bounds of a value less an offset, so that offset + low <= value <= offset + high in double arithmetic.
+/// The bounds of a value [u] less an offset [u], so that offset + low <= value <= offset + high in double arithmetic.
 float rounded_down(double value, double offset);
+/// The upper one [u].
 float rounded_up(double value, double offset);
 
 /// Grows the levels of one channel, sample after sample.
 class Levels {
  public:
-  /// `times`: null for an evenly sampled channel, whose unit of time is the sample.
+  /// `values` [SI]; `times` [s]: null for an evenly sampled channel, whose unit of time is the sample.
   void add(const double* values, const double* times, std::size_t count);
   void finish();
 
   std::size_t samples() const { return samples_; }
-  double offset() const { return offset_; }
+  double offset() const { return offset_; }                                      ///< [SI]
   const std::vector<Level>& levels() const { return levels_; }                   ///< of 64, 1024 ... samples
   const std::vector<std::vector<Moments>>& moments() const { return moments_; }  ///< of 1024, 16384 ... samples
 

@@ -360,6 +360,12 @@ void refuse(Shared<Stream> c, HttpResponse response) {
   send(c, std::move(response));
 }
 
+/// Whether the other side sent what is no request, rather than nothing more.
+bool is_malformed(Code code) {
+  return code.category() == message::make_error_code(message::error::bad_version).category() &&
+         code != message::error::end_of_stream && code != message::error::partial_message;
+}
+
 /// False: the body does not fit, or cannot be written.
 template <class Stream>
 bool take_piece(Connection<Stream>& c, std::size_t count) {
@@ -379,9 +385,7 @@ void read_body(Shared<Stream> c) {
   c->patience(c->server.options.patience);
   message::async_read(c->stream, c->buffer, *c->parser, [c](Code code, std::size_t) {
     if (code == message::error::need_buffer) code = {};
-    if (code == message::error::bad_chunk || code == message::error::bad_chunk_extension ||
-        code == message::error::bad_line_ending)
-      return refuse(c, plain(400, "the body is not as its head says"));
+    if (is_malformed(code)) return refuse(c, plain(400, "the body is not as its head says"));
     if (code) return;
     const std::size_t count = c->piece.size() - c->parser->get().body().size;
     const auto before = c->request.body_bytes;
@@ -432,9 +436,7 @@ void read_head(Shared<Stream> c) {
     if (!code) return take_head(c);
     c->request = {};
     if (code == message::error::header_limit) return refuse(c, plain(431, "the head of the request is too long"));
-    if (code.category() == message::make_error_code(message::error::bad_version).category() &&
-        code != message::error::end_of_stream && code != message::error::partial_message)
-      refuse(c, plain(400, "the request is not well formed"));
+    if (is_malformed(code)) refuse(c, plain(400, "the request is not well formed"));
   });
 }
 

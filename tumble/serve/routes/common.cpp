@@ -100,11 +100,10 @@ Json number(double value_si, const Unit& unit) {
 std::string number_text(double value, double scale) {
   if (!std::isfinite(value)) return "";
   if (!(scale > 0.0) || !std::isfinite(scale)) return fmt::format("{:.9g}", value);
-  const int last = static_cast<int>(std::floor(std::log10(scale))) - 3;
+  const int last = static_cast<int>(std::floor(std::log10(scale))) - 5;
   const double size = std::abs(value) > 0.0 ? std::log10(std::abs(value)) : last;
-  const int digits = std::clamp(static_cast<int>(std::floor(size)) - last + 1, 1, 17);
-  if (last >= -9 && last <= 0 && size < 9.0) return fmt::format("{:.{}f}", value, -last);
-  return fmt::format("{:.{}g}", value, digits);
+  if (last >= -12 && last <= 0 && size < 9.0) return fmt::format("{:.{}f}", value, -last);
+  return fmt::format("{:.{}g}", value, std::clamp(static_cast<int>(std::floor(size)) - last + 1, 1, 17));
 }
 
 std::vector<std::string> units_like(const Unit& unit) {

@@ -219,7 +219,7 @@ std::vector<Route> job_routes() {
   return {{"GET", "/api/plans", plans},
           {"GET", "/api/jobs", list_jobs},
           {"GET", "/api/jobs/file", job_file},
-          {"POST", "/api/jobs/cancel", cancel},
+          {.method = "POST", .path = "/api/jobs/cancel", .answer = cancel, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/identify", .answer = identify, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/noise", .answer = noise, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/convert", .answer = convert_to, .body_limit = small},

@@ -45,8 +45,9 @@ HttpResponse json_response(const Json& json, unsigned status = 200);
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
 
-/// A parameter of the query. Throws Error::bad_input where it is missing, or is no number.
+/// A parameter of the query [as written]. Throws Error::bad_input where it is missing, or is no number.
 std::string required(const HttpRequest& request, std::string_view name);
+/// One that is a number [as written].
 double required_number(const HttpRequest& request, std::string_view name);
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
 
@@ -56,9 +57,9 @@ std::string existing(const Context& context, const std::string& name);
 /// and times of a file.
 Sets sets_of(const std::vector<std::string>& texts);
 
-/// In the unit, as JSON; null where it is not finite.
+/// `value_si` [SI] in the unit, as JSON; null where it is not finite.
 Json number(double value_si, const Unit& unit);
-/// A value [u] with digits down to a thousandth of `scale` [u].
+/// A value [u] with digits down to 1e-5 of `scale` [u].
 std::string number_text(double value, double scale);
 /// Units that people use for this dimension; the first is that of the file.
 std::vector<std::string> units_like(const Unit& unit);
