@@ -68,7 +68,8 @@ function drawBefore(plot: uPlot, drawn: Drawn): void {
     ctx.stroke();
     ctx.font = `bold ${12 * scale}px system-ui, sans-serif`;
     ctx.textBaseline = "top";
-    ctx.fillText(letter.toUpperCase(), x + 3 * scale, bbox.top + 2 * scale);
+    ctx.textAlign = "left";
+    ctx.fillText(letter.toUpperCase(), x + 4 * scale, bbox.top + 10 * scale);
   }
   ctx.setLineDash([]);
   for (const finding of drawn.findings) {

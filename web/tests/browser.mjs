@@ -368,6 +368,15 @@ test("a phone shows all of it without a sideways scroll", async () => {
   await page.screenshot({ path: join(pictures, "recording-phone.png"), fullPage: true });
 });
 
+test("the picture of the documentation", async () => {
+  const page = await newPage({ viewport: { width: 1200, height: 800 } });
+  await openRecording(page, "table run.h5", "&selection=110,140&a=150&b=175");
+  await page.getByTestId("findings").getByRole("listitem").first().waitFor();
+  await page.getByTestId("cursors").getByText("B − A").waitFor();
+  await drawn(page);
+  await picture(page, "workbench"); // kept as docs/img/workbench.png
+});
+
 test("dark, and printed", async () => {
   const page = await newPage({ colorScheme: "dark" });
   await openRecording(page, "table run.h5", "&selection=50,90&a=20&b=60");

@@ -380,14 +380,15 @@ template <class Stream>
 void read_body(Shared<Stream> c) {
   if (c->parser->is_done()) return answer(c);
   auto& body = c->parser->get().body();
+  const std::size_t room = std::min<std::uint64_t>(c->piece.size(), c->plan.limit - c->request.body_bytes + 1);
   body.data = c->piece.data();
-  body.size = c->piece.size();
+  body.size = room;
   c->patience(c->server.options.patience);
-  message::async_read(c->stream, c->buffer, *c->parser, [c](Code code, std::size_t) {
+  message::async_read(c->stream, c->buffer, *c->parser, [c, room](Code code, std::size_t) {
     if (code == message::error::need_buffer) code = {};
     if (is_malformed(code)) return refuse(c, plain(400, "the body is not as its head says"));
     if (code) return;
-    const std::size_t count = c->piece.size() - c->parser->get().body().size;
+    const std::size_t count = room - c->parser->get().body().size;
     const auto before = c->request.body_bytes;
     if (!take_piece(*c, count))
       return refuse(c, before + count > c->plan.limit

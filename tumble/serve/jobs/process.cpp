@@ -34,12 +34,14 @@ struct Pipe {
   }
 };
 
-/// Between fork and exec: only what a signal handler may do. The process ends with the server.
+/// Between fork and exec: only what a signal handler may do. The process ends with the server. Signals were blocked
+/// before the fork: a handler of the server that ran in here would write to what both share, and end the server.
 [[noreturn]] void become(const char* program, char* const* arguments, char* const* environment, int messages,
                          int progress, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(127);
+  for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -119,9 +121,13 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   words.insert(words.end(), arguments.begin(), arguments.end());
   const auto argument_pointers = pointers(words), environment_pointers = pointers(environment);
   const pid_t parent = getpid();
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
   const pid_t child = messages.write >= 0 && steps.write >= 0 ? fork() : -1;
   if (child == 0)
     become(program.c_str(), argument_pointers.data(), environment_pointers.data(), messages.write, steps.write, parent);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) {
     outcome.messages = "error: no process can be started\n";
     return outcome;

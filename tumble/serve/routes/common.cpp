@@ -100,8 +100,9 @@ Json number(double value_si, const Unit& unit) {
 std::string number_text(double value, double scale) {
   if (!std::isfinite(value)) return "";
   if (!(scale > 0.0) || !std::isfinite(scale)) return fmt::format("{:.9g}", value);
-  const int last = static_cast<int>(std::floor(std::log10(scale))) - 5;
-  const double size = std::abs(value) > 0.0 ? std::log10(std::abs(value)) : last;
+  const int last = static_cast<int>(std::floor(std::log10(scale))) - 4;
+  if (std::abs(value) < std::pow(10.0, last)) return fmt::format("{:.2g}", value);
+  const double size = std::log10(std::abs(value));
   if (last >= -12 && last <= 0 && size < 9.0) return fmt::format("{:.{}f}", value, -last);
   return fmt::format("{:.{}g}", value, std::clamp(static_cast<int>(std::floor(size)) - last + 1, 1, 17));
 }

@@ -59,7 +59,7 @@ Sets sets_of(const std::vector<std::string>& texts);
 
 /// `value_si` [SI] in the unit, as JSON; null where it is not finite.
 Json number(double value_si, const Unit& unit);
-/// A value [u] with digits down to 1e-5 of `scale` [u].
+/// A value [u] with digits down to 1e-4 of `scale` [u].
 std::string number_text(double value, double scale);
 /// Units that people use for this dimension; the first is that of the file.
 std::vector<std::string> units_like(const Unit& unit);
