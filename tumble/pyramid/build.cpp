@@ -137,12 +137,12 @@ class Builder {
 
 }  // namespace
 
-std::string build_pyramid(const std::string& recording, const ReadOptions& options, const std::string& path,
-                          const Progress& progress) {
+std::function<std::string()> build_pyramid(const std::string& recording, const ReadOptions& options,
+                                           const std::string& path, const Progress& progress) {
   std::error_code unknown;
   const bool folder = std::filesystem::is_directory(recording, unknown);
   const Format& format = format_of(recording, options);
-  const auto checksum = folder ? std::function<std::string()>() : sha256_in_background(recording);
+  auto checksum = folder ? [] { return std::string(); } : sha256_in_background(recording);
   Builder builder(path, !sample_reader(recording, options));
   bool first = true;
   stream_recording(
@@ -153,7 +153,7 @@ std::string build_pyramid(const std::string& recording, const ReadOptions& optio
       },
       progress);
   builder.finish();
-  return checksum ? checksum() : std::string();
+  return checksum;
 }
 
 }  // namespace tumble

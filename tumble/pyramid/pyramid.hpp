@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,10 +19,10 @@ namespace tumble {
 /// statistics of any span follow. Of a format that can be read only from the beginning it holds the samples too, and of
 /// stamped channels their stamps.
 ///
-/// Returned  SHA-256 of the recording, lower-case hex; of a folder empty
+/// Returned  waits for the SHA-256 of the recording, lower-case hex, which another thread works out; of a folder empty
 /// Throws    Error::bad_file, and as the readers do
-std::string build_pyramid(const std::string& recording, const ReadOptions& options, const std::string& path,
-                          const Progress& progress);
+std::function<std::string()> build_pyramid(const std::string& recording, const ReadOptions& options,
+                                           const std::string& path, const Progress& progress);
 
 /// What a pyramid says of a channel.
 struct PyramidChannel {

@@ -62,7 +62,7 @@ struct Opened {
     const std::string file = folder.file(name), path = folder.file("a.pyr");
     write_recording(from, file);
     recording = read_recording(file, {}, {});
-    EXPECT_EQ(build_pyramid(file, {}, path, {}), sha256_of_file(file));
+    EXPECT_EQ(build_pyramid(file, {}, path, {})(), sha256_of_file(file));
     pyramid = std::make_unique<Pyramid>(path, sample_reader(file, {}));
   }
 };

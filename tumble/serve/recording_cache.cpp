@@ -72,6 +72,10 @@ SampleReader opened_when_asked(const std::string& recording, const Sets& sets) {
   };
 }
 
+void write_names(const fs::path& cache, const std::string& key, const Names& names) {
+  write_file_atomically(pointer_of(cache, key).string(), names.pyramid + "\n" + names.checksum + "\n");
+}
+
 /// A pyramid is named by the content of its recording, and by how it was read where that was said.
 std::string pyramid_name(const std::string& checksum, const std::string& key, const Sets& sets) {
   if (checksum.empty()) return key;
@@ -88,16 +92,28 @@ void prepare_recording(
   fs::create_directories(cache);
   const std::string key = key_of(recording, sets);
   auto names = names_of(cache, key);
+  std::function<std::string()> checksum;
   if (!names) {
     const std::string building = (cache / (key + ".building")).string();
-    const std::string checksum = build_pyramid(recording, options, building, [&](double done, std::string_view) {
+    checksum = build_pyramid(recording, options, building, [&](double done, std::string_view) {
       report(progress, 0.6 * done, "preparing the view");
     });
-    names = Names{pyramid_name(checksum, key, sets), checksum};
-    fs::rename(building, cache / (names->pyramid + ".pyr"));
     if (key_of(recording, sets) != key)
       throw Error{Error::Kind::bad_file, "'" + recording + "' changed while it was read"};
-    write_file_atomically(pointer_of(cache, key).string(), names->pyramid + "\n" + names->checksum + "\n");
+    names = Names{key, ""};  // it can be looked at before its checksum is known
+    fs::rename(building, cache / (key + ".pyr"));
+    write_names(cache, key, *names);
+  }
+  if (names->checksum.empty() && !fs::is_directory(recording)) {
+    names->checksum = checksum ? checksum() : sha256_of_file(recording);
+    const std::string lasting = pyramid_name(names->checksum, key, sets);
+    const fs::path before = cache / (names->pyramid + ".pyr"), after = cache / (lasting + ".pyr");
+    std::error_code failed;
+    fs::create_hard_link(before, after, failed);  // both names, while somebody may open the first
+    if (failed && failed != std::errc::file_exists) fs::copy_file(before, after);
+    names->pyramid = lasting;
+    write_names(cache, key, *names);
+    fs::remove(before);
   }
   const fs::path inspection = cache / (names->pyramid + ".json");
   if (fs::exists(inspection)) return;
@@ -108,16 +124,20 @@ void prepare_recording(
 
 std::shared_ptr<const PreparedRecording> RecordingCache::open(const std::string& recording, const Sets& sets,
                                                               const std::string& key) {
-  const auto names = names_of(cache_, key);
-  if (!names) return nullptr;
-  auto prepared = std::make_shared<PreparedRecording>();
-  const fs::path file = cache_ / names->pyramid;
-  prepared->pyramid = std::make_shared<const Pyramid>(file.string() + ".pyr", opened_when_asked(recording, sets));
-  prepared->checksum = names->checksum;
-  prepared->tag = names->pyramid.substr(0, 32);
-  std::error_code failed;
-  if (fs::exists(file.string() + ".json", failed)) prepared->inspection = read_text_file(file.string() + ".json");
-  return prepared;
+  for (int attempt = 0;; ++attempt) try {
+      const auto names = names_of(cache_, key);
+      if (!names) return nullptr;
+      auto prepared = std::make_shared<PreparedRecording>();
+      const fs::path file = cache_ / names->pyramid;
+      prepared->pyramid = std::make_shared<const Pyramid>(file.string() + ".pyr", opened_when_asked(recording, sets));
+      prepared->checksum = names->checksum;
+      prepared->tag = key.substr(0, 32);
+      std::error_code failed;
+      if (fs::exists(file.string() + ".json", failed)) prepared->inspection = read_text_file(file.string() + ".json");
+      return prepared;
+    } catch (const Error&) {
+      if (attempt == 1) throw;  // once, the pyramid may just have got its lasting name
+    }
 }
 
 RecordingState RecordingCache::find(const std::string& recording, const Sets& sets, bool start) {
