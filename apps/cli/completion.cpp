@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "catalogue_json.hpp"
+#include "tumble/exchange/exports/export.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/units/error.hpp"
@@ -46,6 +47,27 @@ std::vector<std::string> first_words_of(const Verb& verb) {
   return words;
 }
 
+/// What may follow an option; empty: any text, or a file.
+std::vector<std::string> values_of(const Verb& verb, const Argument& argument) {
+  std::vector<std::string> words = argument.words;
+  if (verb.name == "export" && argument.name == "--to")
+    for (const Export* consumer : export_catalogue()) words.emplace_back(consumer->name);
+  if (verb.name == "export" && argument.name == "--drop")
+    for (const CalibrationTerm& term : calibration_terms()) words.emplace_back(term.name);
+  if (verb.name == "certificate" && argument.name == "--rule")
+    words = {"simple", "guarded:1", "risk:0.025", "method6", "non-binary"};
+  return words;
+}
+
+/// "--to) values=\"kalibr openvins\" ;; " for each option that takes one of a few words.
+std::string bash_values(const Verb& verb) {
+  std::string cases;
+  for (const auto& argument : verb.arguments)
+    if (const auto values = values_of(verb, argument); !values.empty() && argument.name.starts_with('-'))
+      cases += fmt::format("{}) values=\"{}\" ;; ", fmt::join(names_of(argument), "|"), fmt::join(values, " "));
+  return cases.empty() ? "" : fmt::format("\n      case \"$before\" in {}esac", cases);
+}
+
 std::vector<std::string> verb_names(const std::vector<Verb>& verbs) {
   std::vector<std::string> names{"help"};
   for (const auto& verb : verbs) names.push_back(verb.name);
@@ -55,14 +77,16 @@ std::vector<std::string> verb_names(const std::vector<Verb>& verbs) {
 std::string bash(const std::vector<Verb>& verbs) {
   std::string cases;
   for (const auto& verb : verbs)
-    cases += fmt::format("    {}) options=\"{}\" words=\"{}\" ;;\n", verb.name, fmt::join(options_of(verb), " "),
-                         fmt::join(first_words_of(verb), " "));
+    cases += fmt::format("    {}) options=\"{}\" words=\"{}\"{} ;;\n", verb.name, fmt::join(options_of(verb), " "),
+                         fmt::join(first_words_of(verb), " "), bash_values(verb));
   return fmt::format(
       "_tumble() {{\n"
-      "  local word=\"${{COMP_WORDS[COMP_CWORD]}}\" options=\"\" words=\"\"\n"
+      "  local word=\"${{COMP_WORDS[COMP_CWORD]}}\" before=\"${{COMP_WORDS[COMP_CWORD-1]}}\" options=\"\" words=\"\" "
+      "values=\"\"\n"
       "  if [ \"$COMP_CWORD\" -eq 1 ] || [ \"${{COMP_WORDS[1]}}\" = help ]; then\n"
       "    COMPREPLY=($(compgen -W \"{} --help --version\" -- \"$word\"))\n    return\n  fi\n"
       "  case \"${{COMP_WORDS[1]}}\" in\n{}  esac\n"
+      "  if [ -n \"$values\" ]; then\n    COMPREPLY=($(compgen -W \"$values\" -- \"$word\"))\n    return\n  fi\n"
       "  case \"$word\" in\n"
       "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
       "    *) [ \"$COMP_CWORD\" -eq 2 ] || words=\"\"\n"
@@ -91,10 +115,14 @@ std::string fish(const std::vector<Verb>& verbs) {
     const std::string here = fmt::format("complete -c tumble -n '__fish_seen_subcommand_from {}'", verb.name);
     if (const auto words = first_words_of(verb); !words.empty())
       text += fmt::format("{} -a {}\n", here, quoted(fmt::format("{}", fmt::join(words, " "))));
-    for (const auto& argument : verb.arguments)
+    for (const auto& argument : verb.arguments) {
+      const auto values = values_of(verb, argument);
+      const std::string accepted =
+          values.empty() ? "" : fmt::format(" -x -a {}", quoted(fmt::format("{}", fmt::join(values, " "))));
       for (const auto& name : names_of(argument))
-        text += fmt::format("{} {} {} -d {}\n", here, name.starts_with("--") ? "-l" : "-s",
-                            name.substr(name.starts_with("--") ? 2 : 1), quoted(argument.description));
+        text += fmt::format("{} {} {}{} -d {}\n", here, name.starts_with("--") ? "-l" : "-s",
+                            name.substr(name.starts_with("--") ? 2 : 1), accepted, quoted(argument.description));
+    }
   }
   return text;
 }

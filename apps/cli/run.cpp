@@ -6,11 +6,14 @@
 #include <csignal>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "run_display.hpp"
 #include "tumble/station/recorder_read.hpp"
+#include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_plan.hpp"
+#include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -72,7 +75,9 @@ std::optional<std::string> typed() {
 /// What a person at this terminal orders.
 class Operator {
  public:
-  explicit Operator(std::string who) : who_(std::move(who)) {}
+  /// `ask_again`: a line was no answer to the open question.
+  Operator(std::string who, std::function<void(const Prompt&)> ask_again)
+      : who_(std::move(who)), ask_again_(std::move(ask_again)) {}
 
   void asked(const Prompt& prompt) { prompt_ = prompt; }
   std::vector<What> orders() {
@@ -87,19 +92,16 @@ class Operator {
 
  private:
   void answer(const std::string& line, std::vector<What>& orders) {
-    if (prompt_) {
-      orders.push_back(PromptAnswer{prompt_->id, line.empty() ? prompt_->standard : line, who_});
-      prompt_.reset();
-    } else if (line == "p" || line == "pause") {
-      orders.push_back(RunOrder{RunOrder::Kind::pause_at_checkpoint, who_});
-    } else if (line == "r" || line == "resume") {
-      orders.push_back(RunOrder{RunOrder::Kind::resume, who_});
-    } else if (line == "abort") {
-      orders.push_back(RunOrder{RunOrder::Kind::abort, who_});
-    }
+    const auto order = order_of_line(line, prompt_, who_);
+    if (order && std::holds_alternative<PromptAnswer>(*order)) prompt_.reset();
+    if (order)
+      orders.push_back(*order);
+    else if (prompt_)
+      ask_again_(*prompt_);
   }
 
   std::string who_;
+  std::function<void(const Prompt&)> ask_again_;
   std::optional<Prompt> prompt_;
   bool ended_ = false;
 };
@@ -128,21 +130,31 @@ void print_timeline(const Plan& plan) {
   print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
-int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
+/// A rig in motion is never left alone: the process goes on when a pipe or a terminal of it ends, it is not suspended
+/// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal.
+void stay_with_the_rig() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
+  for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
+}
+
+int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
+  stay_with_the_rig();
   RunDisplay display(terminal);
-  Operator person(run.who);
+  Operator person(run.who, [&](const Prompt& prompt) { display.ask(prompt); });
   run.clock = wall_time;
   run.company.orders = [&] { return person.orders(); };
   run.company.ask = [&](const Prompt& prompt) {
+    person.asked(prompt);  // first: an answer counts where nobody can read the question
     display.ask(prompt);
-    person.asked(prompt);
   };
   run.company.note = [&](const Note& note, double time) { display.tell(note, time); };
   run.company.show = [&](const RunView& view) { display.show(view); };
   const RunEnd end = run_plan(run);
   display.end();
-  print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
+  try {
+    print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
+  } catch (const Error&) {  // nobody reads it; the run is kept and sealed all the same
+  }
   if (end.ending != RunEnding::complete) {
     note(terminal, fmt::format("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder,
                                run.folder));
@@ -190,7 +202,12 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   const auto facts = visit_store(arguments.run, [](const StoreItem&) {}).facts;
   for (const auto& [fact, value] : facts)
     if (fact.starts_with("unit ")) run.units[fact.substr(5)] = value;
-  run.station = load_station(arguments.station.empty() ? facts.at("station_file") : arguments.station);
+  const bool named = !arguments.station.empty();
+  if (!named && !facts.contains("station_file"))
+    throw Error(Error::Kind::bad_input,
+                "'" + arguments.run + "' does not say which station it used: name it, --station");
+  run.station = load_station(named ? arguments.station : facts.at("station_file"));
+  check_carried_on(facts, run.plan, run.station, named);
   run.who = arguments.who;
   run.date = today();
   run.speed = allowed_speed(arguments.speed, run.station);

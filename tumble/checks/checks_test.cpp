@@ -311,6 +311,23 @@ TEST(Checks, Units) {
             "temperature: -300 degC lies below absolute zero");
 }
 
+TEST(Checks, GravityOfOneMetrePerSecondSquaredIsG) {
+  const auto triad = [](const char* unit, double z) {
+    std::vector<Channel> channels;
+    for (const char* axis : {"x", "y", "z"}) {
+      auto values = white(100, 9);
+      for (double& value : values) value = 0.01 * value + (*axis == 'z' ? z : 0.0);
+      channels.push_back(channel(std::string("imu.accelerometer.") + axis, unit, values));
+    }
+    return findings_of("units", recording(channels));
+  };
+  ASSERT_EQ(triad("m/s^2", 1.0).size(), 1u);
+  EXPECT_EQ(triad("m/s^2", 1.0).front().code, "force_probably_in_g");
+  EXPECT_TRUE(triad("g", 1.0).empty());
+  EXPECT_TRUE(triad("m/s^2", -9.81).empty());
+  EXPECT_TRUE(triad("m/s^2", 0.0).empty());
+}
+
 Plan two_runs() {
   Plan plan;
   plan.schedule = {{"soak", 60.0, 1, {}}, {"ramp", 120.0, 1, {}}, {"soak", 60.0, 2, {}}, {"ramp", 120.0, 2, {}}};

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/math/extremes.hpp"
@@ -64,8 +66,48 @@ void look_at_temperature(const Channel& channel, Findings& findings) {
         {Finding::Severity::warning, "implausibly_cold", {{"lowest", lowest, channel.unit}}, channel.name});
 }
 
+using Triad = std::array<const Channel*, 3>;
+
+/// Channels named accelerometer.x, .y, .z (or _x, _y, _z) behind one beginning, which may be a topic.
+std::vector<Triad> accelerometer_triads(const Recording& recording) {
+  std::vector<Triad> triads;
+  for (const Channel& x : recording.channels) {
+    if (!x.name.ends_with("accelerometer.x") && !x.name.ends_with("accelerometer_x")) continue;
+    const std::string beginning = x.name.substr(0, x.name.size() - 1);
+    const Triad triad{&x, find_channel(recording, beginning + "y"), find_channel(recording, beginning + "z")};
+    const bool whole = std::ranges::all_of(triad, [&](const Channel* channel) {
+      return channel != nullptr && channel->kind == QuantityKind::specific_force &&
+             channel->values.size() == x.values.size();
+    });
+    if (whole) triads.push_back(triad);
+  }
+  return triads;
+}
+
+/// A triad feels 9.8 m/s^2 in every position. A steady 1.0 m/s^2 is g, as some drivers write it where m/s^2 is stated.
+void look_at_gravity(const Triad& triad, Findings& findings) {
+  constexpr std::size_t least = 10, most = 1000;
+  constexpr double near = 0.1, steady = 0.1;  // m/s^2
+  const std::size_t count = triad[0]->values.size(), step = count / most + 1;
+  double number = 0.0, sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < count; i += step) {
+    const double magnitude = std::hypot(triad[0]->values[i], triad[1]->values[i], triad[2]->values[i]);
+    if (!std::isfinite(magnitude)) continue;
+    number += 1.0;
+    sum += magnitude;
+    squares += (magnitude - 1.0) * (magnitude - 1.0);
+  }
+  const double mean = sum / number, variance = squares / number - (mean - 1.0) * (mean - 1.0);
+  if (number < least || std::abs(mean - 1.0) > near || variance > steady * steady) return;
+  findings.push_back({Finding::Severity::warning,
+                      "force_probably_in_g",
+                      {{"magnitude", mean, "m/s^2"}, {"unit", triad[0]->unit.text()}},
+                      triad[0]->name});
+}
+
 Findings run(const Recording& recording, const Plan* plan) {
   Findings findings;
+  for (const Triad& triad : accelerometer_triads(recording)) look_at_gravity(triad, findings);
   for (const Channel& channel : recording.channels) {
     std::vector<std::string> names;
     if (plan != nullptr)
@@ -80,6 +122,7 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check units{"units", "units that do not fit the purpose of the channel, and impossible temperatures", run};
+extern const Check units{
+    "units", "units that do not fit the purpose of the channel, impossible temperatures, and g written as m/s^2", run};
 
 }  // namespace tumble::checks

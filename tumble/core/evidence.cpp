@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "tumble/core/roles.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -33,6 +34,7 @@ const Plan& plan_of(const Evidence& evidence, std::size_t recording) {
 }
 
 const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role) {
+  if (!evidence.plan.channels.contains(role)) return find_role(recording, role);
   return find_channel(recording, channel_name(evidence, role));
 }
 

@@ -5,14 +5,32 @@
 
 namespace tumble {
 
+double DepartureTable::operator()(double u) const {
+  if (at.empty()) return 0.0;
+  double value = departure[0];
+  for (std::size_t k = 1; k < at.size() && u > at[k - 1]; ++k) {
+    const double slope = (departure[k] - departure[k - 1]) / (at[k] - at[k - 1]);
+    value = u < at[k] ? departure[k - 1] + slope * (u - at[k - 1]) : departure[k];
+  }
+  return value;
+}
+
+double DepartureTable::steepest() const {
+  double most = 0.0;
+  for (std::size_t k = 1; k < at.size(); ++k)
+    most = std::max(most, std::abs((departure[k] - departure[k - 1]) / (at[k] - at[k - 1])));
+  return most;
+}
+
 bool OwnCurve::is_zero() const {
-  return magnitude == 0.0 && signed_square == 0.0 && std::ranges::all_of(power, [](double p) { return p == 0.0; });
+  return table.at.empty() && magnitude == 0.0 && signed_square == 0.0 &&
+         std::ranges::all_of(power, [](double p) { return p == 0.0; });
 }
 
 double OwnCurve::operator()(double u) const {
   double sum = 0.0;
   for (std::size_t k = power.size(); k-- > 0;) sum = (sum + power[k]) * u;
-  return sum * u + magnitude * std::abs(u) + signed_square * u * std::abs(u);
+  return sum * u + magnitude * std::abs(u) + signed_square * u * std::abs(u) + table(u);
 }
 
 double polynomial_without_constant(const std::vector<double>& coefficients, double d) {
@@ -123,6 +141,19 @@ ImuSample compensated(const ImuCalibration& calibration, const ImuSample& output
       break;
   }
   return u;
+}
+
+bool take_measured(TriadCalibration& triad) {
+  bool any = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const MeasuredLine& line = triad.measured[i];
+    if (line.departures.at.empty()) continue;
+    any = true;
+    triad.response(i, i) = line.slope;
+    triad.bias[i] = line.bias;
+    triad.curve[i] = {.table = line.departures};
+  }
+  return any;
 }
 
 void set_missing_ranges(ImuCalibration& calibration) {

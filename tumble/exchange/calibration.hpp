@@ -26,12 +26,22 @@ struct AxisNoise {
   double walk_limit = none;   ///< [u/sqrt(s)] 95 % limit of K where the data do not show it
 };
 
+/// Departures at some inputs: straight between them, constant beyond the first and the last.
+struct DepartureTable {
+  std::vector<double> at;         ///< [u] inputs, rising
+  std::vector<double> departure;  ///< [output]
+
+  double operator()(double u) const;  ///< [output] for u [SI]; 0 without points
+  double steepest() const;            ///< [output/u] greatest |slope|
+};
+
 /// How one output departs from a straight line, as a function of its own input u: p_2 u^2 + ... + p_5 u^5 + m |u| +
-/// s u |u|, in units of the output.
+/// s u |u| + table(u), in units of the output.
 struct OwnCurve {
   std::array<double, 4> power{};  ///< p_2 to p_5
   double magnitude = 0.0;         ///< m
   double signed_square = 0.0;     ///< s
+  DepartureTable table = {};
 
   bool is_zero() const;
   double operator()(double u) const;  ///< [output] for u [SI]
@@ -42,6 +52,13 @@ struct AxisThermal {
   std::vector<double> output;  ///< t(d) [output]: subtracted from the output before everything else
   std::vector<double> scale;   ///< c(d) [1], and
   std::vector<double> bias;    ///< e(d) [u]: u = (1 + c) u_r - e, with u_r from the terms at T_r
+};
+
+/// A straight line and the departures from it as they were measured: in place of a response, a bias and a curve.
+struct MeasuredLine {
+  double slope = 0.0;  ///< [output/u]
+  double bias = 0.0;   ///< [output]
+  DepartureTable departures;
 };
 
 /// sum_k a_k d^k, k = 1, 2, ...: [u] for coefficients [u/K^k] and d [K].
@@ -59,11 +76,12 @@ struct TriadCalibration {
   std::array<bool, 3> axes{};  ///< the axes that they hold
   Unit output;                 ///< of y as the model takes it; where it is the unit of u, K is near the identity
   std::string reading;  ///< how y comes from the recorded channel where it is not the channel itself; empty: as it is
-  Matrix3 response = identity3();  ///< K [output/u]
-  Vector3 bias;                    ///< b [output]
-  Matrix3 by_force;                ///< G [output/(m/s^2)], gyros only
-  std::array<OwnCurve, 3> curve;   ///< q
-  Matrix3 lever;                   ///< [m] row i: position of accelerometer i from the reference point
+  Matrix3 response = identity3();             ///< K [output/u]
+  Vector3 bias;                               ///< b [output]
+  Matrix3 by_force;                           ///< G [output/(m/s^2)], gyros only
+  std::array<OwnCurve, 3> curve;              ///< q
+  std::array<MeasuredLine, 3> measured = {};  ///< see take_measured(); without points: the results have none
+  Matrix3 lever;                              ///< [m] row i: position of accelerometer i from the reference point
   std::array<AxisThermal, 3> thermal;
   std::array<AxisNoise, 3> noise;
   Vector3 transient;  ///< [u] size of what gradients, changing temperature and switching on add: at 1 K and 1 K/min
@@ -122,6 +140,9 @@ ImuSample outputs_of(const ImuCalibration& calibration, const ImuSample& truth);
 /// Inputs [SI] from outputs [output]: the inverse of outputs_of, to 1e-15 of the input. The angular acceleration is
 /// taken from `outputs`.
 ImuSample compensated(const ImuCalibration& calibration, const ImuSample& outputs);
+
+/// Replaces K, b and q of every axis that has measured departures by these. False: no axis has any.
+bool take_measured(TriadCalibration& triad);
 
 /// A part of a calibration that consumers carry or do not, and that can be dropped.
 struct CalibrationTerm {

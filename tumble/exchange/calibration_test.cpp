@@ -165,6 +165,35 @@ TEST(CalibrationOf, GyroScaleFactorGivesWhatCompensateGives) {
   EXPECT_TRUE(calibration.gyros.axes[2]);
 }
 
+/// The means at each rate that the method's table states give the rates back, whatever shape their departures have.
+TEST(CalibrationOf, MeasuredDeparturesOfAScaleFactorAreSubtracted) {
+  const Conducted test = conducted("gyro_scale_factor");
+  ImuCalibration calibration = calibration_from(test.estimate, "gyro_z");
+  const double by_terms = calibration.gyros.response(2, 2);
+  ASSERT_TRUE(take_measured(calibration.gyros));
+  EXPECT_NEAR(calibration.gyros.response(2, 2), by_terms, 1e-3 * by_terms);
+  const Table &line = *find_table(test.estimate, "line"), &residuals = *find_table(test.estimate, "residuals");
+  const auto cell = [](const Table& table, std::size_t r, std::size_t c) { return std::get<double>(table.rows[r][c]); };
+  ASSERT_GE(residuals.rows.size(), 3u);
+  for (std::size_t r = 0; r < residuals.rows.size(); ++r) {
+    const double rate = cell(residuals, r, 0);
+    const double mean = cell(line, 0, 0) * (rate + cell(line, 0, 1) + cell(line, 0, 2) * cell(residuals, r, 1));
+    EXPECT_NEAR(compensated(calibration, {{}, {0.0, 0.0, mean}, 293.15, {}}).rate.z, rate, 1e-13);
+  }
+  ImuCalibration dropped = calibration_from(test.estimate, "gyro_z");
+  find_calibration_term("gyro_nonlinearity").remove(dropped);
+  EXPECT_FALSE(take_measured(dropped.gyros)) << "what was dropped does not return as a table";
+}
+
+TEST(DepartureTable, IsStraightBetweenItsInputsAndConstantBeyond) {
+  const DepartureTable table{{-2.0, 0.0, 1.0}, {0.5, 0.1, 0.3}};
+  for (const auto& [u, wanted] :
+       {std::pair{-9.0, 0.5}, {-2.0, 0.5}, {-1.0, 0.3}, {0.0, 0.1}, {0.5, 0.2}, {1.0, 0.3}, {9.0, 0.3}})
+    EXPECT_NEAR(table(u), wanted, 1e-15) << u;
+  EXPECT_NEAR(table.steepest(), 0.2, 1e-15);
+  EXPECT_EQ(DepartureTable{}(1.0), 0.0);
+}
+
 TEST(CalibrationOf, StaticBiasIsSubtracted) {
   const Conducted test = conducted("static_bias");
   const ImuCalibration calibration = calibration_from(test.estimate, "gyro_y");

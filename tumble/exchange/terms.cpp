@@ -50,6 +50,7 @@ bool has_curve(const ImuCalibration& c) {
 template <Triad triad>
 void remove_curve(ImuCalibration& c) {
   (c.*triad).curve = {};
+  (c.*triad).measured = {};
 }
 
 template <Triad triad>

@@ -29,6 +29,12 @@ bool is_long(std::size_t count) { return count * sizeof(double) > 4 * large_page
 
 std::align_val_t alignment_of(std::size_t count) { return std::align_val_t{is_long(count) ? large_page : 64}; }
 
+/// Values that fill the last large page, so that a slightly longer record fits too.
+std::size_t filled_up(std::size_t count) {
+  constexpr std::size_t page = large_page / sizeof(double);
+  return is_long(count) ? (count + page - 1) / page * page : count;
+}
+
 /// What was given back, as many as there are threads to need it again.
 struct Block {
   double* values;
@@ -57,6 +63,8 @@ Block find_spare(std::size_t count) {
   return block;
 }
 
+std::size_t doubles_of(std::size_t bytes) { return filled_up((bytes + sizeof(double) - 1) / sizeof(double)); }
+
 }  // namespace
 
 void make_room(std::vector<double>& values, std::size_t count) {
@@ -64,7 +72,8 @@ void make_room(std::vector<double>& values, std::size_t count) {
   in_large_pages(values.data(), values.capacity() * sizeof(double));
 }
 
-Room borrow_room(std::size_t count) {
+Room borrow_room(std::size_t wanted) {
+  const std::size_t count = filled_up(wanted);
   if (is_long(count))
     if (const Block block = find_spare(count); block.values) return {block.values, GiveBack{block.count}};
   auto* const values = static_cast<double*>(operator new[](count * sizeof(double), alignment_of(count)));
@@ -81,5 +90,9 @@ void GiveBack::operator()(double* values) const {
   let_go(blocks.front());
   blocks.erase(blocks.begin());
 }
+
+void* take_room(std::size_t bytes) { return borrow_room(doubles_of(bytes)).release(); }
+
+void give_room(void* memory, std::size_t bytes) { GiveBack{doubles_of(bytes)}(static_cast<double*>(memory)); }
 
 }  // namespace tumble

@@ -21,4 +21,18 @@ struct GiveBack {
 using Room = std::unique_ptr<double[], GiveBack>;
 Room borrow_room(std::size_t count);
 
+/// Of a vector of other numbers that is needed for a while, as borrow_room() gives it: `bytes` of memory, and back.
+void* take_room(std::size_t bytes);
+void give_room(void* memory, std::size_t bytes);
+template <class Value>
+struct RoomAllocator {
+  using value_type = Value;
+  RoomAllocator() = default;
+  template <class Other>
+  RoomAllocator(const RoomAllocator<Other>&) {}  // NOLINT: as the standard asks for
+  Value* allocate(std::size_t count) { return static_cast<Value*>(take_room(count * sizeof(Value))); }
+  void deallocate(Value* values, std::size_t count) { give_room(values, count * sizeof(Value)); }
+  bool operator==(const RoomAllocator&) const { return true; }
+};
+
 }  // namespace tumble

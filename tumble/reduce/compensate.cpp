@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
@@ -318,7 +319,10 @@ Settings settings_of(const Estimate& estimate, const std::vector<Option>& option
 
 const Channel* channel_of(const Estimate& estimate, const Recording& recording, const std::string& role) {
   const auto given = estimate.provenance.settings.find("channels." + role);
-  return find_channel(recording, given == estimate.provenance.settings.end() ? role : given->second);
+  const auto names = names_of_role(role);
+  const bool by_role =
+      given == estimate.provenance.settings.end() || std::ranges::find(names, given->second) != names.end();
+  return by_role ? find_role(recording, role) : find_channel(recording, given->second);
 }
 
 Table regressors_table(const std::vector<Term>& terms, const std::vector<double>& least,

@@ -14,6 +14,7 @@
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -54,7 +55,8 @@ class Conductor {
   }
 
   RunEnd run() {
-    take(RunOrder{RunOrder::Kind::start, {}});
+    take_orders(wires_.now());  // after a stop that was ordered before, nothing is prepared
+    if (state_.phase == RunPhase::idle) take(RunOrder{RunOrder::Kind::start, {}});
     while (!end_) {
       auto events = wires_.wait(std::min(next(), wires_.now() + longest_wait));
       // What came while the disk was slow, or this process had to wait, is no silence of the devices.
@@ -117,17 +119,40 @@ class Conductor {
     }
     const std::size_t i = event.link - devices_.size();
     if (i >= streams_.size() || !streams_[i]) return;
-    if (event.kind == LinkEvent::Kind::lost)
-      return take(UnitFailed{station.instruments[i].slot, event.reason}, event.time);
+    if (event.kind == LinkEvent::Kind::lost) return stream_lost(i, event);
     if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
-    heard_[i] = event.time;
+    const std::uint64_t before = streams_[i]->counts().channel_frames;
     streams_[i]->receive(event.time, event.bytes);
+    if (streams_[i]->counts().channel_frames > before) heard_[i] = event.time;  // bytes alone are no measurement
     if (!watched_.empty()) tell_watched(i, event.time);
+  }
+
+  /// A unit that is switched off between two power-ups takes its link with it: whether it is back is decided when it is
+  /// recorded.
+  void stream_lost(std::size_t i, const LinkEvent& event) {
+    const std::string& slot = state_.course->station.instruments[i].slot;
+    if (state_.recording) return take(UnitFailed{slot, event.reason}, event.time);
+    perform(Note{"link", fmt::format("the stream of the unit in slot {} has ended: {}", slot, event.reason)});
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
     for (const ControllerReply& reply : replies)
       take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+  }
+
+  void take_orders(double now) {
+    std::vector<decltype(RunEvent::what)> orders;
+    if (company_.orders) show_to_company([&] { orders = company_.orders(); });
+    for (auto& order : orders) take(std::move(order), now);
+  }
+
+  /// Who watches does not end a run: a terminal may be closed, a log may be full.
+  template <class Show>
+  static void show_to_company(Show show) {
+    try {
+      show();
+    } catch (const Error&) {
+    }
   }
 
   /// What nobody sends: time, orders, the state of the disk.
@@ -138,15 +163,14 @@ class Conductor {
       store_failed_ = true;
       take(StoreFailed{failure->text}, now);
     }
-    if (company_.orders)
-      for (auto& order : company_.orders()) take(std::move(order), now);
+    take_orders(now);
     if (now >= next_values_) {
       look_for_silence(now);
       tell_values(now);
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     if (company_.show && now >= next_show_) {
-      company_.show(view(now));
+      show_to_company([&] { company_.show(view(now)); });
       next_show_ = now + company_.show_every;
     }
   }
@@ -160,7 +184,7 @@ class Conductor {
       const double since = std::max(heard_[i], state_.recording_began);
       if (now - since <= silence_of(instrument)) continue;
       heard_[i] = never;  // it is said once
-      take(UnitFailed{instrument.slot, fmt::format("nothing was received for {:.3g} s", now - since)}, now);
+      take(UnitFailed{instrument.slot, fmt::format("no sample was received for {:.3g} s", now - since)}, now);
     }
   }
 
@@ -223,16 +247,13 @@ class Conductor {
     row.attempt = record.attempt;
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
     recorder_.journal(row);
-    if (record.on && company_.note)
-      company_.note(
-          {"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
-                                  record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")},
-          wires_.now() - begin_);
+    if (!record.on) return;
+    tell({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
+                                 record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")});
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
     const bool begins = row.kind == RunRow::Kind::segment_begins;
     if (begins || row.kind == RunRow::Kind::segment_ends) {
       JournalRow step;
@@ -246,18 +267,23 @@ class Conductor {
       step.reason = row.reason;
       recorder_.journal(step);
     }
+    // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
+    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
     recorder_.flush();
   }
   void perform(const Prompt& prompt) {
     recorder_.event({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
-    if (company_.ask) company_.ask(prompt);
+    if (company_.ask) show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
     recorder_.event({wires_.now(), note.kind, {}, note.text, {}});
-    if (company_.note) company_.note(note, wires_.now() - begin_);
+    tell(note);
+  }
+  void tell(const Note& note) {
+    if (company_.note) show_to_company([&] { company_.note(note, wires_.now() - begin_); });
   }
   void perform(const RunEnd& end) { end_ = end; }
 
@@ -271,7 +297,7 @@ class Conductor {
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
-  std::vector<double> heard_;                                 ///< [s] by instrument: the last byte
+  std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;

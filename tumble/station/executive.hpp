@@ -225,6 +225,7 @@ struct AxisProgress {
   bool settled = false;
   int outside = 0;                ///< readings out of tolerance, one after the other
   int at_rest = 0;                ///< readings with a rate of zero, one after the other
+  int beyond = 0;                 ///< readings beyond its travel and on the way outwards, one after the other
   double sum = 0.0, count = 0.0;  ///< of what is demanded, while recording
   bool ramping = false;
   double ramp_from = 0.0, ramp_to = 0.0, ramp_rate = 0.0, ramp_begin = 0.0, next_set = 0.0;

@@ -95,6 +95,8 @@ std::vector<FaultCase> instruments() {
       {"UnitSendsHalfFrames", turning, fault(Kind::cut_line, "unit", for_ever, 0.02), {complete}},
       {"UnitSendsNoise", turning, fault(Kind::garbage_byte, "unit", for_ever, 0.02), {complete}},
       {"UnitSendsWrongBits", turning, fault(Kind::crc_error, "unit", for_ever, 0.02), {complete}},
+      {"UnitSendsWrongBitsOnly", turning, fault(Kind::crc_error, "unit", for_ever, 1.0), {failed}},
+      {"UnitSendsHalfFramesOnly", turning, fault(Kind::cut_line, "unit", for_ever, 1.0), {failed}},
       {"UnitLosesFrames", turning, fault(Kind::lost_frames, "unit", for_ever, 0.02), {complete}},
       {"UnitRepeatsFrames", turning, fault(Kind::duplicated_frames, "unit", for_ever, 0.02), {complete}},
       {"UnitSendsInAnotherOrder", turning, fault(Kind::reordered_frames, "unit", for_ever, 0.02), {complete}},

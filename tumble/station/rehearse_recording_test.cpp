@@ -8,6 +8,9 @@
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/recorder/marks_of_journal.hpp"
+#include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -164,6 +167,24 @@ TEST(RehearsedRecording, ARunThatWasKilledIsCarriedOnAndGivesTheSameResult) {
                 parameter_named(expected, "scale_factor").value, 4.0 * std::sqrt(2.0) * sd)
         << "call " << at;
   }
+}
+
+TEST(RehearsedRecording, ASegmentThatCountsHasItsMarksWhereverTheStoreWasCut) {
+  const ScratchFolder scratch;
+  const auto rehearsal = rehearsal_at(scratch.file("run"), plan_for_recording(3, 12.0));
+  ASSERT_EQ(rehearse(rehearsal).end.ending, RunEnding::complete);
+  std::vector<RunRow> rows;
+  recorder::JournalReader marked;
+  std::size_t most = 0;
+  visit_store(rehearsal.folder, [&](const StoreItem& item) {
+    if (item.kind == StoreItem::Kind::journal) marked.add(*item.journal);
+    if (item.kind != StoreItem::Kind::event || item.event->kind != "journal") return;
+    rows.push_back(conduct::row_of(item.event->json));
+    const std::size_t counted = counted_attempts(rows).size();
+    EXPECT_LE(counted, marked.marks().size()) << "cut after item " << item.sequence;
+    most = std::max(most, counted);
+  });
+  EXPECT_EQ(most, 3u);
 }
 
 TEST(RehearsedRecording, ALateOperatorFindsTheRigHeldAndGoesOn) {

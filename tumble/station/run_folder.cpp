@@ -35,6 +35,21 @@ std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station
   return course;
 }
 
+void check_carried_on(const std::map<std::string, std::string>& facts, const Plan& plan, const Station& station,
+                      bool named) {
+  std::vector<std::string> problems;
+  const auto differs = [&](const char* name, const std::string& now) {
+    const auto then = facts.find(name);
+    return then != facts.end() && then->second != now;
+  };
+  if (differs("plan_sha256", plan.sha256))
+    problems.push_back("the plan in the folder of the run has been changed since the run began: begin a new run");
+  if (!named && differs("station_sha256", station.sha256))
+    problems.push_back("the station file '" + station.file +
+                       "' has been changed since the run began: name it with --station to use it as it is now");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
+}
+
 void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who) {
   recorder.set("title", plan.title);
   recorder.set("plan_sha256", plan.sha256);

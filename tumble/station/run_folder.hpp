@@ -21,6 +21,12 @@ void write_in_run(const std::string& folder, const std::string& name, const std:
 std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,
                                         const std::map<std::string, std::string>& units);
 
+/// Whether a run may be carried on with this plan and this station, of which its store says what they were at its
+/// begin. `named`: the user has named the station, which may be another one. Throws Error::bad_input with all that has
+/// changed.
+void check_carried_on(const std::map<std::string, std::string>& facts, const Plan& plan, const Station& station,
+                      bool named);
+
 /// Facts about the run that its store keeps: title, units, operator, hashes.
 void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who);
 

@@ -1,5 +1,9 @@
 #include "tumble/station/run_plan.hpp"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
 #include <utility>
 
 #include "tumble/station/disk.hpp"
@@ -11,9 +15,17 @@
 namespace tumble {
 namespace {
 
+/// The folder of a takeover: a run may be taken over more than once.
+std::string takeover_folder_in(const std::string& run) {
+  std::string folder = run + "/takeover";
+  for (int n = 2; std::filesystem::exists(folder); ++n) folder = fmt::format("{}/takeover-{}", run, n);
+  return folder;
+}
+
 /// A run that was killed may have left the rig in motion: the safe list is carried out before anything else.
 void make_safe(const std::shared_ptr<const Course>& course, const StationParts& parts, const Wires& wires,
-               const std::string& folder) {
+               const std::string& run) {
+  const std::string folder = takeover_folder_in(run);
   make_run_folder(folder, {}, {});
   Disk disk;
   Recorder recorder(folder, disk);
@@ -37,6 +49,20 @@ void wait_in_wall_time(Station& station, double speed) {
   for (SafeCommand& command : station.safe) command.within *= speed;
 }
 
+/// The links, and the folder of the run. Where these cannot be had nothing was sent, and nothing is left to be taken
+/// over.
+std::unique_ptr<LinkWires> begun(const PlannedRunAtStation& run, const Station& station,
+                                 const std::function<double()>& clock, Lease& lease) {
+  try {
+    auto links = std::make_unique<LinkWires>(station, clock, run.speed);
+    if (!run.resume) make_run_folder(run.folder, run.plan, station);
+    return links;
+  } catch (const Error&) {
+    if (lease.left_behind().empty()) lease.end();
+    throw;
+  }
+}
+
 }  // namespace
 
 RunEnd run_plan(const PlannedRunAtStation& run) {
@@ -56,10 +82,9 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const double begin = run.clock();
   const auto clock = [&run, before, begin] { return before + run.speed * (run.clock() - begin); };
   Lease lease(station, run.folder);
-  LinkWires links(station, clock, run.speed);
-  const Wires wires = links.wires();
-  if (!run.resume) make_run_folder(run.folder, run.plan, station);
-  if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder + "/takeover");
+  const std::unique_ptr<LinkWires> links = begun(run, station, clock, lease);
+  const Wires wires = links->wires();
+  if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder);
   Disk disk;
   RecorderOptions options;
   options.resume = run.resume;

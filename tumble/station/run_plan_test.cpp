@@ -68,6 +68,17 @@ TEST(RunPlan, ASecondRunOnTheSameRigIsRefusedBeforeAnythingMoves) {
   first.end();
 }
 
+TEST(RunPlan, ARunThatIsRefusedLeavesNothingToBeTakenOver) {
+  const ScratchFolder scratch;
+  const Plan plan = short_plan();
+  const Station station = station_over_tcp(plan, scratch);
+  ServedRig rig(plan, station, fast);
+  const auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
+  std::filesystem::create_directory(run.folder);
+  EXPECT_THROW(run_plan(run), Error) << "its folder is there already";
+  EXPECT_TRUE(Lease(station, scratch.file("other")).left_behind().empty());
+}
+
 /// A run in a process of its own, which begins when the rig is served.
 struct RunningProcess {
   pid_t process = -1;
@@ -150,9 +161,10 @@ TEST(RunPlan, AKilledProcessLeavesARunThatIsTakenOverAndCarriedOn) {
     EXPECT_EQ(process.wait(), -1);
     const GivenItems before = items_of_store(run.folder);
     run.resume = true;
+    std::filesystem::create_directory(run.folder + "/takeover");  // it was taken over before, and killed again
     const RunEnd end = run_plan(run);
     EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
-    EXPECT_TRUE(std::filesystem::exists(run.folder + "/takeover")) << "the safe list comes first";
+    EXPECT_TRUE(std::filesystem::exists(run.folder + "/takeover-2")) << "the safe list comes first";
     EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
     const GivenItems after = items_of_store(run.folder);
     for (const auto& [sequence, item] : before)

@@ -61,14 +61,17 @@ struct StationDevice {
   std::map<std::string, double> timeouts = {};       ///< [s] of verbs that take longer
   double lost_after = 0.0;                           ///< [s] of silence; at least 3 polls
   std::optional<double> stops_by_itself =
-      {};                                 ///< [s] after the host is silent, as the maker states; absent: it does not
-  std::string identity = {};              ///< text that the reply to identify must contain: its serial number
-  std::vector<std::string> verbs = {};    ///< that its declaration has
-  std::vector<std::string> once = {};     ///< of these, those that are never sent again
-  std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
-  std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
+      {};                               ///< [s] after the host is silent, as the maker states; absent: it does not
+  std::string identity = {};            ///< text that the reply to identify must contain: its serial number
+  std::vector<std::string> verbs = {};  ///< that its declaration has
+  std::vector<std::string> once = {};   ///< of these, those that are never sent again
+  std::map<std::string, std::vector<std::string>> takes = {};  ///< by verb: the values that it may carry, where known
+  std::vector<std::string> prepare = {};                       ///< verbs before the first motion, in order
+  std::vector<std::string> finish = {};                        ///< verbs after the last segment, in order
 
   bool can(const std::string& verb) const;
+  /// Whether the verb may carry this value; true where nothing is known of the verb.
+  bool may_carry(const std::string& verb, const std::string& value) const;
 };
 
 /// A place for a unit under test, and its stream.

@@ -6,6 +6,7 @@
 
 #include "tumble/station/testing/executive_bench.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/unit.hpp"
 
 namespace tumble {
 namespace {
@@ -229,6 +230,59 @@ TEST(StationCheck, AcceptsACalibrationOnItsLastDay) {
   station.equipment[0].due = request_of_slot_1.date;
   const auto plan = plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}})});
   EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty());
+}
+
+/// A device with one axis.
+Station station_of(const std::string& controller, const std::string& axis) {
+  return read_station("[station]\nname = \"bench\"\n[[device]]\nname = \"it\"\ncontroller = \"" + controller +
+                          "\"\nlink = \"tcp:host:1\"\n[[device.axis]]\n" + axis,
+                      "bench.toml");
+}
+
+const std::string chamber_axis =
+    "rig = \"chamber\"\nmoves = \"temperature\"\nsettle = {temperature = \"0.5 K\", hold = \"1 min\"}\n";
+const std::string table_axis =
+    "rig = \"table\"\nsettle = {position = \"0.1 deg\", rate = \"0.1 deg/s\", hold = \"2 s\"}\n";
+
+TEST(StationFile, NothingMovesWhileDevicesArePrepared) {
+  const auto starts = [](const Station& station) {
+    const auto& prepare = station.devices[0].prepare;
+    return std::ranges::find(prepare, "start") != prepare.end();
+  };
+  EXPECT_TRUE(starts(station_of("espec_p300", chamber_axis)));
+  EXPECT_FALSE(starts(station_of("mn_three_axis", table_axis))) << "MNRUN begins the motion that was loaded last";
+  EXPECT_FALSE(starts(station_of("vibrationview", "rig = \"shake\"\nmoves = \"acceleration\"\n")));
+  EXPECT_FALSE(starts(station_of("voetsch_ascii2", chamber_axis))) << "it needs a temperature";
+}
+
+TEST(StationFile, ASpeedAboveTheRateOfTheAxisIsRefused) {
+  const auto problems = problems_of_station(
+      with_replaced(sound_station, "max_rate = \"200 deg/s\"", "max_rate = \"20 deg/s\"\nspeed = \"30 deg/s\""));
+  EXPECT_TRUE(has_problem(problems, "speed: must not be above `max_rate`"));
+}
+
+/// Problems of a plan with these segments at a table that turns from -180 to 180 deg.
+std::vector<std::string> problems_of_motions(const Station& station, const std::vector<Motion>& motions) {
+  Plan plan;
+  for (const Motion& motion : motions) plan.schedule.push_back({"it", 30.0, 1, {{"table", motion}}});
+  return check_station(plan, station, {.rehearsed = true});
+}
+
+TEST(StationFile, MotionsThatLeaveTheTravelFromWhereTheAxisStandsAreRefused) {
+  const Station station = station_of("scpi_like", table_axis + "lowest = \"-180 deg\"\nhighest = \"180 deg\"\n");
+  const Motion aside{.value = si(170.0, "deg")}, middle{.value = 0.0};
+  const Motion sine{.kind = Motion::Kind::sine, .amplitude = si(15.0, "deg"), .frequency = 0.1};
+  const Motion turn{.kind = Motion::Kind::rate, .value = si(5.5, "deg/s")};
+  EXPECT_TRUE(has_problem(problems_of_motions(station, {aside, sine}), "185 deg is beyond the station's 180 deg"));
+  EXPECT_TRUE(problems_of_motions(station, {middle, sine}).empty());
+  EXPECT_TRUE(problems_of_motions(station, {middle, turn}).empty()) << "5.5 deg/s for 30 s and the 2 s of settling";
+  EXPECT_TRUE(has_problem(problems_of_motions(station, {aside, turn}), "346 deg is beyond the station's 180 deg"));
+}
+
+TEST(StationFile, ASlewNeedsACommandThatCarriesItsSpeed) {
+  const Motion slew{.kind = Motion::Kind::slew, .value = si(5.0, "deg/s"), .to = si(90.0, "deg")};
+  EXPECT_TRUE(has_problem(problems_of_motions(station_of("atl_like", table_axis), {slew}), "slews at a speed"));
+  EXPECT_TRUE(problems_of_motions(station_of("scpi_like", table_axis), {slew}).empty());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/conflicts.hpp"
@@ -21,7 +22,7 @@ namespace {
 /// The columns that play a role, as the plan says or by the role's own name.
 std::vector<std::string> columns_of(const Plan& plan, const Role& role) {
   const auto choices = plan.channels.find(role.name);
-  if (choices == plan.channels.end()) return {role.name};
+  if (choices == plan.channels.end()) return names_of_role(role.name);
   std::vector<std::string> columns;
   for (const auto& choice : choices->second) columns.push_back(choice.channel);
   return columns;
@@ -107,38 +108,66 @@ void mark_from_schedule(const Plan& plan, const RecordingEntry& entry, Recording
   if (recording.marks.empty() && entry.run > 0) recording.marks.push_back({"", begin, entry.run});
 }
 
-std::vector<std::string> names_of(const std::vector<Channel>& channels) {
+std::vector<NamedKind> columns_of(const std::vector<Channel>& channels) {
+  std::vector<NamedKind> columns;
+  for (const auto& channel : channels) columns.push_back({channel.name, channel.kind});
+  return columns;
+}
+
+std::vector<std::string> names_of(const std::vector<NamedKind>& columns) {
   std::vector<std::string> names;
-  for (const auto& channel : channels) names.push_back(channel.name);
+  for (const auto& column : columns) names.push_back(column.name);
   return names;
 }
 
 /// The columns of a file for a message: a second look, since only those of the roles were read. The first block says
 /// them, and the file may be larger than memory.
-std::vector<std::string> columns_in(const Recording& recording, ReadOptions options) {
+std::vector<NamedKind> columns_in(const Recording& recording, ReadOptions options) {
   struct Known {
-    std::vector<std::string> names;
+    std::vector<NamedKind> columns;
   };
   const std::string& file = recording.origin.file;
   options.only.clear();
   try {
     stream_recording(format_of(file, options), file, options, 1,
-                     [](const Recording& block) { throw Known{names_of(block.channels)}; }, {});
+                     [](const Recording& block) { throw Known{columns_of(block.channels)}; }, {});
   } catch (const Known& known) {
-    return known.names;
+    return known.columns;
   } catch (const Error&) {
   }
-  return names_of(recording.channels);
+  return columns_of(recording.channels);
 }
 
 std::string missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,
-                            const ReadOptions& options) {
-  const auto columns = columns_in(recording, options);
+                            const std::vector<std::string>& columns) {
   const auto how = plan.file.empty() ? fmt::format("--set channels.{}=...", role.name)
                                      : fmt::format("[channels] {} = \"...\" in {}", role.name, plan.file);
   return fmt::format("{}: no column '{}' for {} ({}){}; columns are {}; name the right one with {}",
                      recording.origin.file, wanted, role.name, role.description, did_you_mean(wanted, columns),
                      fmt::join(columns, ", "), how);
+}
+
+/// A role that no column plays.
+struct MissingRole {
+  const Role* role;
+  std::string wanted;  ///< the column that should
+};
+
+/// A problem for each, and at the end what the names of the columns propose for all roles.
+void report_missing(const Plan& plan, const std::vector<Role>& roles, const std::vector<MissingRole>& missing,
+                    const Recording& recording, const ReadOptions& options, std::vector<std::string>& problems) {
+  if (missing.empty()) return;
+  const auto columns = columns_in(recording, options);
+  const auto names = names_of(columns);
+  for (const auto& [role, wanted] : missing) problems.push_back(missing_channel(plan, *role, wanted, recording, names));
+  std::string proposal;
+  for (const auto& [role, channel] : proposed_roles(columns))
+    if (!plan.channels.contains(role) && std::ranges::find(roles, role, &Role::name) != roles.end())
+      proposal += plan.file.empty() ? fmt::format(" --set channels.{}={}", role, channel)
+                                    : fmt::format("{}{} = \"{}\"", proposal.empty() ? " " : "; ", role, channel);
+  if (!proposal.empty())
+    problems.push_back(fmt::format("{}: by the names of its columns{}:{}", recording.origin.file,
+                                   plan.file.empty() ? "" : ", in [channels] of " + plan.file, proposal));
 }
 
 /// What is wrong with the unit of a channel in a role, or empty.
@@ -190,18 +219,21 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
     const auto& options = read_by[r];
     const bool part = evidence.plans[r] && !evidence.plans[r]->channels.empty();  // says itself what it holds
     for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
+    std::vector<MissingRole> missing;
+    std::vector<std::string> wrong_units;
     for (const auto& role : roles) {
       const auto channels = role.several ? channels_for(evidence, recording, role.name)
                                          : std::vector{channel_for(evidence, recording, role.name)};
       for (const auto* channel : channels)
         if (channel)
-          if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) problems.push_back(problem);
+          if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) wrong_units.push_back(problem);
       const bool named = !part && evidence.plan.channels.contains(role.name);
       if (!named && (!role.required || (!channels.empty() && channels.front()))) continue;
-      for (const auto& column : columns_of(evidence.plan, role))
-        if (!find_channel(recording, column))
-          problems.push_back(missing_channel(evidence.plan, role, column, recording, options));
+      for (const auto& column : named ? columns_of(evidence.plan, role) : std::vector{role.name})
+        if (!find_channel(recording, column)) missing.push_back({&role, column});
     }
+    report_missing(evidence.plan, roles, missing, recording, options, problems);
+    problems.insert(problems.end(), wrong_units.begin(), wrong_units.end());
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
@@ -212,8 +244,9 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
   for (const auto& [column, unit] : said.units) {
     std::vector<std::string> known;
     for (std::size_t r = 0; r < evidence.recordings.size(); ++r)
-      for (auto& name : find_channel(evidence.recordings[r], column) ? std::vector{column}
-                                                                     : columns_in(evidence.recordings[r], read_by[r]))
+      for (auto& name : find_channel(evidence.recordings[r], column)
+                            ? std::vector{column}
+                            : names_of(columns_in(evidence.recordings[r], read_by[r])))
         known.push_back(std::move(name));
     const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
     if (std::ranges::none_of(known, meant))

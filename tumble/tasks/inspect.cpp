@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/roles.hpp"
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/tasks.hpp"
 
@@ -68,6 +69,21 @@ void add(const Recording& block, Inspection& inspection) {
   inspection.findings.insert(inspection.findings.end(), block.findings.begin(), block.findings.end());
 }
 
+/// The table for a plan, and the words for the command line, of columns whose names say an IMU's roles in their own
+/// way.
+void propose_roles(Inspection& inspection) {
+  std::vector<NamedKind> columns;
+  for (const auto& channel : inspection.channels) columns.push_back({channel.name, channel.kind});
+  std::string table, words;
+  for (const auto& [role, channel] : proposed_roles(columns)) {
+    table += (table.empty() ? "" : ", ") + role + " = \"" + channel + "\"";
+    words += (words.empty() ? "" : " ") + ("--set channels." + role) + "=" + channel;
+  }
+  if (table.empty()) return;
+  inspection.header.recognised.push_back({"[channels]", table + " (in a plan, for methods of an IMU)"});
+  inspection.header.recognised.push_back({"or say", words});
+}
+
 /// [bytes] of a file, or of the samples in a folder.
 std::uintmax_t size_of(const std::string& path, const ReadOptions& options) {
   std::error_code unknown;
@@ -98,6 +114,7 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     inspection.findings.push_back({Finding::Severity::info, "too_large_for_checks", {}, path});
   }
   for (auto& channel : inspection.channels) finish(channel);
+  propose_roles(inspection);
   return inspection;
 }
 

@@ -44,8 +44,11 @@ const ReadyPlan& find_ready_plan(const std::string& name_or_method) {
   if (const auto one = std::ranges::find(plans, name_or_method, &ReadyPlan::method); one != plans.end()) return *one;
   std::vector<std::string> known;
   for (const auto& plan : plans) known.emplace_back(plan.name);
+  auto meant = known;  // a method is accepted too
+  for (const auto& plan : plans)
+    if (std::ranges::find(meant, plan.method) == meant.end()) meant.push_back(plan.method);
   throw Error(Error::Kind::unsupported, fmt::format("there is no plan '{}'{} (plans: {})", name_or_method,
-                                                    did_you_mean(name_or_method, known), fmt::join(known, ", ")));
+                                                    did_you_mean(name_or_method, meant), fmt::join(known, ", ")));
 }
 
 }  // namespace tumble

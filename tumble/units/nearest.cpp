@@ -31,12 +31,14 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 /// The shortest of the names that hold the word: a beginning or an end was typed. Empty: none, or the word is too
 /// short.
-std::string holding(std::string_view word, const std::vector<std::string>& known) {
+std::string holding(std::string_view word, const std::vector<std::string>& known, bool only_beginnings) {
   std::string best;
   if (word.size() < 3) return best;
-  for (const auto& candidate : known)
-    if (lower_case(candidate).find(word) != std::string::npos && (best.empty() || candidate.size() < best.size()))
-      best = candidate;
+  for (const auto& candidate : known) {
+    const auto at = lower_case(candidate).find(word);
+    const bool holds = at != std::string::npos && (at == 0 || !only_beginnings);
+    if (holds && (best.empty() || candidate.size() < best.size())) best = candidate;
+  }
   return best;
 }
 
@@ -53,7 +55,10 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
     best = candidate;
     best_distance = slips;
   }
-  return best.empty() ? holding(mistyped, known) : best;
+  // "insp" is the beginning of inspect rather than two slips from init.
+  if (best_distance > 1)
+    if (const auto begun = holding(mistyped, known, true); !begun.empty()) return begun;
+  return best.empty() ? holding(mistyped, known, false) : best;
 }
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {

@@ -87,6 +87,7 @@ class Parser {
     else
       return base;
     alone_ = false;
+    if (halves == 0) fail(begin, "a power of 0 is no unit (standard gravity is g, a plain number 1)");
     if (digit()) fail(at_, "one digit expected as a power without '^'");
     return to_the(base, halves, begin);
   }

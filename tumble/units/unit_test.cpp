@@ -218,6 +218,8 @@ TEST(Unit, RefusalsNameTheWordItsPositionAndTheNearest) {
   EXPECT_NE(message("N m").find("'/' or '*' expected before 'm'"), std::string::npos);
   EXPECT_NE(message("m^(1/3)").find("whole halves"), std::string::npos);
   EXPECT_NE(message("m^0.25").find("whole halves"), std::string::npos);
+  for (const char* zero : {"g0", "m^0", "m^(0/2)"})
+    EXPECT_NE(message(zero).find("power of 0"), std::string::npos) << zero;
   EXPECT_NE(message("sqrt(sqrt(m))").find("whole halves"), std::string::npos);
   EXPECT_NE(message("3*m").find("only number"), std::string::npos);
   for (const char* bad :
@@ -296,6 +298,8 @@ TEST(Nearest, SlipsOfTheFingers) {
   EXPECT_EQ(nearest("Gravity", known), "gravity");
   EXPECT_EQ(nearest("voltage", known), "");
   EXPECT_EQ(nearest("bias", {"accelerometer_x_bias", "gyro_z_bias"}), "gyro_z_bias");
+  EXPECT_EQ(nearest("insp", {"init", "inspect"}), "inspect");
+  EXPECT_EQ(nearest("axis", {"axes", "axis_of_rotation"}), "axes");
   EXPECT_EQ(nearest("as", {"gyro_z_bias"}), "");
   EXPECT_EQ(nearest("", known), "");
   EXPECT_EQ(nearest("x", {"y"}), "");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 #include "tumble/exchange/exports/c_code/model.hpp"
 #include "tumble/exchange/exports/export.hpp"
@@ -24,6 +25,10 @@ std::vector<Option> options() {
   return {word("type", {"double", "float", "fixed"})
               .otherwise("float")
               .says("type of the numbers; fixed: 32-bit integers whose formats follow from the ranges"),
+          word("scale_factor", {"terms", "table"})
+              .otherwise("terms")
+              .says("of gyros: the terms of the results, or the departures at the rates of the test, interpolated, in "
+                    "place of asymmetry and odd powers"),
           text("function").otherwise("tumble_compensate").says("name of the function")};
 }
 
@@ -32,9 +37,26 @@ void check_name(const std::string& name) {
   const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
   if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, letter))
     throw Error(Error::Kind::bad_input, fmt::format("function = '{}': a name of C has letters, digits and _", name));
+  constexpr std::string_view taken[] = {"auto",     "break",   "case",   "char",     "const",  "continue", "default",
+                                        "do",       "double",  "else",   "enum",     "extern", "float",    "for",
+                                        "goto",     "if",      "inline", "int",      "long",   "main",     "register",
+                                        "restrict", "return",  "short",  "signed",   "sizeof", "static",   "struct",
+                                        "switch",   "typedef", "union",  "unsigned", "void",   "volatile", "while"};
+  if (std::ranges::find(taken, name) != std::end(taken))
+    throw Error(Error::Kind::bad_input, fmt::format("function = '{}' is a word of C: choose another name", name));
 }
 
-std::string write(const ImuCalibration& calibration, const Settings& settings, const std::vector<std::string>& header) {
+/// With the departures that were measured, where these are asked for.
+ImuCalibration as_asked(ImuCalibration calibration, const Settings& settings) {
+  if (settings.word("scale_factor") == "table" && !take_measured(calibration.gyros))
+    throw Error(Error::Kind::bad_input,
+                "c: scale_factor = table needs a result of gyro_scale_factor with three rates or more, identified by "
+                "this version");
+  return calibration;
+}
+
+std::string write(const ImuCalibration& given, const Settings& settings, const std::vector<std::string>& header) {
+  const ImuCalibration calibration = as_asked(given, settings);
   if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
     throw Error(Error::Kind::bad_input, "c: the results hold noise alone, of which code makes no use");
   check_name(settings.word("function"));
@@ -48,6 +70,8 @@ std::string write(const ImuCalibration& calibration, const Settings& settings, c
   plan.rate_passes = c_code::passes_of(calibration.gyros, "gyro", rounding);
   std::string text = "/*\n";
   for (const auto& line : header) text += " * " + line + "\n";
+  if (settings.word("scale_factor") == "table")
+    text += " * q of the gyros: the departures at the rates of the test, straight between them and constant beyond\n";
   text += " *\n * self-test: cc -std=c99 -DTUMBLE_CAL_TEST FILE.c && ./a.out\n */\n";
   return text + (plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
                                                       : c_code::floating_point(calibration, plan));

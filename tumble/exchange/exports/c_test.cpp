@@ -115,14 +115,14 @@ class CCode : public ::testing::Test {
 /// 100 rounding errors of 20 m/s^2.
 constexpr double double_rounding = 100.0 * 20.0 * 0x1p-53, float_rounding = 100.0 * 20.0 * 0x1p-24;
 
-const Parts linear{}, thermal{.thermal_bias = true, .thermal_scale = true},
-    everything{.curve = true, .thermal_bias = true, .thermal_scale = true};
+const Parts linear{}, tabled{.table = true}, thermal{.thermal_bias = true, .thermal_scale = true},
+    everything{.curve = true, .table = true, .thermal_bias = true, .thermal_scale = true};
 
 constexpr const char* sanitized = "-O1 -fsanitize=undefined -fno-sanitize-recover=all";
 
 /// What is compiled how.
 const std::pair<const char*, Parts> cases[] = {
-    {"-O0", linear}, {"-O2", thermal}, {"-O2", everything}, {sanitized, everything}};
+    {"-O0", linear}, {"-O2", tabled}, {"-O2", thermal}, {"-O2", everything}, {sanitized, everything}};
 
 TEST_F(CCode, GivesWhatTheCalibrationGives) {
   const auto all = compilers();
@@ -284,9 +284,11 @@ TEST(ExportC, UsesNeitherLibmNorMalloc) {
 }
 
 TEST(ExportC, NameThatCDoesNotTakeIsRefused) {
-  ExportRequest asked;
-  asked.settings.push_back({"function", "2 bad", "--set", true, true});
-  EXPECT_THROW(export_calibration(find_export("c"), random_calibration(5, linear), asked), Error);
+  for (const char* name : {"2 bad", "int", "main"}) {
+    ExportRequest asked;
+    asked.settings.push_back({"function", name, "--set", true, true});
+    EXPECT_THROW(export_calibration(find_export("c"), random_calibration(5, linear), asked), Error) << name;
+  }
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/exchange/results/axis_name.hpp"
+#include "tumble/core/roles.hpp"
 #include "tumble/exchange/results/reader.hpp"
 
 namespace tumble::results {

@@ -133,6 +133,29 @@ void read_four_position(Reader& reader, std::set<std::string>& claimed) {
   note_across(reader, axis, {"second_order_coefficient", "misalignment"});
 }
 
+namespace {
+
+/// The line through the means at each rate, and how far these lie from it.
+void read_departures(Reader& reader, TriadCalibration& t, std::size_t i) {
+  constexpr std::size_t fewest = 3;
+  const Table* line = find_table(reader.estimate(), "line");
+  const Table* residuals = find_table(reader.estimate(), "residuals");
+  if (!line || !residuals || line->rows.size() != 1 || line->columns.size() != 3 || residuals->columns.size() < 2 ||
+      residuals->rows.size() < fewest)
+    return;
+  const double slope = reader.cell(*line, 0, 0), full = slope * reader.cell(*line, 0, 2);
+  MeasuredLine measured{slope, slope * reader.cell(*line, 0, 1), {}};
+  for (std::size_t r = 0; r < residuals->rows.size(); ++r) {
+    const double at = reader.cell(*residuals, r, 0);
+    if (r > 0 && !(at > measured.departures.at.back())) return reader.problem("the rates of its residuals do not rise");
+    measured.departures.at.push_back(at);
+    measured.departures.departure.push_back(full * reader.cell(*residuals, r, 1));
+  }
+  t.measured[i] = std::move(measured);
+}
+
+}  // namespace
+
 void read_scale_factor(Reader& reader, std::set<std::string>& claimed) {
   const Axis axis = begin_axis(reader, true, {" bias", " scale factor"}, claimed);
   const std::size_t i = axis.index;
@@ -153,6 +176,7 @@ void read_scale_factor(Reader& reader, std::set<std::string>& claimed) {
     t.response(i, i) -= c * slope;
     t.range[i] = range;
   }
+  read_departures(reader, t, i);
 }
 
 void read_static_bias(Reader& reader, std::set<std::string>& claimed) {

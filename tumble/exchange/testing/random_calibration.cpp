@@ -35,6 +35,13 @@ void draw_triad(Draw& draw, const Parts& parts, bool gyro, TriadCalibration& t) 
   if (!gyro && parts.lever) t.lever = draw.matrix(0.05);
   for (std::size_t i = 0; i < 3; ++i) {
     if (parts.curve) t.curve[i] = {{draw(1e-4), draw(1e-5), 0.0, 0.0}, draw(1e-3), draw(1e-5)};
+    if (parts.table && i != 1) {  // one axis has none, and the tables of the others differ in length
+      const double reach = gyro ? 4.0 : 19.6;
+      for (int k = -4; k <= (i == 0 ? 4 : 2); ++k) {
+        t.curve[i].table.at.push_back(0.25 * reach * (k + draw(0.3)));
+        t.curve[i].table.departure.push_back(draw(1e-3) * reach);
+      }
+    }
     if (parts.thermal_bias) t.thermal[i].output = {draw(1e-3), draw(1e-5), draw(1e-7)};
     if (parts.thermal_scale) t.thermal[i].scale = {draw(1e-4), draw(1e-6)};
     if (parts.noise) t.noise[i] = {.white = 1e-3 * (2.0 + draw(1.0)), .walk = 1e-4 * (2.0 + draw(1.0))};

@@ -12,7 +12,7 @@ namespace tumble::testing {
 /// Which parts a random calibration has.
 struct Parts {
   bool scale = true, misalignment = true, bias = true, by_force = true;
-  bool curve = false, lever = false, thermal_bias = false, thermal_scale = false, noise = true;
+  bool curve = false, lever = false, table = false, thermal_bias = false, thermal_scale = false, noise = true;
 };
 
 /// Scale factors and misalignments of up to 5 %, biases of up to 0.5 m/s^2 and 0.02 rad/s, G of up to 1e-3 s/m.

@@ -185,4 +185,10 @@ void say_what_was_recognised(Layout& layout, const Understood& table) {
   if (!notes.plain) notes.summary();
 }
 
+std::string likely_clock_unit(const ColumnSample& sample) {
+  constexpr double earliest = 30'000.0, latest = 80'000.0, densest = 1e-3;  // days since 1900 of a worksheet
+  if (sample.first > earliest && sample.last < latest && sample.step < densest) return "day";
+  return sample.step <= 2.0 ? "s" : sample.step < 500.0 ? "ms" : sample.step < 2e5 ? "us" : "ns";
+}
+
 }  // namespace tumble::csv

@@ -28,4 +28,7 @@ struct Understood {
 /// finding for each, and the list that inspect shows.
 void say_what_was_recognised(Layout& layout, const Understood& table);
 
+/// The unit with which the stamps of an instrument of 1 Hz to 10 kHz would advance so; "day" for dates of a worksheet.
+std::string likely_clock_unit(const ColumnSample& sample);
+
 }  // namespace tumble::csv

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "tumble/formats/csv/cells.hpp"
-#include "tumble/formats/csv/number.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -13,22 +12,18 @@ namespace tumble::csv {
 
 namespace {
 
-/// The number in a cell, with either decimal mark.
-std::optional<double> number_in(std::string cell) {
-  std::ranges::replace(cell, ',', '.');
-  double value = 0.0;
-  const auto result = fast_float::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (result.ec != std::errc() || result.ptr != cell.data() + cell.size()) return std::nullopt;
-  return value;
-}
+/// [s] The longest interval of a logger. With a longer one the numbers rather count a smaller unit since the start of
+/// the device: 1.2e9 us are 20 minutes (PX4), 1.2e15 ns are 14 days (Android).
+double longest_interval(std::int64_t unit) { return unit == 1000 ? 0.5 : unit == 1 ? INFINITY : 600.0; }
 
 /// [ns] of the unit in which numbers of that size are Unix time of the years 2001 to 2103; 0: in none.
-std::int64_t unix_unit(const ColumnSample& sample) {
+std::int64_t unix_unit(const ColumnSample& sample, bool unit_is_said) {
   if (sample.text || sample.empty || sample.kind != StampKind::none) return 0;
   for (std::int64_t unit = 1; unit <= 1'000'000'000; unit *= 1000) {
     const double seconds = static_cast<double>(unit) * 1e-9;
     const auto fits = [&](double value) { return value * seconds >= 1e9 && value * seconds < 4.2e9; };
-    if (fits(sample.first) && fits(sample.last)) return unit;
+    if (fits(sample.first) && fits(sample.last))
+      return unit_is_said || sample.step * seconds <= longest_interval(unit) ? unit : 0;
   }
   return 0;
 }
@@ -202,8 +197,8 @@ std::optional<Candidate> numbers(const Columns& table, std::size_t column, bool 
   const bool ours = is_time(name.name, unit) && name.from != UnitFrom::nowhere;  // time[s]: as it is written
   if (ours) candidate.rank = 1;
   if (candidate.rank == 0 && !said) return std::nullopt;
-  const std::int64_t by_size = unix_unit(sample);
   const bool known = !unit.empty();
+  const std::int64_t by_size = unix_unit(sample, known);
   const std::int64_t stated = known ? nanoseconds_of(unit) : 0;
   if (known && kind_of(parse_written_unit(unit)) != QuantityKind::time && !said && !ours) return std::nullopt;
   if (!ours && by_size > 0 && (!known || stated == by_size)) {
@@ -314,39 +309,6 @@ bool is_time(const std::string& name, const std::string& unit) {
     return false;
   }
   return lower_case(name) == "time";
-}
-
-std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& rows, std::size_t columns) {
-  std::vector<ColumnSample> samples(columns);
-  for (std::size_t c = 0; c < columns; ++c) {
-    ColumnSample& sample = samples[c];
-    std::size_t words = 0, filled = 0, stamps = 0;
-    bool first = true;
-    for (const auto& row : rows) {
-      if (c >= row.size() || row[c].empty()) continue;
-      const std::string& cell = row[c];
-      sample.empty = false;
-      ++filled;
-      const StampKind kind = stamp_kind(cell);
-      if (kind != StampKind::none && (stamps == 0 || kind == sample.kind)) {
-        sample.kind = kind;
-        ++stamps;
-        sample.cells.push_back(cell);
-      } else if (const auto value = number_in(cell); value && std::isfinite(*value)) {
-        sample.numbers = true;
-        if (first) sample.first = *value;
-        first = false;
-        sample.last = *value;
-        sample.greatest = std::max(sample.greatest, std::abs(*value));
-      } else {
-        words += !numeric(cell);
-        if (sample.other.empty()) sample.other = cell;
-      }
-    }
-    if (2 * stamps <= filled) sample.kind = StampKind::none;
-    sample.text = sample.kind == StampKind::none && 2 * words > filled;
-  }
-  return samples;
 }
 
 Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,

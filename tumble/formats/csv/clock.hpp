@@ -21,6 +21,7 @@ struct ColumnSample {
   std::string other = {};          ///< the first cell that is neither number nor stamp
   double first = 0.0, last = 0.0;  ///< numbers [as written]
   double greatest = 0.0;           ///< magnitude of the numbers
+  double step = 0.0;               ///< from number to number: the median of the magnitudes that are not zero
   std::vector<std::string> cells;
 };
 

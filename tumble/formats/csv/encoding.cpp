@@ -32,6 +32,13 @@ std::string wide_by_zeros(std::string_view bytes) {
   return "";
 }
 
+/// Four bytes of GB 18030, two of which are digits of ASCII: "²" and other characters that GBK does not have.
+bool four_bytes(std::string_view bytes, std::size_t at) {
+  const auto lead = [&](std::size_t i) { return byte_at(bytes, i) >= 0x81 && byte_at(bytes, i) <= 0xFE; };
+  const auto digit = [&](std::size_t i) { return byte_at(bytes, i) >= '0' && byte_at(bytes, i) <= '9'; };
+  return lead(at) && digit(at + 1) && lead(at + 2) && digit(at + 3);
+}
+
 /// GB 2312 writes a character as two bytes from A1 on: first bytes A1 to A9 are symbols, B0 to D7 the common
 /// characters. Western letters with accents are single bytes, the small ones from E0 on.
 bool chinese(std::string_view bytes) {
@@ -40,7 +47,10 @@ bool chinese(std::string_view bytes) {
     const unsigned char first = byte_at(bytes, i), second = byte_at(bytes, i + 1);
     if (first < 0x80) continue;
     const bool common = (first >= 0xA1 && first <= 0xA9) || (first >= 0xB0 && first <= 0xD7);
-    if (common && second >= 0xA1) {
+    if (four_bytes(bytes, i)) {
+      ++pairs;
+      i += 3;
+    } else if (common && second >= 0xA1) {
       ++pairs;
       ++i;
     } else if (first >= 0x81 && first <= 0xFE && second >= 0x80) {

@@ -116,10 +116,10 @@ struct Header {
       return parse_written_unit(unit);
     } catch (const Error& error) {
       const auto given = options.units.find(name.name);
-      if (name.from == UnitFrom::row && given != options.units.end()) return given->second;
+      const bool of_file = name.from == UnitFrom::row || name.from == UnitFrom::brackets;
+      if (of_file && given != options.units.end()) return given->second;
       problems.push_back(where + error.what());
-      if (name.from == UnitFrom::row)
-        proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
+      if (of_file) proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
       return {};
     }
   }
@@ -152,14 +152,16 @@ struct Header {
     std::string text;
     for (const std::size_t index : without_unit) {
       text += (text.empty() ? "" : ", ") + in_quotes(names[index].name);
-      const std::string likely = index == clock.first ? "s" : likely_unit(names[index].name, samples[index].greatest);
+      const std::string likely = index == clock.first ? likely_clock_unit(samples[index])
+                                                      : likely_unit(names[index].name, samples[index].greatest);
       proposals.push_back("unit." + names[index].name + "=" + likely);
     }
     const std::string one = plain_text(names[without_unit.front()].name, 60);
     const std::string likely = likely_unit(one, samples[without_unit.front()].greatest);
-    const std::string example = without_unit.front() == clock.first ? "[s]"
-                                : likely == "1"                     ? "[deg/h]"
-                                                                    : "[" + likely + "]";
+    const std::string example = without_unit.front() == clock.first
+                                    ? "[" + likely_clock_unit(samples[without_unit.front()]) + "]"
+                                : likely == "1" ? "[deg/h]"
+                                                : "[" + likely + "]";
     problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + text +
                        "; write it in the header, for example " + one + example +
                        ", or in the plan's [channels] table: role = \"" + one + example +

@@ -26,7 +26,7 @@ bool parses(const std::string& unit) {
   }
 }
 
-/// "Zeit (s)", "T / degC", "Zeit in s": the unit behind the name, if it is one.
+/// "Zeit (s)", "时间（s）", "T / degC", "Zeit in s": the unit behind the name, if it is one.
 std::optional<Named> unit_in_words(const std::string& cell) {
   const auto split = [&](std::size_t name_end, std::size_t unit_begin, std::size_t unit_end) -> std::optional<Named> {
     const std::string name(trimmed(std::string_view(cell).substr(0, name_end)));
@@ -42,9 +42,14 @@ std::optional<Named> unit_in_words(const std::string& cell) {
     }
     return std::nullopt;
   }
-  for (const std::string_view between : {" / ", " in "})
-    if (const auto at = cell.rfind(between); at != std::string::npos)
-      if (auto named = split(at, at + between.size(), cell.size())) return named;
+  if (const std::string_view open = "（", close = "）"; cell.ends_with(close))
+    if (const auto at = cell.rfind(open); at != std::string::npos)
+      return split(at, at + open.size(), cell.size() - close.size());
+  // The longest unit: "gyro x in deg / s" is not "gyro x in deg" in s.
+  for (std::size_t at = 0; at < cell.size(); ++at)
+    for (const std::string_view between : {" / ", " in "})
+      if (cell.compare(at, between.size(), between) == 0)
+        if (auto named = split(at, at + between.size(), cell.size())) return named;
   return std::nullopt;
 }
 
@@ -98,6 +103,15 @@ std::string_view unit_at_end(std::string_view lower) {
 }  // namespace
 
 Unit parse_written_unit(const std::string& text) {
+  // As people write them: nobody means one over the square of a millisecond.
+  for (const auto& [written, unit] :
+       std::initializer_list<std::pair<std::string_view, const char*>>{{"ms-2", "m/s^2"},
+                                                                       {"ms^-2", "m/s^2"},
+                                                                       {"ms⁻²", "m/s^2"},
+                                                                       {"rads-1", "rad/s"},
+                                                                       {"rads^-1", "rad/s"},
+                                                                       {"rads⁻¹", "rad/s"}})
+    if (text == written) return Unit::parse(unit);
   try {
     return Unit::parse(text);
   } catch (const Error&) {

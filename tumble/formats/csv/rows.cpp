@@ -90,19 +90,28 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
   return *p == '\n' ? p + 1 : nullptr;
 }
 
+/// Whether a line without a number is a sample: without a clock a blank line of the only column, or one of tabs alone.
+bool Rows::is_row_of_blanks(std::string_view line) const {
+  if (time_ < targets_.size() || layout_.stamp.stamped() || label_ < targets_.size()) return false;
+  if (targets_.size() == 1) return targets_.front() != nullptr;
+  return layout_.separator == '\t' && line.find('\t') != std::string_view::npos;
+}
+
 const char* Rows::any_row(const char* p, const char* end, std::size_t& row) {
   const auto* const stop = static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p)));
-  const auto line = trimmed({p, static_cast<std::size_t>(stop - p)});
+  const std::string_view written(p, static_cast<std::size_t>(stop - p));
+  const auto line = trimmed(written);
   const bool comment = line.starts_with('#');
   if (!comment && !line.empty() && blank_lines_ > 0) {
     --blank_lines_;
-    targets_.front()[row++] = missing_sample;
+    for (double* const target : targets_)
+      if (target != nullptr) target[row] = missing_sample;
+    ++row;
     return p;
   }
   ++line_;
-  if (line.empty() && targets_.size() == 1 && targets_.front() != nullptr) ++blank_lines_;
-  if (!comment && !line.empty())
-    take_cells(cells_of({p, static_cast<std::size_t>(stop - p)}, layout_.separator), row++);
+  if (line.empty() && is_row_of_blanks(written)) ++blank_lines_;
+  if (!comment && !line.empty()) take_cells(cells_of(written, layout_.separator), row++);
   return stop + 1;
 }
 

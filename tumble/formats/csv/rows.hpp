@@ -47,6 +47,7 @@ class Rows {
   template <bool blanks>
   const char* plain_row(const char* p, const char* end, std::size_t row);
   const char* any_row(const char* p, const char* end, std::size_t& row);
+  bool is_row_of_blanks(std::string_view line) const;
   void take_cells(const std::vector<std::string>& cells, std::size_t row);
   void take_label(std::string_view label, std::size_t row);
   bool take_stamp(std::string_view cell, std::size_t column, std::size_t row);
@@ -70,7 +71,7 @@ class Rows {
   std::vector<LabelChange> labels_;
   int exponent_ = 0;
   std::size_t line_;
-  std::size_t blank_lines_ = 0;  ///< in a file of one column: missing samples, if another sample follows
+  std::size_t blank_lines_ = 0;  ///< of nothing but missing samples, if another sample follows
   std::size_t bad_ = 0;
   std::vector<std::string> notes_;
   bool commas_ = false;  ///< a bad cell would be a number with a decimal comma

@@ -93,6 +93,12 @@ bool good(const Body& body) {
 
 char best_separator(const std::vector<TextLine>& lines) {
   const char first = separator_of(lines.front().text);
+  if (first == ' ')  // of a first line of words, which dates and names below may match by accident
+    for (const char candidate : {'\t', ';', ','}) {
+      const Body body = body_of(Table(lines, candidate));
+      const auto numbers = static_cast<std::size_t>(std::ranges::count(body.numbers, true));
+      if (good(body) && (candidate != ',' || numbers == body.columns)) return candidate;  // "0,1 0,2" has "1 0"
+    }
   const Table table(lines, first);
   const Body body = body_of(table);
   if (body.columns >= 2 && of_the_table(table, 0, body)) return first;
@@ -124,6 +130,13 @@ void find_header(Shape& shape, const Table& table, const Body& body) {
     if (units_row(table.rows[candidates[k]])) {
       shape.header = candidates[k - 1];
       shape.units = candidates[k];
+    }
+  // Behind the units comes the first sample, even of words ("OL"), where its first column says a number or a time.
+  for (const std::size_t i : candidates)
+    if (const std::string& cell = table.rows[i].front();
+        shape.units && i > *shape.units && body.numbers.front() && is_value(cell) && !reads_like_missing(cell)) {
+      shape.rows = i;
+      break;
     }
   if (!shape.header) shape.header = candidates.back();
   if (!shape.units && says_units(table.rows[*shape.header])) shape.rows = *shape.header + 1;

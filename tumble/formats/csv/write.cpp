@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/file/plain_value.hpp"
@@ -45,11 +46,13 @@ void append_even_time(std::string& text, double t, double interval) {
 
 namespace {
 
-/// A header cell; quoted where the name holds what would be read otherwise.
+/// A header cell; quoted where the name holds what would be read otherwise. The name of the clock is taken, and blanks
+/// at the ends are not read back.
 std::string header_cell(const Channel& channel) {
   const std::string cell = channel.name + "[" + channel.unit.text() + "]";
   const bool plain = cell.find_first_of(",;\t\"\n\r") == std::string::npos;
-  if (cell.find_first_of("\n\r\"") != std::string::npos || channel.name.empty())
+  const bool other = channel.name.empty() || channel.name == "time" || trimmed(channel.name) != channel.name;
+  if (cell.find_first_of("\n\r\"") != std::string::npos || other)
     throw Error{Error::Kind::bad_input, "the channel name '" + channel.name + "' cannot be written in a CSV header"};
   return plain ? cell : '"' + cell + '"';
 }

@@ -41,9 +41,10 @@ std::optional<Unit> unit_of(const Scan& scan, char character) {
   }
 }
 
-/// What one count of a field is worth: by the multiplier of FMTU, which replaces the one that the type implies.
+/// What one count of a field is worth: by the multiplier of FMTU, which replaces the one that the type implies unless
+/// it is "?", which ArduPilot writes where nobody has stated one yet.
 double scale_of(const Scan& scan, const FieldUnits& units, std::size_t index, char type) {
-  if (index < units.multipliers.size()) {
+  if (index < units.multipliers.size() && units.multipliers[index] != '?') {
     const auto found = scan.multipliers.find(units.multipliers[index]);
     if (found != scan.multipliers.end() && found->second > 0.0 && std::isfinite(found->second)) return found->second;
   }
@@ -74,7 +75,8 @@ topics::Topic topic_of(const Scan& scan, const Stream& stream) {
   return topic;
 }
 
-/// Streams with a time and a number, whose description is clear.
+/// Streams with a time and a number, whose description is clear; the instances of one in their order, in which a log
+/// may not begin.
 std::vector<std::size_t> readable(const Scan& scan) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < scan.streams.size(); ++i) {
@@ -82,6 +84,11 @@ std::vector<std::size_t> readable(const Scan& scan) {
     if (!description.ambiguous && time_field(description) && !topic_of(scan, scan.streams[i]).columns.empty())
       indices.push_back(i);
   }
+  const auto place = [&](std::size_t i) {
+    const auto first = std::ranges::find(scan.streams, scan.streams[i].id, &Stream::id);
+    return std::pair{first - scan.streams.begin(), scan.streams[i].instance};
+  };
+  std::ranges::stable_sort(indices, {}, place);
   return indices;
 }
 
@@ -131,6 +138,11 @@ void take_damage(const Scan& scan, Findings& findings) {
     findings.push_back({Finding::Severity::warning, "log_rejected", {{"number", scan.rejected}}});
 }
 
+/// Without them (a log whose beginning is missing) nothing says that the corrections are neutral.
+bool has_parameters_of_sensors(const Scan& scan) {
+  return std::ranges::any_of(scan.parameters, [](const auto& one) { return one.first.starts_with("INS_"); });
+}
+
 void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Findings& findings) {
   std::vector<std::string> all;
   for (const std::size_t i : streams) {
@@ -138,6 +150,8 @@ void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Fi
     const std::string& name = scan.descriptions[stream.id].name;
     const KnownMessage* const known = known_message(name);
     if (!known) continue;
+    if (!has_parameters_of_sensors(scan))
+      findings.push_back({Finding::Severity::warning, "corrected_topic", {{"topic", stream.name}}, stream.name});
     for (auto& parameter : corrections(scan, *known, instance_of(stream, name)))
       if (std::ranges::find(all, parameter) == all.end()) all.push_back(std::move(parameter));
   }

@@ -66,6 +66,27 @@ std::string with_gps(std::uint8_t status) {
   return log;
 }
 
+TEST(DataFlash, InstancesAreNamedInTheirOrder) {
+  const auto padded = [](std::string text) { return text.append(16 - text.size(), '\0'); };
+  std::string log = fmt('\x80', "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 89) +
+                    fmt(12, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", 44) +
+                    fmt(10, "IMU", "QBfc", "TimeUS,I,GyrX,GyrY", 18) + "\xa3\x95\x0c" + bytes_of(std::uint64_t{0}) +
+                    "\x0a" + padded("s#EE") + padded("F-0?");
+  for (std::uint64_t k = 0; k < 6; ++k)  // instance 1 comes first
+    log += "\xa3\x95\n" + bytes_of(1'000'000 + 1000 * k) + bytes_of(static_cast<std::uint8_t>(1 - k % 2)) +
+           bytes_of(static_cast<float>(k)) + bytes_of(std::int16_t{150});
+  const ScratchFolder folder;
+  write_bytes(folder.file("a.bin"), log);
+  const Recording read = read_recording(folder.file("a.bin"), {.topics = {"IMU"}}, {});
+  ASSERT_EQ(read.channels.size(), 4u);
+  EXPECT_EQ(read.channels[0].name, "gyro.x");
+  EXPECT_EQ(read.channels[0].values, (std::vector<double>{1, 3, 5}));
+  EXPECT_EQ(read.channels[2].name, "gyro1.x");
+  EXPECT_EQ(read.channels[2].values, (std::vector<double>{0, 2, 4}));
+  EXPECT_NE(said(read.findings, "corrected_topic"), "");  // nothing says that the corrections are neutral
+  EXPECT_DOUBLE_EQ(read.channels[1].values.at(0), 1.5);   // of type c, in hundredths: the multiplier "?" says nothing
+}
+
 TEST(DataFlash, AGpsReceiverSaysWhenTheLogBegan) {
   const ScratchFolder folder;
   write_bytes(folder.file("a.bin"), with_gps(3));

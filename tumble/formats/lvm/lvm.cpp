@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "tumble/core/instant.hpp"
@@ -114,7 +115,8 @@ void Reader::take(std::string_view line, std::size_t number) {
   } else if (part_ == Part::names) {
     if (!content.empty()) take_names(line, number);
   } else if (content.empty()) {
-    return;
+    if (part_ == Part::rows && cells(line).size() > channels_.size())
+      ++row_;  // a row of missing samples takes its time
   } else if (part_ == Part::rows && !line.starts_with("Channels")) {
     take_row(line, number);
   } else {
@@ -222,6 +224,15 @@ double Reader::seconds_later() const {
   return static_cast<double>(own.time - first.time) * 1e-9;
 }
 
+/// [s] One in the last digit of a time as written: 1e-6 of "0.000333".
+double last_place(std::string_view number, char mark) {
+  const auto e = std::min(number.find_first_of("eE"), number.size());
+  const auto point = number.substr(0, e).find(mark);
+  const auto digits = point == std::string_view::npos ? 0.0 : static_cast<double>(e - point - 1);
+  const double power = e < number.size() ? std::atof(std::string(number.substr(e + 1)).c_str()) : 0.0;
+  return std::pow(10.0, power - digits);
+}
+
 void Reader::take_row(std::string_view line, std::size_t number) {
   const auto parts = cells(line);
   const std::size_t row = row_++;
@@ -249,7 +260,7 @@ void Reader::take_row(std::string_view line, std::size_t number) {
     }
     signal.last = time + shift_;
     signal.times->add(signal.last);
-    signal.clock.add(signal.last, 0.0);
+    signal.clock.add(signal.last, timed ? last_place(parts[channel.x], mark_) : 0.0);
     signal.values->add(value);
   }
   if (present > 0 && present < channels_.size() && parts.size() <= channels_.back().y) cut_line_ = number;

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tumble/formats/testing/reference_texts.hpp"
@@ -90,6 +91,34 @@ TEST(Lvm, AnUnknownUnitIsAskedFor) {
       with(read_text_file(reference_text("one_x.lvm")), "Y_Unit_Label\tg\t", "Y_Unit_Label\tbogus\t"), "a.lvm");
   EXPECT_NE(refused.find("unknown unit 'bogus'"), std::string::npos) << refused;
   EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
+}
+
+std::string measurement(const char* x_columns, const std::string& rows) {
+  const std::string end = "***End_of_Header***\t\n";
+  return std::string("LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\t") + x_columns + "\n" +
+         end + "\t\nChannels\t2\t\nY_Unit_Label\tg\tg\t\nX0\t0\t0\t\nDelta_X\t7.8125E-5\t7.8125E-5\t\n" + end +
+         (x_columns == std::string("No") ? "" : "X_Value") + "\tax\tay\tComment\n" + rows;
+}
+
+Recording read_text(const std::string& text) {
+  const ScratchFolder folder;
+  write_file_atomically(folder.file("a.lvm"), text);
+  return read_recording(folder.file("a.lvm"), {}, {});
+}
+
+TEST(Lvm, RoundedTimesOfAnEvenClockAreEven) {
+  std::string rows;
+  for (int k = 0; k < 1000; ++k) rows += fmt::format("{:.6f}\t{}\t0\n", k / 12800.0, k % 7);
+  const auto recording = read_text(measurement("One", rows));
+  EXPECT_EQ(recording.channels.at(0).timeline.stamps, nullptr);
+  EXPECT_EQ(recording.channels.at(0).timeline.rate, 12800.0);
+}
+
+TEST(Lvm, ARowOfMissingSamplesTakesItsTime) {
+  const auto recording = read_text(measurement("No", "\t1\t2\n\t\t\n\t3\t4\n\t5\t6\n"));
+  ASSERT_EQ(recording.channels.at(0).values.size(), 3u);
+  EXPECT_DOUBLE_EQ(recording.channels[0].time(1), 2 * 7.8125e-5);
+  EXPECT_DOUBLE_EQ(recording.channels[1].time(2), 3 * 7.8125e-5);
 }
 
 TEST(Lvm, BlocksJoinToTheWhole) {

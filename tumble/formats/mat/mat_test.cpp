@@ -86,6 +86,22 @@ TEST(Mat, DaysAreNotTakenForSeconds) {
   EXPECT_EQ(refusal_of(folder.file("b.mat"), units({"gyro"})), "");
 }
 
+TEST(Mat, UnixTimeInMillisecondsIsNotTakenForSeconds) {
+  const ScratchFolder folder;
+  std::vector<double> stamps, gyro;
+  for (int k = 0; k < 100; ++k) {
+    stamps.push_back(1'700'000'000'000.0 + 5.0 * k);
+    gyro.push_back(k % 7);
+  }
+  ReadOptions options = units({"gyro"});
+  write_bytes(folder.file("a.mat"), level4("timestamp", stamps) + level4("gyro", gyro));
+  EXPECT_NE(refusal_of(folder.file("a.mat"), options).find("--set unit.timestamp=ms"), std::string::npos);
+  options.units["timestamp"] = Unit::parse("ms");
+  EXPECT_NEAR(read_recording(folder.file("a.mat"), options, {}).channels.at(0).timeline.rate, 200.0, 1e-6);
+  write_bytes(folder.file("b.mat"), level4("timestamp_ms", stamps) + level4("gyro", gyro));
+  EXPECT_EQ(refusal_of(folder.file("b.mat"), units({"gyro"})), "");
+}
+
 /// An element of version 5.
 std::string element(std::size_t type, std::string data) {
   const std::string head = as_word(type) + as_word(data.size());

@@ -67,6 +67,12 @@ bool are_days(const file::Series& times) {
   return first > earliest && last < latest && interval > 0.0 && interval < densest;
 }
 
+/// Whether the numbers, taken for seconds, are later than the year 2103: they count ms, us or ns.
+bool are_finer(const file::Series& times) {
+  constexpr double latest = 4.2e9;  // s since 1970
+  return times.size() > 0 && times.at(0) > latest;
+}
+
 /// The times of an array: even, or the stamps as written.
 struct Clock {
   std::optional<Timeline> even;
@@ -211,11 +217,18 @@ class Maker {
     if (const auto known = clocks_by_name_.find(name); known != clocks_by_name_.end()) return known->second;
     if (kind_of(unit) != QuantityKind::time)
       refuse(fmt::format("has the time {} in {}, which is no unit of time", name, unit.text()));
-    if (options_.units.find(name) == options_.units.end() && options_.columns.empty() && are_days(*written))
+    const bool unit_is_guessed =
+        options_.units.find(name) == options_.units.end() && options_.columns.empty() && unit.factor() == 1.0;
+    if (unit_is_guessed && are_days(*written))
       refuse(
           fmt::format("has {0} in days, as datenum of MATLAB gives it; say so: --set unit.{0}=day (or "
                       "--set unit.{0}=s if they are seconds)",
                       name));
+    if (unit_is_guessed && are_finer(*written))
+      refuse(fmt::format(
+          "has {0} in numbers that are too large for seconds; say their unit: --set unit.{0}=ms (or us, ns; "
+          "or --set unit.{0}=s if they are seconds)",
+          name));
     file::EvenClock clock;
     std::vector<double> piece;
     for (std::size_t first = 0; first < written->size(); first += piece.size()) {

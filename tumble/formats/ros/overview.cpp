@@ -71,6 +71,8 @@ void add_faults(const Stream& stream, const Overview& overview, Recording& recor
                                   {{"topic", stream.topic.name}},
                                   "",
                                   {static_cast<std::size_t>(overview.infinite), {}, {}}});
+  if (!overview.other_frame.empty())
+    say("messages_of_two_frames", {{"first", overview.frame}, {"other", overview.other_frame}});
   if (overview.sorted > 0)
     recording.findings.push_back(
         {Severity::info, "log_out_of_order", {{"places", overview.sorted}}, stream.topic.name});

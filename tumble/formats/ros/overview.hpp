@@ -18,9 +18,9 @@ struct Overview {
   std::optional<Timeline> even;  ///< where the samples are evenly spaced; 0 s is the first
   std::size_t sorted = 0;        ///< places where a message was earlier than the one before it in the file
   std::size_t unreadable = 0;
-  std::size_t infinite = 0;    ///< values, which are taken as missing
-  std::vector<char> measured;  ///< of each column
-  std::string frame;
+  std::size_t infinite = 0;        ///< values, which are taken as missing
+  std::vector<char> measured;      ///< of each column
+  std::string frame, other_frame;  ///< header.frame_id of the first message, and of one that has another
 };
 
 /// Everything but the samples: channels with their timelines (those without even spacing still lack stamps), meta and

@@ -14,11 +14,14 @@ namespace {
 
 using Stretches = std::span<const Stretch* const>;
 
+/// [ns] Memory that the analysis takes next.
+using Times = std::vector<std::int64_t, RoomAllocator<std::int64_t>>;
+
 /// All samples of a stream.
 struct Gathered {
-  std::vector<std::int64_t> stamps, received;  ///< [ns]
-  std::vector<std::vector<double>> values;     ///< [SI]
-  std::vector<std::size_t> infinite;           ///< of each column
+  Times stamps, received;
+  std::vector<std::vector<double>> values;  ///< [SI]
+  std::vector<std::size_t> infinite;        ///< of each column
 };
 
 /// Converts what was appended from `begin` on to SI; infinite numbers become missing samples, and are counted.
@@ -39,8 +42,8 @@ std::size_t to_si(const Unit& unit, std::vector<double>& values, std::size_t beg
   return infinite;
 }
 
-template <class Value>
-void append(const std::vector<Value>& from, std::size_t count, std::vector<Value>& to) {
+template <class From, class To>
+void append(const From& from, std::size_t count, To& to) {
   to.insert(to.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
@@ -66,7 +69,10 @@ void note(Stretches stretches, std::vector<Overview>& overviews) {
       const Samples& samples = (*stretch)[s];
       Overview& overview = overviews[s];
       overview.unreadable += samples.unreadable;
-      if (overview.frame.empty()) overview.frame = samples.frame;
+      for (const std::string* const frame : {&samples.frame, &samples.other_frame}) {
+        if (overview.frame.empty()) overview.frame = *frame;
+        if (overview.other_frame.empty() && *frame != overview.frame) overview.other_frame = *frame;
+      }
       for (std::size_t i = 0; i < overview.measured.size(); ++i) overview.measured[i] |= samples.measured[i];
     }
 }
@@ -124,9 +130,9 @@ std::vector<Gathered> gather(const Log& log, const std::vector<Stream>& streams,
   return all;
 }
 
-template <class Value>
-void rearrange(const std::vector<std::size_t>& order, std::vector<Value>& values) {
-  std::vector<Value> sorted;
+template <class Values>
+void rearrange(const std::vector<std::size_t>& order, Values& values) {
+  Values sorted;
   sorted.reserve(values.size());
   for (const std::size_t i : order) sorted.push_back(values[i]);
   values = std::move(sorted);

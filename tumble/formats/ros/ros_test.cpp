@@ -318,6 +318,16 @@ TEST(RosTopics, SeveralImusAreAQuestionThatListsThem) {
   EXPECT_EQ(both.channels[6].values, both.channels[0].values);
 }
 
+TEST(RosMessages, OfTwoFramesOnOneTopicAreReported) {
+  const ScratchFolder scratch;
+  std::string bytes = read_text_file(folder + "plain.bag");
+  for (auto at = bytes.find("imu_link", bytes.size() / 2); at != bytes.npos; at = bytes.find("imu_link", at))
+    bytes.replace(at, 8, "imu_left");
+  write_bytes(scratch.file("two.bag"), bytes);
+  const auto text = said(read(scratch.file("two.bag")).findings, "messages_of_two_frames");
+  EXPECT_NE(text.find("imu_link in some messages and imu_left in others"), std::string::npos) << text;
+}
+
 TEST(RosClock, MessagesAreSortedOnlyWhereNeitherClockIsInOrder) {
   ros::ClockSummary clocks;
   for (const std::int64_t i : {1, 0, 3, 2}) clocks.add(10 + i, 100 + i);

@@ -1,8 +1,10 @@
 #include "tumble/formats/ros/samples.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
@@ -30,9 +32,28 @@ class Directory {
   std::map<std::uint32_t, int> streams_;
 };
 
-/// What one thread works with, piece after piece.
+/// Windows that no thread uses now: the one that was used last is still in the cache of its processor.
+class IdleWindows {
+ public:
+  Window take() {
+    const std::lock_guard lock(guard_);
+    if (idle_.empty()) return {};
+    Window window = std::move(idle_.back());
+    idle_.pop_back();
+    return window;
+  }
+  void give(Window window) {
+    const std::lock_guard lock(guard_);
+    idle_.push_back(std::move(window));
+  }
+
+ private:
+  std::mutex guard_;
+  std::vector<Window> idle_;
+};
+
+/// What one piece gives.
 struct Slot {
-  Window window;
   Stretch stretch;
   std::map<std::uint32_t, Count> counts;
   std::optional<std::string> damage;
@@ -44,7 +65,7 @@ struct Slot {
 
 /// Reads one piece into a slot. `full` is called where a stream has `part_samples`, unless it is empty.
 void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& streams, const Directory& directory,
-                Slot& slot, const std::function<void()>& full) {
+                IdleWindows& windows, Slot& slot, const std::function<void()>& full) {
   for (Samples& samples : slot.stretch) samples.clear();
   slot.damage.reset();
   std::uint32_t last = 0;
@@ -71,8 +92,9 @@ void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& s
     full();
     for (Samples& each : slot.stretch) each.clear();
   };
+  Window window = windows.take();
   try {
-    log.visit(log, piece, slot.window, visitor);
+    log.visit(log, piece, window, visitor);
   } catch (const Error& error) {
     slot.damage = error.what();
     // Where a CRC could have told sound bytes from others, and did not come to it, none is used.
@@ -82,6 +104,7 @@ void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& s
     slot.damage = untrusted.reason;
     for (Samples& samples : slot.stretch) samples.clear();
   }
+  windows.give(std::move(window));
 }
 
 bool is_large(const Piece& piece) { return std::max(piece.size, piece.unpacked) > large; }
@@ -91,6 +114,13 @@ bool is_large(const Piece& piece) { return std::max(piece.size, piece.unpacked) 
 Samples::Samples(const Stream& stream) : values(stream.columns.size()), measured(stream.columns.size(), 0) {}
 
 void Samples::clear() { count = unreadable = 0; }
+
+void Samples::take_frame(std::string_view name) {
+  if (frame_id_.empty())
+    frame = printable(frame_id_ = name);
+  else if (other_frame.empty())
+    other_frame = printable(name);
+}
 
 void Samples::add(const Stream& stream, const Message& message) {
   Body body;
@@ -104,8 +134,9 @@ void Samples::add(const Stream& stream, const Message& message) {
     stamps.resize(size);
     received.resize(size);
     for (auto& column : values) column.resize(size);
-    if (frame.empty()) frame = printable(body.frame);
   }
+  if (body.frame != frame_id_) [[unlikely]]
+    take_frame(body.frame);
   stamps[count] = body.stamp;
   received[count] = message.time;
   for (std::size_t i = 0; i < stream.columns.size(); ++i) {
@@ -120,7 +151,8 @@ void Samples::add(const Stream& stream, const Message& message) {
 ScanReport scan(const Log& log, const std::vector<Stream>& streams,
                 const std::function<void(std::span<const Stretch* const>)>& take, const Progress& progress) {
   const Directory directory(streams);
-  const std::size_t slots_at_once = 4 * std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t slots_at_once = 8 * std::max(1u, std::thread::hardware_concurrency());
+  IdleWindows windows;
   std::vector<Slot> slots;
   for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)
     slots.emplace_back(streams);
@@ -135,15 +167,16 @@ ScanReport scan(const Log& log, const std::vector<Stream>& streams,
     report(progress, static_cast<double>(next) / static_cast<double>(log.pieces.size()), "reading");
     if (is_large(log.pieces[next])) {
       const Stretch* const stretch = &slots[0].stretch;
-      read_piece(log, log.pieces[next], streams, directory, slots[0], [&] { take({&stretch, 1}); });
+      read_piece(log, log.pieces[next], streams, directory, windows, slots[0], [&] { take({&stretch, 1}); });
       take({&stretch, 1});
       note(slots[0], log.pieces[next++]);
       continue;
     }
     std::size_t end = next;
     while (end < log.pieces.size() && end - next < slots.size() && !is_large(log.pieces[end])) ++end;
-    parallel_for(end - next,
-                 [&](std::size_t i) { read_piece(log, log.pieces[next + i], streams, directory, slots[i], {}); });
+    parallel_for(end - next, [&](std::size_t i) {
+      read_piece(log, log.pieces[next + i], streams, directory, windows, slots[i], {});
+    });
     std::vector<const Stretch*> stretches;
     for (std::size_t i = 0; i < end - next; ++i) {
       stretches.push_back(&slots[i].stretch);

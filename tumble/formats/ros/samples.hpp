@@ -21,12 +21,18 @@ struct Samples {
   std::size_t unreadable = 0;               ///< messages whose bytes are not what their type says
   std::vector<char> measured;               ///< of each column: some message says that it is measured
   std::string frame;                        ///< header.frame_id of the first
+  std::string other_frame;                  ///< of the first that has another one
 
   std::vector<char> room;  ///< for a message that is packed by itself
 
   explicit Samples(const Stream& stream);
   void add(const Stream& stream, const Message& message);
   void clear();
+
+ private:
+  void take_frame(std::string_view name);
+
+  std::string frame_id_;  ///< the bytes of `frame`
 };
 
 /// Where a file could not be read, and how much it holds.

@@ -29,8 +29,9 @@ void each_field(std::string_view header, Use use) {
     const std::size_t length = number_at<std::uint32_t>(header.data());
     if (length > header.size() - 4) no_record("the header of a record is damaged");
     const std::string_view field = header.substr(4, length);
-    const std::size_t equals = field.find('=');
-    if (equals == std::string_view::npos) no_record("the header of a record is damaged");
+    std::size_t equals = 0;  // after a few letters: a call of memchr takes longer
+    while (equals < length && field[equals] != '=') ++equals;
+    if (equals == length) no_record("the header of a record is damaged");
     use(field.substr(0, equals), field.substr(equals + 1));
     header.remove_prefix(4 + length);
   }
@@ -40,16 +41,26 @@ std::int64_t time_at(const char* bytes) {
   return std::int64_t{1'000'000'000} * number_at<std::uint32_t>(bytes) + number_at<std::uint32_t>(bytes + 4);
 }
 
-void take_field(Record& record, std::string_view name, std::string_view value) {
+/// A field of a record other than a message.
+void take_other_field(Record& record, std::string_view name, std::string_view value) {
   const char* const bytes = value.data();
-  if (name == "op" && value.size() == 1) record.op = static_cast<Op>(*bytes);
-  if (name == "conn" && value.size() == 4) record.connection = number_at<std::uint32_t>(bytes);
-  if (name == "time" && value.size() == 8) record.time = time_at(bytes);
   if (name == "size" && value.size() == 4) record.size = number_at<std::uint32_t>(bytes);
   if (name == "index_pos" && value.size() == 8) record.index_pos = number_at<std::uint64_t>(bytes);
   if (name == "chunk_pos" && value.size() == 8) record.chunk_pos = number_at<std::uint64_t>(bytes);
   if (name == "compression") record.compression = value;
   if (name == "topic") record.topic = value;
+}
+
+void take_field(Record& record, std::string_view name, std::string_view value) {
+  const char* const bytes = value.data();
+  if (value.size() == 8 && name == "time")
+    record.time = time_at(bytes);
+  else if (value.size() == 4 && name == "conn")
+    record.connection = number_at<std::uint32_t>(bytes);
+  else if (value.size() == 1 && name == "op")
+    record.op = static_cast<Op>(*bytes);
+  else
+    take_other_field(record, name, value);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -186,15 +187,17 @@ struct SensorData {
   std::string checksum;
 };
 
-/// Joins the blocks of a table, whose channels share one clock.
+/// Joins the blocks of a table, whose channels share one clock. `turned`: the values change their sign.
 class Joiner {
  public:
-  Joiner(file::Gathered& to, std::shared_ptr<file::Spool> spool) : to_(to), spool_(std::move(spool)) {}
+  Joiner(file::Gathered& to, std::shared_ptr<file::Spool> spool, bool turned)
+      : to_(to), spool_(std::move(spool)), turned_(turned) {}
 
   void take(const Recording& block) {
     if (to_.sources.empty()) begin(block);
     for (std::size_t i = 0; i < block.channels.size(); ++i) {
-      const auto& values = block.channels[i].values;
+      std::vector<double> values = block.channels[i].values;
+      if (turned_) std::ranges::transform(values, values.begin(), std::negate<>());
       to_.sources[i].values->add(values.data(), values.size());
     }
     const auto& stamps = block.channels.front().timeline.stamps;
@@ -214,20 +217,34 @@ class Joiner {
 
   file::Gathered& to_;
   std::shared_ptr<file::Spool> spool_;
+  bool turned_;
   std::shared_ptr<file::Series> stamps_;
 };
 
-SensorData data_of(const std::string& path, const Source& source, const std::string& name, bool in_g,
+/// Accelerations, with or without gravity.
+bool is_force(const Sensor& sensor) { return std::string_view(sensor.unit) == "m/s^2"; }
+
+/// iOS counts accelerations with the opposite sign, and those that it did not correct in g, unless the app was asked to
+/// write both platforms alike.
+bool by_ios(const Recording& recording) {
+  const auto said = [&](const char* key) {
+    const auto found = recording.meta.find(key);
+    return found == recording.meta.end() ? "" : found->second;
+  };
+  return said("platform") == "ios" && said("standardisation") != "true";
+}
+
+SensorData data_of(const std::string& path, const Source& source, const std::string& name, bool ios,
                    const std::shared_ptr<file::Spool>& spool, const Progress& progress) {
   const Sensor& sensor = *sensor_named(name);
   const SensorFile file(path, source, name);
   ReadOptions options;
   options.time = "time";
   options.only = {"x", "y", "z"};
-  const Unit unit = Unit::parse(in_g && std::string_view(sensor.unit) == "m/s^2" ? "g" : sensor.unit);
+  const Unit unit = Unit::parse(ios && name == "AccelerometerUncalibrated" ? "g" : sensor.unit);
   for (const auto& axis : options.only) options.units[axis] = unit;
   SensorData data;
-  Joiner joiner(data.table, spool);
+  Joiner joiner(data.table, spool, ios && is_force(sensor));
   try {
     csv::stream(
         file.path(), options, samples_at_once, [&](const Recording& block) { joiner.take(block); }, progress);
@@ -304,12 +321,12 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   Recording& recording = all.frame;
   const Source source = opened(path, recording.findings);
   recording.meta = metadata_of(path, source);
-  const bool in_g = recording.meta["platform"] == "ios" && recording.meta["standardisation"] == "false";
+  const bool ios = by_ios(recording);
   const auto names = chosen(path, source, options);
   std::vector<SensorData> data;
   std::string checksums;
   for (const auto& name : names) {
-    data.push_back(data_of(path, source, name, in_g, spool, progress));
+    data.push_back(data_of(path, source, name, ios, spool, progress));
     checksums += data.back().checksum + "  " + name + ".csv\n";
   }
   const std::int64_t begin = std::ranges::min_element(data, {}, &SensorData::begin)->begin;
@@ -318,6 +335,8 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' has none of the channels " + joined(options.only)};
   recording.meta[clock_start] = iso_time(begin) + "Z";
+  if (ios && std::ranges::any_of(names, [](const std::string& name) { return is_force(*sensor_named(name)); }))
+    recording.findings.push_back({Finding::Severity::info, "accelerations_of_ios", {}, path});
   say_choice(recording, source, names, path);
   recording.origin.file = path;
   if (source.folder) recording.origin.checksum = [sum = sha256_of(checksums)] { return sum; };

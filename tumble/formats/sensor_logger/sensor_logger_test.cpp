@@ -67,13 +67,35 @@ TEST(SensorLogger, ASensorWithoutSamplesIsLeftOut) {
 
 TEST(SensorLogger, AFolderIsReadToo) {
   const ScratchFolder folder;
-  write_file_atomically(folder.file("Metadata.csv"), "platform,standardisation\nios,false\n");
+  write_file_atomically(folder.file("Metadata.csv"), "platform,standardisation\nandroid,false\n");
   write_file_atomically(folder.file("TotalAcceleration.csv"),
                         "time,seconds_elapsed,z,y,x\n1700000000000000000,0,1,2,3\n1700000000010000000,0.01,1,2,3\n");
   const auto recording = read_recording(folder.path.string(), {}, {});
   ASSERT_EQ(recording.channels.size(), 3u);
-  EXPECT_EQ(recording.channels[0].values[0], Unit::parse("g").to_si(3.0));  // iOS gives g unless it was asked for m/s^2
+  EXPECT_EQ(recording.channels[0].values[0], 3.0);
   EXPECT_EQ(sha256_of(recording.origin).size(), 64u);
+}
+
+// CROSSPLATFORM.md of the app: on its back a phone with iOS gives -1 g along z.
+TEST(SensorLogger, AccelerationsOfIosAreTurned) {
+  const std::string rows =
+      "time,seconds_elapsed,z,y,x\n1700000000000000000,0,-1,2,3\n1700000000010000000,0.01,-1,2,3\n";
+  for (const char* metadata : {"platform,standardisation\nios,false\n", "platform\nios\n"}) {
+    const ScratchFolder folder;
+    write_file_atomically(folder.file("Metadata.csv"), metadata);
+    for (const char* name : {"AccelerometerUncalibrated.csv", "Accelerometer.csv", "Gyroscope.csv"})
+      write_file_atomically(folder.file(name), rows);
+    const auto recording = read_recording(folder.path.string(), {}, {});
+    EXPECT_EQ(find_channel(recording, "AccelerometerUncalibrated.z")->values[0], Unit::parse("g").to_si(1.0));
+    EXPECT_EQ(find_channel(recording, "Gyroscope.z")->values[0], -1.0);
+    EXPECT_NE(said(recording.findings, "accelerations_of_ios"), "");
+    const auto without_gravity = read_recording(folder.path.string(), {.topics = {"Accelerometer"}}, {});
+    EXPECT_EQ(find_channel(without_gravity, "Accelerometer.z")->values[0], 1.0);  // in m/s^2 on both platforms
+    write_file_atomically(folder.file("Metadata.csv"), "platform,standardisation\nios,true\n");
+    const auto alike = read_recording(folder.path.string(), {}, {});
+    EXPECT_EQ(find_channel(alike, "AccelerometerUncalibrated.z")->values[0], -1.0);
+    EXPECT_EQ(said(alike.findings, "accelerations_of_ios"), "");
+  }
 }
 
 }  // namespace

@@ -95,9 +95,17 @@ void take_damage(const Scan& scan, Findings& findings) {
                         {lost.count, lost.first_at, lost.longest_at}});
 }
 
-void say_corrected(const Log& log, Findings& findings) {
+/// Up to 1.10 the drivers of PX4 corrected and filtered what they published as sensor_gyro and sensor_accel; the counts
+/// stood beside it.
+bool of_old_driver(const Definitions& definitions, const std::string& format) {
+  const auto found = definitions.find(format);
+  return found != definitions.end() && std::ranges::find(found->second, "x_raw", &Field::name) != found->second.end();
+}
+
+void say_corrected(const Scan& scan, const Log& log, Findings& findings) {
   for (const topics::Topic& topic : log.topics)
-    if (const KnownTopic* known = known_topic(base_of(topic.name)); known && known->corrected)
+    if (const KnownTopic* known = known_topic(base_of(topic.name));
+        known && (known->corrected || of_old_driver(scan.definitions, base_of(topic.name))))
       findings.push_back({Finding::Severity::warning, "corrected_topic", {{"topic", topic.name}}, topic.name});
 }
 
@@ -133,11 +141,16 @@ std::function<void(const topics::Take&, const Progress&)> player(const std::stri
   };
 }
 
-/// Topics with samples.
+/// Topics with samples; the instances of one in their order, in which a log may not name them.
 std::vector<std::size_t> sampled(const Scan& scan) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < scan.topics.size(); ++i)
     if (scan.topics[i].messages > 0) indices.push_back(i);
+  const auto place = [&](std::size_t i) {
+    const auto first = std::ranges::find(scan.topics, scan.topics[i].format, &Scan::Topic::format);
+    return std::pair{first - scan.topics.begin(), instance_of(scan.topics[i].name)};
+  };
+  std::ranges::stable_sort(indices, {}, place);
   return indices;
 }
 
@@ -171,7 +184,7 @@ Log open(const std::string& path, const ReadOptions& options) {
   }
   take_meta(found, log.frame);
   take_damage(found, log.frame.findings);
-  say_corrected(log, log.frame.findings);
+  say_corrected(found, log, log.frame.findings);
   say_slow(names, messages, chosen, log.frame.findings);
   topics::name_the_others(names, chosen, log.frame.findings);
   topics::name_channels(options, log);

@@ -170,6 +170,31 @@ TEST(ULog, AnIdThatIsGivenToAnotherTopicMeansThatFromThereOn) {
   expect_streams_the_same(folder.file("a.ulg"), {}, 2);
 }
 
+TEST(ULog, InstancesAreNamedInTheirOrder) {
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");
+  bytes += message('A', std::string("\1\0\0", 3) + "sensor_gyro") + sample('\0', 1000, 10);  // instance 1 is first
+  bytes += message('A', std::string("\0\1\0", 3) + "sensor_gyro") + sample('\1', 1000, 20);
+  write_bytes(folder.file("a.ulg"), bytes + sample('\0', 2000, 11) + sample('\1', 2000, 21));
+  const Recording both = read_recording(folder.file("a.ulg"), {.topics = {"sensor_gyro"}}, {});
+  EXPECT_EQ(names_of(both), (std::vector<std::string>{"gyro.x[rad/s]", "gyro1.x[rad/s]"}));
+  EXPECT_EQ(both.channels.at(0).values, (std::vector<double>{20, 21}));
+  EXPECT_EQ(both.channels.at(1).values, (std::vector<double>{10, 11}));
+}
+
+TEST(ULog, DriversUpToVersion110CorrectedWhatTheyPublished) {
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;int16_t x_raw;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro");
+  for (const std::uint64_t time : {1000, 2000, 3000}) {
+    std::string body("\0\0", 2);
+    body.append(reinterpret_cast<const char*>(&time), 8);
+    bytes += message('D', body + std::string(6, '\1'));
+  }
+  write_bytes(folder.file("a.ulg"), bytes);
+  EXPECT_NE(said(read_recording(folder.file("a.ulg"), {}, {}).findings, "corrected_topic"), "");
+}
+
 TEST(ULog, AFormatWithTwoDescriptionsIsNotRead) {
   const ScratchFolder folder;
   std::string bytes = head;

@@ -294,6 +294,17 @@ Table powers_table(const std::vector<OddPower>& powers) {
   return table;
 }
 
+/// The line of which `residuals` are the departures.
+Table line_table(const Line& line, const Unit& scale_unit) {
+  Table table{"line",
+              "least-squares line of the segment means, from which the residuals depart; full range",
+              {{"slope", scale_unit}, {"bias", Unit::parse("deg/h")}, {"range", Unit::parse("deg/s")}},
+              {},
+              true};
+  table.rows.push_back({line.slope, line.offset / line.slope, line.range});
+  return table;
+}
+
 /// y = K (w + B + A |w|/2 + ...)
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   ErrorModel model;
@@ -327,7 +338,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   judge_segments(solution, line, estimate);
   for (auto& finding : about_drift(solution, line)) estimate.findings.push_back(std::move(finding));
   add_shape(solution, line, estimate);
-  estimate.tables = {residuals_table(line),
+  estimate.tables = {residuals_table(line), line_table(line, unit),
                      powers_table(odd_powers(evidence.plan, evidence.plan.settings.integer("order"))),
                      regressors_table(solution.columns, solution.least, solution.greatest)};
   estimate.curves = {residuals_curve(line)};

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tumble/core/evidence.hpp"
+#include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -43,8 +44,11 @@ const Channel* channel_of(const Estimate& estimate, const Recording& recording, 
   if (const auto given = estimate.provenance.settings.find("channels." + role);
       given != estimate.provenance.settings.end())
     names.insert(names.begin(), given->second);
-  if (input < acceleration) names.push_back("gyro_" + role.substr(role.size() - 1));
-  if (input >= force && input < temperature) names.push_back("accelerometer_" + role.substr(role.size() - 1));
+  const auto play = [&](const std::string& sensor) {
+    for (auto& name : names_of_role(sensor + role.substr(role.size() - 1))) names.push_back(std::move(name));
+  };
+  if (input < acceleration) play("gyro_");
+  if (input >= force && input < temperature) play("accelerometer_");
   for (const auto& name : names) {
     const Channel* channel = find_channel(recording, name);
     if (!channel) channel = alone_after_dot(recording, name);

@@ -48,9 +48,10 @@ StationParts parts_of(Station& station) {
     collect(problems, device.name, [&] {
       parts.controllers.push_back(
           controller_of_device(device, std::filesystem::path(station.file).parent_path().string()));
-      device.verbs.clear();
-      device.once.clear();
+      const bool stated = !device.verbs.empty();  // the station may know better than the declaration
       for (const ControllerCommand& command : parts.controllers.back().commands) {
+        device.takes[command.verb] = command.takes;
+        if (stated) continue;
         device.verbs.push_back(command.verb);
         if (command.once) device.once.push_back(command.verb);
       }

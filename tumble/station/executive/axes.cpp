@@ -123,6 +123,28 @@ std::optional<double> rate_of_positions(const StationAxis& axis, AxisProgress& p
   return all.size() < 2 ? progress.rate : std::optional(slope_of(line));
 }
 
+/// Whether the reply says where the axis is. Replies to commands repeat what was sent, and a state may be a number.
+bool is_reading(const ControllerReply& reply) {
+  if (reply.verb == "read") return !reply.values.empty();
+  return reply.verb == "state" &&
+         (reply.values.contains("position") || reply.values.contains("rate") || reply.values.contains("temperature"));
+}
+
+/// Readings beyond the travel of the axis, one after the other, while it goes on outwards. An axis that overshoots its
+/// last position comes back, and a wrapped one has no end.
+void note_travel(const StationAxis& axis, AxisProgress& progress) {
+  constexpr double margin = 0.01;  // [1] of the travel
+  const bool ends = axis.kind == StationAxis::Kind::angle && axis.turns != StationAxis::Turns::wrapped;
+  if (!ends || !progress.position || !progress.rate) return;
+  const double span = axis.lowest && axis.highest ? *axis.highest - *axis.lowest : two_pi;
+  const double over = axis.highest ? *progress.position - *axis.highest : -1.0,
+               under = axis.lowest ? *axis.lowest - *progress.position : -1.0;
+  const double zero = zero_rate(axis);
+  const bool outwards =
+      (over > margin * span && *progress.rate > zero) || (under > margin * span && *progress.rate < -zero);
+  progress.beyond = outwards ? progress.beyond + 1 : 0;
+}
+
 /// Values of the controller for the rig. The rate is that of the controller, or follows from positions.
 void convert(Turn& turn, const StationAxis& axis, AxisProgress& progress, const ControllerReply& reply) {
   const auto value = [&](const char* name) -> std::optional<double> {
@@ -134,11 +156,12 @@ void convert(Turn& turn, const StationAxis& axis, AxisProgress& progress, const 
   if (const auto temperature = value("temperature")) progress.temperature = axis.sign * *temperature + axis.offset;
   if (const auto rate = value("rate"))
     progress.rate = axis.sign * *rate;
-  else if (value("position") && (reply.verb == "read" || reply.verb == "state"))  // others repeat what was sent
+  else if (value("position"))
     progress.rate = rate_of_positions(axis, progress, turn.now(), *progress.position);
-  if (reply.values.empty()) return;
   progress.read_at = turn.now();
-  if (progress.rate) progress.at_rest = std::abs(*progress.rate) <= zero_rate(axis) ? progress.at_rest + 1 : 0;
+  if (!progress.rate || !(value("rate") || value("position"))) return;
+  progress.at_rest = std::abs(*progress.rate) <= zero_rate(axis) ? progress.at_rest + 1 : 0;
+  note_travel(axis, progress);
 }
 
 void publish(Turn& turn, const std::string& channel, const std::optional<double>& value) {
@@ -188,12 +211,13 @@ void take_reading(Turn& turn, std::size_t device, int number, const ControllerRe
     const auto& axis = turn.station().axes[i];
     if (axis.device != device || axis.number != number) continue;
     is_axis = true;
+    if (!is_reading(reply)) continue;
     auto& progress = turn.state.axes[i];
     convert(turn, axis, progress, reply);
     publish(turn, axis.name + ".position", progress.position);
     publish(turn, axis.name + ".rate", progress.rate);
     publish(turn, axis.name + ".temperature", progress.temperature);
-    if (axis.settle.channel.empty() && !reply.values.empty()) take_observation(turn, i, own_reading(progress));
+    if (axis.settle.channel.empty()) take_observation(turn, i, own_reading(progress));
   }
   if (is_axis) return;
   for (const auto& [key, value] : reply.values)

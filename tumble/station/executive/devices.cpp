@@ -12,7 +12,7 @@ double timeout_of(const StationDevice& device, const std::string& verb) {
 
 bool is_poll(const PendingRequest& request) { return request.purpose == Purpose::poll; }
 
-/// What reads the state of a device: all of its axes, and every fifth time its state.
+/// What reads the state of a device: all of its axes, and every fifth time its state and its alarms.
 std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
   const auto& station = turn.station();
   const auto& setup = station.devices[device];
@@ -23,7 +23,9 @@ std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
     if (polls.empty()) polls.push_back({"read"});
   }
   const bool often = polls.empty();
-  if (setup.can("state") && (often || turn.state.devices[device].turn % 5 == 0)) polls.push_back({"state"});
+  if (!often && turn.state.devices[device].turn % 5 != 0) return polls;
+  for (const char* verb : {"state", "alarm"})
+    if (setup.can(verb)) polls.push_back({verb});
   return polls;
 }
 

@@ -72,6 +72,8 @@ ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vec
     auto& attempts = state.segments[row.segment].attempts;
     attempts = std::max(attempts, row.attempt);
   }
+  const auto is_out = [&](const UnitUnderTest& unit) { return executive::has_word(state.units_out, unit.slot); };
+  if (std::ranges::all_of(state.course->units, is_out)) state.units_out.clear();  // a person has seen to them
   for (const auto& [segment, attempt] : counted)
     if (segment < schedule.size() && (!repeat_runs || whole.contains(schedule[segment].run)))
       state.segments[segment].status = SegmentProgress::Status::complete;

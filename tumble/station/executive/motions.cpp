@@ -37,9 +37,20 @@ void send_motion(Turn& turn, std::size_t index, const std::string& verb, std::ma
   ask(turn, axis.device, {{verb, std::move(values), axis.number}, purpose});
 }
 
-std::map<std::string, double> position_values(const StationAxis& axis, double position, std::optional<double> speed) {
+/// The controller keeps to the limit of the station where its command can carry it.
+void limit_acceleration(const Turn& turn, const StationAxis& axis, const std::string& verb,
+                        std::map<std::string, double>& values) {
+  const auto& device = turn.station().devices[axis.device];
+  const bool known = device.takes.contains(verb);  // else the value could be refused
+  if (axis.max_acceleration && known && device.may_carry(verb, "acceleration"))
+    values["acceleration"] = *axis.max_acceleration;
+}
+
+std::map<std::string, double> position_values(const Turn& turn, const StationAxis& axis, double position,
+                                              std::optional<double> speed) {
   std::map<std::string, double> values{{"position", to_controller(axis, position)}};
-  if (speed) values["rate"] = *speed;
+  if (speed && turn.station().devices[axis.device].may_carry("position", "rate")) values["rate"] = *speed;
+  limit_acceleration(turn, axis, "position", values);
   return values;
 }
 
@@ -84,7 +95,9 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   if (motion.kind == Kind::rate) {
     demand(progress, Demand::rate, motion.value);
     progress.turned = true;
-    send_motion(turn, index, "rate", {{"rate", to_controller_rate(axis, motion.value)}});
+    std::map<std::string, double> values{{"rate", to_controller_rate(axis, motion.value)}};
+    limit_acceleration(turn, axis, "rate", values);
+    send_motion(turn, index, "rate", std::move(values));
   } else if (motion.kind == Kind::sine || motion.kind == Kind::random) {
     send_vibration(turn, index, motion);
   } else if (axis.kind == StationAxis::Kind::acceleration) {
@@ -95,15 +108,16 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   } else {
     demand(progress, Demand::position, motion.value);
     send_motion(turn, index, "position",
-                position_values(axis, position_of(axis, progress, motion.value, true), axis.speed));
+                position_values(turn, axis, position_of(axis, progress, motion.value, true), axis.speed));
   }
 }
 
 void begin_sweep(Turn& turn, std::size_t index, const Motion& motion) {
+  const auto& axis = turn.station().axes[index];
   demand(turn.state.axes[index], Demand::sine, motion.amplitude);
   turn.state.axes[index].period = 1.0 / motion.frequency;
   send_motion(turn, index, "sweep",
-              {{"amplitude", motion.amplitude},
+              {{"amplitude", to_controller_rate(axis, motion.amplitude)},
                {"frequency", motion.frequency},
                {"to_frequency", motion.to_frequency},
                {"duration", motion.lasts > 0.0 ? motion.lasts : turn.segment().duration}});
@@ -171,7 +185,7 @@ void begin_ramps(Turn& turn) {
     demand(progress, Demand::moving, motion.to);
     if (motion.kind == Kind::slew) {
       send_motion(turn, i, "position",
-                  position_values(axis, position_of(axis, progress, motion.to, false), motion.value));
+                  position_values(turn, axis, position_of(axis, progress, motion.to, false), motion.value));
       continue;
     }
     progress.ramp_from = from;

@@ -69,6 +69,15 @@ void check_interlock(Turn& turn, std::size_t index) {
                            observed == Holds::unknown ? ": a channel without news" : ""));
 }
 
+/// An axis that runs out of its travel, for any reason, is stopped.
+void check_travel(Turn& turn) {
+  constexpr int readings_beyond = 2;  // one may be a wrong digit on the line
+  for (std::size_t i = 0; i < turn.state.axes.size() && is_active(turn.state.phase); ++i)
+    if (turn.state.axes[i].beyond >= readings_beyond)
+      begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
+                 turn.station().axes[i].name + " has left its travel, which the station states as lowest and highest");
+}
+
 }  // namespace
 
 void open_prompt(Turn& turn, OpenPrompt::About about, const std::string& text, std::vector<std::string> choices) {
@@ -158,6 +167,7 @@ void check_prompt(Turn& turn) {
 }
 
 void check_interlocks(Turn& turn) {
+  check_travel(turn);
   if (!is_active(turn.state.phase)) return;
   for (std::size_t i = 0; i < turn.state.interlocks.size(); ++i) {
     check_interlock(turn, i);

@@ -3,33 +3,106 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace tumble::recorder {
 
+namespace {
+
+constexpr double reference_span = 10.0;  ///< [s] in which the least late sample is looked for
+constexpr double least_early = 0.25;     ///< [s] by which no clock of a computer is wrong
+constexpr double longest_wait = 60.0;    ///< [s] of a sample on its way
+constexpr double least_late = 0.5;       ///< [s] before lost rounds of a counter are thought of
+constexpr double decided_after = 10.0;   ///< [s] of samples that are all late, at most
+constexpr std::uint64_t fewest = 20;     ///< samples before a line is trusted
+
+}  // namespace
+
 std::uint64_t SampleClock::shifted(std::uint64_t sequence) const {
   std::uint64_t shift = 0;
-  for (const Restart& restart : restarts_)
-    if (sequence >= restart.from) shift = restart.shift;
+  for (const Restart& one : restarts_)
+    if (sequence >= one.from) shift += one.shift;
   return sequence + shift;
 }
 
-/// Frames that were lost took their time.
-bool SampleClock::restarts(std::uint64_t sequence, double arrival) const {
-  if (count_ < 100 || sequence <= last_ || !(slope() > 0.0)) return false;
-  const double waited = (arrival - arrival_) / slope(), jump = static_cast<double>(sequence - last_);
-  return jump > 4.0 * waited + 1000.0;
+bool SampleClock::can_judge() const { return count_ >= fewest && before_.holds && slope() > 0.0; }
+
+double SampleClock::lateness(std::uint64_t sequence, double arrival) const {
+  const auto against = [&](const Reference& reference) {
+    return arrival - reference.arrival -
+           slope() * (static_cast<double>(sequence) - static_cast<double>(reference.sequence));
+  };
+  return now_.holds ? std::max(against(before_), against(now_)) : against(before_);
+}
+
+/// Eight standard deviations of the slope, over the way from the reference.
+double SampleClock::doubt(std::uint64_t sequence) const {
+  return 8.0 * slope_sd() * std::abs(static_cast<double>(sequence) - static_cast<double>(before_.sequence));
+}
+
+void SampleClock::refer_to(std::uint64_t sequence, double arrival) {
+  const double interval = slope() > 0.0 ? slope() : declared_ > 0.0 ? 1.0 / declared_ : 0.0;
+  const auto is_less_late = [&] {
+    return arrival - now_.arrival < interval * (static_cast<double>(sequence) - static_cast<double>(now_.sequence));
+  };
+  if (now_.holds && arrival - now_.since > reference_span) before_ = std::exchange(now_, {});
+  if (!now_.holds)
+    now_ = {arrival, arrival, sequence, true};
+  else if (is_less_late())
+    now_.arrival = arrival, now_.sequence = sequence;
+  if (!before_.holds) before_ = now_;
+}
+
+/// The sample is `late` [s], which may be negative, only by its number: it is put where its arrival says.
+void SampleClock::restart(const Sample& sample, double late) {
+  const std::uint64_t step = std::max<std::uint64_t>(step_, 1), sequence = shifted(sample.number);
+  const double steps = std::round((static_cast<double>(sequence) + late / slope() - static_cast<double>(first_)) /
+                                  static_cast<double>(step));
+  const auto wanted = first_ + step * static_cast<std::uint64_t>(std::max(0.0, steps));
+  restarts_.push_back({sample.number, std::max(wanted, last_ + step) - sequence});
+  in_epoch_ = 0;
+  mean_x_ = mean_t_ = 0.0;
+  now_ = before_ = {};
 }
 
 void SampleClock::add(std::uint64_t number, double arrival, std::optional<double> device) {
-  std::uint64_t sequence = shifted(number);
-  if (restarts(sequence, arrival)) {
-    const auto place = static_cast<std::uint64_t>(std::max(0.0, std::round((arrival - origin_) / slope())));
-    restarts_.push_back({number, std::max(first_ + place, last_ + 1) - number});
-    sequence = shifted(number);
-    in_epoch_ = 0;
-    mean_x_ = mean_t_ = 0.0;
+  const Sample sample{number, arrival, device};
+  if (!late_.empty()) {
+    least_late_ = std::min(least_late_, lateness(shifted(number), arrival));
+    late_.push_back(sample);
+    return decide(false);
   }
-  arrival_ = arrival;
+  const std::uint64_t sequence = shifted(number);
+  if (can_judge() && sequence > last_) {
+    const double interval = slope(), late = lateness(sequence, arrival);
+    const double round = std::min(modulus_ * interval, longest_wait);
+    const double early_by = -std::max(least_early, 3.0 * interval);
+    const double late_by = std::max({least_late, 3.0 * interval, round / 8.0});
+    if (late < early_by && late < early_by - doubt(sequence)) {
+      restart(sample, late);
+    } else if (late > late_by && late > late_by + doubt(sequence)) {
+      least_late_ = first_late_ = late;
+      late_.push_back(sample);
+      return;
+    }
+  }
+  take(sample);
+}
+
+/// Samples that waited on their way are followed by others that are less late; where numbers are missing, none is.
+void SampleClock::decide(bool all) {
+  if (late_.empty()) return;
+  const bool waited = least_late_ < 0.5 * first_late_;
+  const double span = late_.back().arrival - late_.front().arrival;
+  if (!all && !waited && span < std::clamp(0.5 * first_late_, 1.0, decided_after)) return;
+  const auto samples = std::exchange(late_, {});
+  if (!waited) restart(samples.front(), least_late_);
+  for (const Sample& sample : samples) take(sample);
+}
+
+void SampleClock::take(const Sample& sample) {
+  const std::uint64_t sequence = shifted(sample.number);
+  const double arrival = sample.arrival;
   if (count_++ == 0) {
     first_ = sequence;
     origin_ = arrival;
@@ -37,10 +110,11 @@ void SampleClock::add(std::uint64_t number, double arrival, std::optional<double
     backward_ = true;
     return;
   }
+  refer_to(sequence, arrival);
   if (declared_ > 0.0) lay(sequence, arrival, 1.0 / declared_);
   last_ = sequence;
   step_ = std::gcd(step_, sequence - first_);
-  if (device) {
+  if (const auto device = sample.device) {
     if (!device_first_) device_first_ = device, device_from_ = sequence;
     device_last_ = device, device_to_ = sequence;
   }
@@ -73,6 +147,7 @@ double SampleClock::device_slope() const {
 double SampleClock::arrival_rate() const { return count_ > 2 && slope() > 0.0 ? 1.0 / slope() : 0.0; }
 
 void SampleClock::settle() {
+  decide(true);
   step_ = std::max<std::uint64_t>(step_, 1);
   const double resolution = 1e-9 * std::abs(slope());
   const auto agrees = [&](double interval) {

@@ -13,14 +13,19 @@ namespace tumble::recorder {
 ///
 /// The device counts evenly, and every sample arrives late: the interval between counts is the slope of a straight line
 /// through arrival against sequence number, and the first sample was complete where no arrival is earlier than the
-/// line; its time is the begin of what it is the mean or the increment of, one interval before. Where a counter begins
-/// again, the even clock goes on, by whole intervals.
+/// line; its time is the begin of what it is the mean or the increment of, one interval before.
+///
+/// Numbers and arrival may contradict each other: a unit that is switched on again counts from zero, and a counter of
+/// few bits does not see that it has gone round. A sample that would arrive before it was taken, or one after which all
+/// others are late, begins a new stretch of numbers: the even clock goes on, by whole intervals. Samples that waited
+/// somewhere on their way are late too, and arrive together: they change nothing.
 ///
 /// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
 /// four of its standard deviations.
 class SampleClock {
  public:
-  explicit SampleClock(double declared = 0.0) : declared_(declared) {}  ///< [Hz] of the sequence; 0: not
+  /// `declared` [Hz] of the sequence, 0: not; `modulus` after which the counter of the device begins again.
+  explicit SampleClock(double declared = 0.0, double modulus = 4294967296.0) : declared_(declared), modulus_(modulus) {}
   /// A sample with its number, its arrival [s], and the time of the device [s].
   void add(std::uint64_t sequence, double arrival, std::optional<double> device);
   /// Decides on the interval.
@@ -46,24 +51,43 @@ class SampleClock {
   double slope_sd() const;      ///< [s]
   double device_slope() const;  ///< [s] a count; 0 without a clock of the device
 
-  /// The counter of the device began again, as after a power-up: from this number on, numbers are shifted to where the
-  /// arrival says that they belong.
+  struct Sample {
+    std::uint64_t number = 0;
+    double arrival = 0.0;               ///< [s]
+    std::optional<double> device = {};  ///< [s]
+  };
+  /// From this number on, numbers are shifted by so many more.
   struct Restart {
     std::uint64_t from = 0, shift = 0;
   };
+  /// The sample of a stretch of time that was the least late.
+  struct Reference {
+    double since = 0.0, arrival = 0.0;  ///< [s]
+    std::uint64_t sequence = 0;
+    bool holds = false;
+  };
   std::uint64_t shifted(std::uint64_t sequence) const;
-  bool restarts(std::uint64_t sequence, double arrival) const;
   void lay(std::uint64_t sequence, double arrival, double interval);
+  bool can_judge() const;
+  double lateness(std::uint64_t sequence, double arrival) const;  ///< [s] against the least late of the last seconds
+  double doubt(std::uint64_t sequence) const;                     ///< [s] in it
+  void refer_to(std::uint64_t sequence, double arrival);          ///< [s]
+  void restart(const Sample& sample, double late);                ///< [s]
+  void decide(bool all);
+  void take(const Sample& sample);
 
+  std::vector<Sample> late_;  ///< of which it is not decided whether they waited, or others before them are missing
+  double least_late_ = 0.0;   ///< [s] of them
+  double first_late_ = 0.0;   ///< [s] the first of them
+  Reference now_, before_;
   std::vector<Restart> restarts_;
-  double arrival_ = 0.0;  ///< [s] of the last sample
   std::uint64_t first_ = 0, last_ = 0, step_ = 0, count_ = 0;
   std::uint64_t in_epoch_ = 0;  ///< samples since the last restart: the line has one slope, and an offset for each
   double mean_x_ = 0.0, mean_t_ = 0.0, xx_ = 0.0, xt_ = 0.0, tt_ = 0.0;
   double origin_ = 0.0;  ///< [s] the first arrival
   std::optional<double> device_first_, device_last_;
   std::uint64_t device_from_ = 0, device_to_ = 0;
-  double declared_ = 0.0, interval_ = 0.0, begin_ = 0.0;
+  double declared_ = 0.0, modulus_ = 0.0, interval_ = 0.0, begin_ = 0.0;
   bool even_ = false, placed_ = false, laid_ = false, backward_ = false;
 };
 

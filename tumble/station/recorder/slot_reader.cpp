@@ -3,9 +3,28 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
+#include "tumble/wire/frames.hpp"
+
 namespace tumble::recorder {
+
+namespace {
+
+/// Frames after which the counter of a link begins again; 0: it has none.
+double modulus_of(const StoreContent& content, std::optional<std::size_t> link) {
+  if (!link || *link >= content.links.size() || content.links[*link].declaration.empty()) return 0.0;
+  const StoreLink& of = content.links[*link];
+  double modulus = 0.0;
+  for (const FrameLayout& layout : read_frames(of.declaration, of.declaration_name, of.variants).frames)
+    if (layout.counter)
+      modulus = static_cast<double>(layout.counter->modulus) /
+                static_cast<double>(std::max<std::uint64_t>(layout.counter->step, 1));
+  return modulus;
+}
+
+}  // namespace
 
 SlotReader::SlotReader(const StoreContent& content, std::string slot) {
   std::map<std::string, std::size_t> known;
@@ -13,9 +32,11 @@ SlotReader::SlotReader(const StoreContent& content, std::string slot) {
     auto& signals = signals_of_stream_.emplace_back();
     if (!stream.slot.empty() && stream.slot != slot) continue;
     if (instrument_.empty()) instrument_ = stream.name;
+    const double modulus = modulus_of(content, stream.link);
     for (const FrameChannel& channel : stream.channels) {
       const auto [place, is_new] = known.try_emplace(channel.name, signals_.size());
-      if (is_new) signals_.push_back({channel, SampleClock(stream.rate), stream.rate, stream.link, true, {}, {}});
+      if (is_new)
+        signals_.push_back({channel, SampleClock(stream.rate, modulus), stream.rate, stream.link, true, {}, {}});
       Signal& signal = signals_[place->second];
       if (!is_new) signal.one_sequence = signal.one_sequence && stream.link && stream.link == signal.link;
       signals.push_back(place->second);

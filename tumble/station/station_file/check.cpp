@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "tumble/rigs/rig.hpp"
@@ -90,13 +92,17 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
     if (!device.verbs.empty() && !device.can(one))
       checking.add(fmt::format("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
                                axis.name, one, device.controller));
+  if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
+    checking.add(
+        fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
+                    segment.label, axis.name, verb, device.controller));
 }
 
-/// Limits of the station for one motion of the plan.
+/// Limits of the station for one motion of the plan. `stands_at`: where the axis stands before it, where that is known.
 class MotionLimits {
  public:
-  MotionLimits(Checking& checking, const Segment& segment, const StationAxis& axis)
-      : checking_(checking), segment_(segment), axis_(axis) {}
+  MotionLimits(Checking& checking, const Segment& segment, const StationAxis& axis, std::optional<double> stands_at)
+      : checking_(checking), segment_(segment), axis_(axis), stands_at_(stands_at) {}
 
   void check(const Motion& motion) const {
     switch (motion.kind) {
@@ -109,7 +115,7 @@ class MotionLimits {
         return rate(motion.value);
       case MotionKind::rate:
         rate(motion.value);
-        return travel(std::abs(motion.value) * segment_.duration);
+        return turning(motion.value);
       case MotionKind::sine:
         return oscillation(motion.amplitude, motion.frequency);
       case MotionKind::sweep:
@@ -126,8 +132,9 @@ class MotionLimits {
   }
   void place(double value) const {
     const Unit unit = unit_of(axis_.kind, false);
-    if (axis_.lowest && value < *axis_.lowest) beyond(value, *axis_.lowest, unit);
-    if (axis_.highest && value > *axis_.highest) beyond(value, *axis_.highest, unit);
+    const double rounding = 1e-12 * (1.0 + std::abs(value));
+    if (axis_.lowest && value < *axis_.lowest - rounding) beyond(value, *axis_.lowest, unit);
+    if (axis_.highest && value > *axis_.highest + rounding) beyond(value, *axis_.highest, unit);
   }
   void rate(double value) const {
     const Unit unit = axis_.kind == Kind::temperature ? Unit::parse("K/min") : Unit::parse("deg/s");
@@ -137,10 +144,17 @@ class MotionLimits {
     if (axis_.lowest && axis_.highest && value > *axis_.highest - *axis_.lowest)
       beyond(value, *axis_.highest - *axis_.lowest, unit_of(axis_.kind, true));
   }
+  /// A rate goes on while the axis settles and soaks, and for the duration.
+  void turning(double rate) const {
+    const double way = rate * (axis_.settle.hold + axis_.settle.soak + segment_.duration);
+    travel(std::abs(way));
+    if (stands_at_) place(*stands_at_ + way);
+  }
   void oscillation(double amplitude, double frequency) const {
     const double w = two_pi * frequency;
     if (axis_.kind == Kind::acceleration) return acceleration(amplitude, Unit::parse("m/s^2"));
     travel(2.0 * amplitude);
+    if (stands_at_) place(*stands_at_ - amplitude), place(*stands_at_ + amplitude);
     rate(amplitude * w);
     acceleration(amplitude * w * w, Unit::parse("deg/s^2"));
   }
@@ -152,12 +166,21 @@ class MotionLimits {
   Checking& checking_;
   const Segment& segment_;
   const StationAxis& axis_;
+  std::optional<double> stands_at_;
 };
+
+/// Where an axis stands after a motion of the plan; nothing: not known.
+std::optional<double> place_after(const Motion& motion) {
+  if (motion.kind == MotionKind::hold || motion.kind == MotionKind::dwell) return motion.value;
+  if (motion.kind == MotionKind::ramp || motion.kind == MotionKind::slew) return motion.to;
+  return std::nullopt;
+}
 
 void check_schedule(Checking& checking) {
   const auto& station = checking.station;
   if (checking.plan.schedule.empty()) checking.add("the plan has no schedule that could be carried out");
   std::set<std::string> unmoved;
+  std::map<std::string, std::optional<double>> places;
   for (const auto& segment : checking.plan.schedule)
     for (const auto& [name, motion] : segment.axes) {
       if (contains(station.by_hand, name)) {
@@ -174,7 +197,8 @@ void check_schedule(Checking& checking) {
         continue;
       }
       check_verbs(checking, segment, *axis, motion);
-      MotionLimits(checking, segment, *axis).check(motion);
+      MotionLimits(checking, segment, *axis, places[name]).check(motion);
+      places[name] = place_after(motion);
     }
 }
 

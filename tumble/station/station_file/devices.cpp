@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "tumble/station/station_file/draft.hpp"
 #include "tumble/units/error.hpp"
@@ -70,6 +71,8 @@ void read_limits(Section& section, const AxisScale& scale, StationAxis& axis) {
   if (axis.kind == Kind::angle) {
     axis.speed = section.quantity("speed", scale.rate);
     must_be_positive(section, "speed", axis.speed);
+    if (axis.speed && axis.max_rate && *axis.speed > *axis.max_rate * (1.0 + 1e-9))
+      section.problem_at("speed", "must not be above `max_rate`");
     axis.turns =
         static_cast<StationAxis::Turns>(choice(section, "turns", {"limited", "wrapped", "counted"}).value_or(0));
   }
@@ -161,12 +164,15 @@ void read_settings(Section& section, StationDevice& device, Draft& draft) {
     if (const auto text = settings.text(key)) device.settings[key] = *text;
 }
 
-/// What a device does before and after the segments, where the file does not say it.
-void default_conduct(Section& section, StationDevice& device) {
+/// What a device does before and after the segments, where the file does not say it: nothing that moves an axis, and no
+/// verb of `needing`, which want a value.
+void default_conduct(Section& section, StationDevice& device, bool moves, const std::vector<std::string>& needing) {
   const auto those = [&](std::initializer_list<const char*> verbs) {
     std::vector<std::string> list;
-    for (const char* verb : verbs)
-      if (device.can(verb)) list.emplace_back(verb);
+    for (const std::string verb : verbs) {
+      const bool starts_motion = moves && verb == "start";
+      if (device.can(verb) && !starts_motion && std::ranges::find(needing, verb) == needing.end()) list.push_back(verb);
+    }
     return list;
   };
   const bool prepares = section.find("prepare") != nullptr, finishes = section.find("finish") != nullptr;
@@ -185,20 +191,35 @@ void add_pauses(StationDevice& device, const ControllerCommand& command) {
   if (pauses > 0.0) device.timeouts.try_emplace(command.verb, device.timeout + pauses);
 }
 
-/// What the controller can do, where the file does not say it: as its declaration has it.
-void read_verbs(Section& section, StationDevice& device, const Draft& draft) {
+/// Whether the verb cannot be sent by itself, before anything else was: it, or a line with all axes, wants a value.
+bool needs_value(const ControllerCommand& command) {
+  const auto is_missing = [](const ControllerPiece& piece) {
+    return piece.kind == ControllerPiece::Kind::number && piece.axis > 0 && !piece.otherwise;
+  };
+  return !command.requires_.empty() || std::ranges::any_of(command.exchanges, [&](const ControllerExchange& exchange) {
+    return std::ranges::any_of(exchange.send.pieces, is_missing);
+  });
+}
+
+/// What the controller can do, where the file does not say it: as its declaration has it. Returned: verbs that need a
+/// value.
+std::vector<std::string> read_verbs(Section& section, StationDevice& device, const Draft& draft) {
+  std::vector<std::string> needing;
   device.verbs = section.texts("verbs");
   device.once = section.texts("once");
-  if (!device.verbs.empty() || device.controller.empty()) return;
+  if (!device.verbs.empty() || device.controller.empty()) return needing;
   try {
     for (const ControllerCommand& command : controller_of_device(device, draft.folder).commands) {
       device.verbs.push_back(command.verb);
+      device.takes[command.verb] = command.takes;
+      if (needs_value(command)) needing.push_back(command.verb);
       if (command.once) device.once.push_back(command.verb);
       add_pauses(device, command);
     }
   } catch (const Error& error) {
     for (const auto& problem : error.problems) section.problem_at("controller", problem);
   }
+  return needing;
 }
 
 void read_device(const toml::table& table, Draft& draft) {
@@ -211,13 +232,15 @@ void read_device(const toml::table& table, Draft& draft) {
   read_settings(section, device, draft);
   read_link(section, device);
   for (const auto* axis : tables_at(section, "axis", "[[device.axis]]")) read_axis(*axis, index, draft);
-  const bool turns = std::any_of(draft.station.axes.begin() + static_cast<std::ptrdiff_t>(first),
-                                 draft.station.axes.end(), [](const auto& axis) { return axis.kind == Kind::angle; });
+  const auto axes = std::span(draft.station.axes).subspan(first);
+  const auto is_kind = [](Kind kind) { return [kind](const StationAxis& axis) { return axis.kind == kind; }; };
+  const bool turns = std::ranges::any_of(axes, is_kind(Kind::angle));
+  const bool shakes = std::ranges::any_of(axes, is_kind(Kind::acceleration));
   read_times(section, device, draft, turns);
   read_lost_link(section, device);
   device.identity = section.text("identity").value_or("");
-  read_verbs(section, device, draft);
-  default_conduct(section, device);
+  const auto needing = read_verbs(section, device, draft);
+  default_conduct(section, device, turns || shakes, needing);
   section.close();
   draft.station.devices.push_back(std::move(device));
 }

@@ -11,6 +11,11 @@ bool StationDevice::can(const std::string& verb) const {
   return std::find(verbs.begin(), verbs.end(), verb) != verbs.end();
 }
 
+bool StationDevice::may_carry(const std::string& verb, const std::string& value) const {
+  const auto found = takes.find(verb);
+  return found == takes.end() || std::ranges::find(found->second, value) != found->second.end();
+}
+
 Controller controller_of_device(const StationDevice& device, const std::string& folder) {
   if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
   const std::string path = (std::filesystem::path(folder) / device.controller).string();  // an absolute one stays

@@ -104,6 +104,9 @@ TriadFormat format_of(const TriadCalibration& t, const ImuCalibration& c, const 
   for (const auto& axis : t.thermal)
     fits = fits && std::ldexp(most(axis.output, reach), format.output_bits + guard_bits) < 0x1p32 &&
            std::ldexp(most(axis.bias, reach), format.input_bits + guard_bits) < 0x1p32 && most(axis.scale, reach) < 4.0;
+  for (const auto& curve : t.curve)  // so does a slope of a table times twice the range
+    fits =
+        fits && std::ldexp(curve.table.steepest(), 29 - format.input_bits + format.output_bits + guard_bits) < 0x1p31;
   const int shift = format.output_bits + format.inverse_bits - format.input_bits;
   if (!fits || shift < 1 || shift > 61 || format.force_bits > 61)
     throw Error(Error::Kind::bad_input,

@@ -58,8 +58,43 @@ std::string thermal_rows(const std::string& name, const TriadCalibration& t, std
   return fmt::format("#define {}_POWERS ({}U)\n", name, powers) + rows(name, values, bits);
 }
 
+constexpr const char* share_lookup = R"(
+/* Departure of one output by its table, of a share of the range: straight between the inputs, constant beyond them. */
+static int64_t KIND_by_table(uint32_t axis, int64_t x)
+{
+  int64_t value = KIND_departure[axis][0];
+  uint32_t k;
+  for (k = 1U; k < KIND_points[axis]; k++)
+  {
+    const int64_t into = x - KIND_at[axis][k - 1U];
+    if (x >= KIND_at[axis][k])
+    {
+      value = KIND_departure[axis][k];
+    }
+    else if (into > 0)
+    {
+      value = KIND_departure[axis][k - 1U] + share(KIND_slope[axis][k], into);
+    }
+    else
+    {
+      /* an earlier pair of inputs holds it */
+    }
+  }
+  return value;
+}
+)";
+
+/// Inputs as shares of U = 2^exponent.
+std::string lookup_rows(const TriadCalibration& t, const TriadFormat& format) {
+  const int exponent = 29 - format.input_bits, bits = format.output_bits + guard_bits;
+  const TableRows of = table_rows(t);
+  return fmt::format("static const uint32_t KIND_points[3] = {{{}U}};\n", fmt::join(of.points, "U, ")) +
+         rows("KIND_at", of.at, share_bits - exponent) + rows("KIND_departure", of.departure, bits) +
+         rows("KIND_slope", of.slope, bits + exponent) + share_lookup;
+}
+
 /// p_2 U^2 to p_5 U^5, m U and s U^2 with U = 2^exponent.
-std::string curve_rows(const TriadCalibration& t, const TriadFormat& format) {
+std::string term_rows(const TriadCalibration& t, const TriadFormat& format) {
   const int exponent = 29 - format.input_bits, bits = format.output_bits + guard_bits;
   std::vector<std::vector<double>> powers;
   Vector3 magnitude, signed_square;
@@ -73,9 +108,8 @@ std::string curve_rows(const TriadCalibration& t, const TriadFormat& format) {
   return rows("KIND_power", powers, bits) + array("KIND_magnitude", magnitude, bits) +
          array("KIND_signed_square", signed_square, bits) + R"(
 /* Departure of one output from a straight line, of a share of the range. */
-static int64_t KIND_curve(uint32_t axis, int64_t u)
+static int64_t KIND_by_terms(uint32_t axis, int64_t x)
 {
-  const int64_t x = limited(rounded(u, INT64_C(8)), ONE);
   const int64_t size = (x < 0) ? (-x) : x;
   int64_t sum = KIND_power[axis][3];
   sum = share(sum, x) + KIND_power[axis][2];
@@ -86,6 +120,17 @@ static int64_t KIND_curve(uint32_t axis, int64_t u)
   return sum + share(share(KIND_signed_square[axis], x), size);
 }
 )";
+}
+
+/// What an output departs from a straight line by.
+std::string curve_rows(const TriadCalibration& t, const TriadFormat& format) {
+  const bool terms = has_terms(t), tabled = table_points(t) > 0;
+  return (tabled ? lookup_rows(t, format) : "") + (terms ? term_rows(t, format) : "") +
+         fmt::format(
+             "\nstatic int64_t KIND_curve(uint32_t axis, int64_t u)\n{{\n"
+             "  const int64_t x = limited(rounded(u, INT64_C(8)), ONE);\n  return {}{}{};\n}}\n",
+             terms ? "KIND_by_terms(axis, x)" : "", terms && tabled ? " + " : "",
+             tabled ? "KIND_by_table(axis, x)" : "");
 }
 
 std::string for_axes(const std::string& body) { return "  for (i = 0U; i < 3U; i++)\n  {\n" + body + "  }\n"; }

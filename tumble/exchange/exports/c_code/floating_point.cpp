@@ -52,7 +52,40 @@ std::string polynomials(const std::string& name, const TriadCalibration& t, std:
   return fmt::format("#define {}_POWERS ({}U)\n", name, most) + table(name, rows, number);
 }
 
-std::string curve_code(const TriadCalibration& t, Number number) {
+constexpr const char* table_lookup = R"(
+/* Departure of one output by its table: straight between the inputs, constant beyond them. */
+static REAL KIND_by_table(uint32_t axis, REAL u)
+{
+  REAL value = KIND_departure[axis][0];
+  uint32_t k;
+  for (k = 1U; k < KIND_points[axis]; k++)
+  {
+    const REAL into = u - KIND_at[axis][k - 1U];
+    if (u >= KIND_at[axis][k])
+    {
+      value = KIND_departure[axis][k];
+    }
+    else if (into > ZERO)
+    {
+      value = KIND_departure[axis][k - 1U] + (KIND_slope[axis][k] * into);
+    }
+    else
+    {
+      /* an earlier pair of inputs holds it */
+    }
+  }
+  return value;
+}
+)";
+
+std::string table_code(const TriadCalibration& t, Number number) {
+  const TableRows rows = table_rows(t);
+  return fmt::format("static const uint32_t KIND_points[3] = {{{}U}};\n", fmt::join(rows.points, "U, ")) +
+         table("KIND_at", rows.at, number) + table("KIND_departure", rows.departure, number) +
+         table("KIND_slope", rows.slope, number) + table_lookup;
+}
+
+std::string terms_code(const TriadCalibration& t, Number number) {
   std::vector<std::vector<double>> powers;
   Vector3 magnitude, signed_square;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -63,7 +96,7 @@ std::string curve_code(const TriadCalibration& t, Number number) {
   return table("KIND_power", powers, number) + vector("KIND_magnitude", magnitude, number) +
          vector("KIND_signed_square", signed_square, number) + R"(
 /* Departure of one output from a straight line: p2 u^2 + ... + p5 u^5 + m |u| + s u |u|. */
-static REAL KIND_curve(uint32_t axis, REAL u)
+static REAL KIND_by_terms(uint32_t axis, REAL u)
 {
   const REAL size = (u < ZERO) ? (-u) : u;
   REAL sum = KIND_power[axis][3];
@@ -75,6 +108,15 @@ static REAL KIND_curve(uint32_t axis, REAL u)
   return sum + ((KIND_signed_square[axis] * u) * size);
 }
 )";
+}
+
+/// What an output departs from a straight line by.
+std::string curve_code(const TriadCalibration& t, Number number) {
+  const bool terms = has_terms(t), tabled = table_points(t) > 0;
+  return (tabled ? table_code(t, number) : "") + (terms ? terms_code(t, number) : "") +
+         fmt::format("\nstatic REAL KIND_curve(uint32_t axis, REAL u)\n{{\n  return {}{}{};\n}}\n",
+                     terms ? "KIND_by_terms(axis, u)" : "", terms && tabled ? " + " : "",
+                     tabled ? "KIND_by_table(axis, u)" : "");
 }
 
 bool has(const TriadCalibration& t, std::vector<double> AxisThermal::*which) {

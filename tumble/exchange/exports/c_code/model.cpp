@@ -30,10 +30,38 @@ double slope(const OwnCurve& curve, double r) {
   double sum = std::abs(curve.magnitude) + 2.0 * std::abs(curve.signed_square) * r, power = r;
   for (std::size_t k = 0; k < curve.power.size(); ++k, power *= r)
     sum += static_cast<double>(k + 2) * std::abs(curve.power[k]) * power;
-  return sum;
+  return sum + curve.table.steepest();
 }
 
 }  // namespace
+
+bool has_terms(const TriadCalibration& triad) {
+  return std::ranges::any_of(triad.curve, [](OwnCurve curve) {
+    curve.table = {};
+    return !curve.is_zero();
+  });
+}
+
+std::size_t table_points(const TriadCalibration& triad) {
+  std::size_t most = 0;
+  for (const OwnCurve& curve : triad.curve) most = std::max(most, curve.table.at.size());
+  return most;
+}
+
+TableRows table_rows(const TriadCalibration& triad) {
+  TableRows rows;
+  for (const OwnCurve& curve : triad.curve) {
+    const auto& [at, departure] = curve.table;
+    rows.points.push_back(at.size());
+    rows.at.push_back(at);
+    rows.departure.push_back(departure);
+    rows.slope.emplace_back(at.empty() ? 0 : 1, 0.0);
+    for (std::size_t k = 1; k < at.size(); ++k)
+      rows.slope.back().push_back((departure[k] - departure[k - 1]) / (at[k] - at[k - 1]));
+    for (auto* row : {&rows.at.back(), &rows.departure.back(), &rows.slope.back()}) row->resize(table_points(triad));
+  }
+  return rows;
+}
 
 int passes_of(const TriadCalibration& triad, const char* what, double rounding) {
   if (!has_curve(triad)) return 0;

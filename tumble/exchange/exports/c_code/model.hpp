@@ -24,6 +24,17 @@ int passes_of(const TriadCalibration& triad, const char* what, double rounding);
 
 /// Whether a part is in the calibration.
 bool has_curve(const TriadCalibration& triad);
+bool has_terms(const TriadCalibration& triad);  ///< of the curve: powers, magnitude, signed square
+/// Of the longest table of departures of its axes; 0: there is none.
+std::size_t table_points(const TriadCalibration& triad);
+
+/// Tables of three axes, all as long as the longest.
+struct TableRows {
+  std::vector<std::size_t> points;                 ///< that count
+  std::vector<std::vector<double>> at, departure;  ///< [u], [output]
+  std::vector<std::vector<double>> slope;          ///< [output/u] up to each point; the first is not used
+};
+TableRows table_rows(const TriadCalibration& triad);
 bool has_temperature(const TriadCalibration& triad);
 bool has_temperature(const ImuCalibration& calibration);
 

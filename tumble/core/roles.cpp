@@ -1,10 +1,9 @@
-#include "tumble/exchange/results/axis_name.hpp"
+#include "tumble/core/roles.hpp"
 
 #include <algorithm>
-#include <string>
-#include <vector>
+#include <array>
 
-namespace tumble::results {
+namespace tumble {
 namespace {
 
 enum class Letter { none, lower, upper };
@@ -56,4 +55,51 @@ std::optional<std::size_t> axis_named(std::string_view channel) {
   return found;
 }
 
-}  // namespace tumble::results
+std::vector<std::string> names_of_role(std::string_view role) {
+  std::vector<std::string> names{std::string(role)};
+  const std::size_t before = role.size() - std::min<std::size_t>(role.size(), 2);
+  if (before > 0 && role[before] == '_' && role[before + 1] >= 'x' && role[before + 1] <= 'z') {
+    names.emplace_back(role);
+    names.back()[before] = '.';
+  }
+  return names;
+}
+
+const Channel* find_role(const Recording& recording, std::string_view role) {
+  for (const auto& name : names_of_role(role))
+    if (const Channel* channel = find_channel(recording, name)) return channel;
+  return nullptr;
+}
+
+namespace {
+
+void propose(const std::vector<NamedKind>& channels, QuantityKind kind, const std::string& sensor,
+             std::vector<ProposedRole>& proposed) {
+  std::array<const NamedKind*, 3> of_axis{};
+  for (const NamedKind& channel : channels) {
+    const auto axis = channel.kind == kind ? axis_named(channel.name) : std::nullopt;
+    if (!axis) continue;
+    if (of_axis[*axis]) return;
+    of_axis[*axis] = &channel;
+  }
+  if (std::ranges::count(of_axis, nullptr) > 0) return;
+  std::vector<ProposedRole> roles;
+  bool known = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    roles.push_back({sensor + "_" + "xyz"[i], of_axis[i] -> name});
+    const auto names = names_of_role(roles.back().role);
+    known = known && std::ranges::find(names, of_axis[i]->name) != names.end();
+  }
+  if (!known) proposed.insert(proposed.end(), roles.begin(), roles.end());
+}
+
+}  // namespace
+
+std::vector<ProposedRole> proposed_roles(const std::vector<NamedKind>& channels) {
+  std::vector<ProposedRole> proposed;
+  propose(channels, QuantityKind::specific_force, "accelerometer", proposed);
+  propose(channels, QuantityKind::angular_rate, "gyro", proposed);
+  return proposed;
+}
+
+}  // namespace tumble

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tumble/station/executive.hpp"
+
+namespace tumble {
+
+/// What a line that a person types means while a run goes on: "abort" always ends it, a choice of the open question
+/// answers it (an empty line chooses the standard one), "p" pauses, "r" resumes.
+///
+/// Given     line  without its end
+///           open  the question that is open, if there is one
+///           who   types it
+///
+/// Returned  the order or answer; nothing where the line means nothing: then the question stays open
+std::optional<decltype(RunEvent::what)> order_of_line(const std::string& line, const std::optional<Prompt>& open,
+                                                      const std::string& who);
+
+}  // namespace tumble
