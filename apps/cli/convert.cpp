@@ -14,13 +14,13 @@ struct Arguments {
 };
 
 /// "10", "10 s" and "2 min" [s].
-double time_of(const std::string& text, const char* option, double otherwise) {
+double time_of(const std::string& text, const std::string& option, double otherwise) {
   if (text.empty()) return otherwise;
   try {
     const Quantity time = parse_quantity(text);
     return time.bare ? time.value : parse_si(text, Unit::parse("s"));
-  } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, std::string(option) + ": " + error.what());
+  } catch (const Error&) {
+    throw Error(Error::Kind::bad_input, option + " " + text + ": a time is expected, as in 10, \"10 s\" or \"2 min\"");
   }
 }
 

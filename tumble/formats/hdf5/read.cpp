@@ -253,6 +253,8 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
   }
 }
 
+namespace {
+
 /// A source and the options that it was opened with.
 struct OpenSource {
   ReadOptions options;
@@ -261,6 +263,8 @@ struct OpenSource {
   OpenSource(const std::string& path, ReadOptions given)
       : options(std::move(given)), source(path, options, Stamps::ignored) {}
 };
+
+}  // namespace
 
 SampleReader samples(const std::string& path, const ReadOptions& options) {
   const Session session;
