@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -27,9 +28,13 @@ Channel part_of(const Channel& channel, const TimeSpan& span) {
   }
   part.values.assign(channel.values.begin() + static_cast<std::ptrdiff_t>(first),
                      channel.values.begin() + static_cast<std::ptrdiff_t>(end));
-  if (first == end) return part;
   if (channel.timeline.uniform()) {
-    part.timeline.start = channel.time(first);
+    // Also of a block without samples of this channel: the next ones continue this clock.
+    const double before = std::ceil((span.from - channel.timeline.start) * channel.timeline.rate);
+    if (first < end)
+      part.timeline.start = channel.time(first);
+    else if (std::isfinite(before) && before > 0.0)
+      part.timeline.start += before / channel.timeline.rate;
   } else {
     const auto& stamps = *channel.timeline.stamps;
     part.timeline.stamps = std::make_shared<const std::vector<double>>(

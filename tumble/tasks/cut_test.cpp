@@ -29,13 +29,13 @@ TEST(Cut, HasTheSamplesOfTheSpan) {
   const ScratchFolder folder;
   const Recording whole = turned();
   write_recording(whole, folder.file("a.h5"));
-  cut(folder.file("a.h5"), folder.file("b.h5"), {}, {300.0, 900.0}, {});
+  cut(folder.file("a.h5"), folder.file("b.h5"), {}, {300.1, 900.0}, {});
   const Recording part = read_recording(folder.file("b.h5"), {}, {});
   ASSERT_EQ(part.channels.size(), 3u);
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> values, times;
     for (std::size_t i = 0; i < whole.channels[c].values.size(); ++i)
-      if (const double time = whole.channels[c].time(i); time >= 300.0 && time <= 900.0)
+      if (const double time = whole.channels[c].time(i); time >= 300.1 && time <= 900.0)
         values.push_back(whole.channels[c].values[i]), times.push_back(time);
     ASSERT_EQ(part.channels[c].values.size(), values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {

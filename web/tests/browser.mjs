@@ -287,6 +287,14 @@ test("a file is uploaded and opened; what it does not say can be said", async ()
   await page.locator(".row .u-over").first().waitFor();
   assert.deepEqual(address(page).getAll("set"), ["rate=100"]);
   assert.ok(existsSync(join(folder, "uploads", "no rate.csv")));
+  await page.goto(base);
+  const carried = await page.evaluateHandle(() => {
+    const carrier = new DataTransfer();
+    carrier.items.add(new File(["time[s],x[deg/h]\n" + Array.from({ length: 300 }, (_, i) => `${i / 100},${i % 5}`).join("\n")], "dropped.csv"));
+    return carrier;
+  });
+  await page.locator("section.recordings").dispatchEvent("drop", { dataTransfer: carried });
+  await page.getByRole("heading", { name: "uploads/dropped.csv" }).waitFor();
 });
 
 test("a recording is identified, and its report opens", async () => {
