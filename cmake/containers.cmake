@@ -1,5 +1,5 @@
-# tumble::containers: what unpacks, opens and writes the files of others: zlib, bzip2, LZ4, Zstandard, SQLite and pugixml. This file
-# is also part of the installed package.
+# tumble::containers: what unpacks, opens and writes the files of others: zlib, libdeflate, bzip2, LZ4, Zstandard, SQLite and
+# pugixml. This file is also part of the installed package.
 if(TARGET tumble::containers)
   return()
 endif()
@@ -17,6 +17,7 @@ function(tumble_container package header library)
   target_include_directories(tumble::containers SYSTEM INTERFACE ${TUMBLE_${library}_INCLUDE})
 endfunction()
 tumble_container(zlib zlib.h z)
+tumble_container(libdeflate libdeflate.h deflate)
 tumble_container(bzip2 bzlib.h bz2)
 tumble_container(LZ4 lz4frame.h lz4)
 tumble_container(Zstandard zstd.h zstd)

@@ -52,6 +52,36 @@ Archive open_archive(const ArchiveOptions& options) {
   return Archive(address, utc_now());
 }
 
+std::optional<Archive> optional_archive(const ArchiveOptions& options) {
+  if (archive_address(options).empty()) return std::nullopt;
+  std::optional<Archive> archive(open_archive(options));
+  if (act_of(options).who.empty())
+    throw Error(Error::Kind::bad_input, "--by NAME is missing: an archive keeps who did what");
+  return archive;
+}
+
+bool unit_is_known(const UnitName& unit, const ArchiveOptions& options, const Terminal& terminal) {
+  if (!unit.model.empty() && !unit.serial.empty()) return true;
+  const std::string problem =
+      "the plan does not say which unit it is: [instrument] model and serial are required to archive the result";
+  if (!options.address.empty()) throw Error(Error::Kind::bad_input, "--archive: " + problem);
+  note(terminal, "not archived: " + problem);
+  return false;
+}
+
+std::vector<EquipmentDeposit> equipment_deposits(const std::vector<Equipment>& equipment) {
+  std::vector<EquipmentDeposit> deposits;
+  for (const auto& one : equipment) {
+    EquipmentDeposit deposit;
+    deposit.name = one.name, deposit.maker = one.manufacturer, deposit.model = one.model, deposit.serial = one.serial;
+    deposit.certificate = one.certificate, deposit.laboratory = one.traceable_to;
+    if (one.due) deposit.due = iso_date(*one.due);
+    deposit.document_sha256 = one.certificate_sha256;
+    deposits.push_back(std::move(deposit));
+  }
+  return deposits;
+}
+
 ArchiveAct act_of(const ArchiveOptions& options) {
   std::string who = options.who;
   for (const char* const name : {"LOGNAME", "USER"})
@@ -73,6 +103,7 @@ void note_deposited(const Terminal& terminal, const Deposited& done) {
   const auto add = [&](std::size_t count, const char* singular, const char* plural) {
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, count == 1 ? singular : plural);
   };
+  add(done.equipment, "instrument of the laboratory", "instruments of the laboratory");
   add(done.runs, "run", "runs");
   add(done.results, "result", "results");
   add(done.files, "file", "files");

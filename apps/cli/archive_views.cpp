@@ -1,7 +1,10 @@
 #include "archive_views.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/text_table.hpp"
@@ -55,7 +58,7 @@ std::string files_table(const UnitRecord& record, std::size_t width) {
 
 std::string runs_table(const UnitRecord& record, std::size_t width) {
   TextColumn started = left("started"), title = left("title"), station = left("station"), who = left("operator"),
-             ending = left("ended"), slot = left("slot");
+             ending = left("ended"), slot = left("slot"), id = left("run");
   for (const auto& run : record.runs) {
     started.cells.push_back(run.started);
     title.cells.push_back(run.title);
@@ -63,8 +66,9 @@ std::string runs_table(const UnitRecord& record, std::size_t width) {
     slot.cells.push_back(run.slot);
     who.cells.push_back(run.who);
     ending.cells.push_back(run.ending);
+    id.cells.push_back(run.id.substr(0, digits));
   }
-  return titled("Runs", {started, title, station, slot, who, ending}, width);
+  return titled("Runs", {started, title, station, slot, who, ending, id}, width);
 }
 
 std::string certificates_table(const UnitRecord& record, std::size_t width) {
@@ -80,18 +84,31 @@ std::string certificates_table(const UnitRecord& record, std::size_t width) {
   return titled("Certificates", {number, format, issued, who, result}, width);
 }
 
-std::string steps_table(const UnitRecord& record, std::size_t width) {
+std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t longest, std::size_t width) {
   TextColumn number{"", "", {}}, when = left("time"), who = left("by"), action = left("what"), subject = left("which"),
                                  reason = left("why");
-  for (const auto& step : record.steps) {
+  for (const auto& step : steps) {
     number.cells.push_back(fmt::format("{}", step.number));
     when.cells.push_back(step.when);
     who.cells.push_back(step.who);
     action.cells.push_back(step.action);
-    subject.cells.push_back(step.subject.substr(0, digits));
+    subject.cells.push_back(step.subject.substr(0, longest));
     reason.cells.push_back(step.reason);
   }
   return titled("Events", {number, when, who, action, subject, reason}, width);
+}
+
+Json steps_json(const std::vector<ArchivedStep>& steps) {
+  Json all = Json::array();
+  for (const auto& one : steps)
+    all.push_back({{"number", one.number},
+                   {"time", one.when},
+                   {"by", one.who},
+                   {"what", one.action},
+                   {"which", one.subject},
+                   {"why", one.reason},
+                   {"detail", one.detail}});
+  return all;
 }
 
 }  // namespace
@@ -123,7 +140,7 @@ std::string units_json(const std::vector<ArchivedUnit>& units) {
 std::string record_text(const UnitRecord& record, std::size_t width) {
   return fmt::format("{}/{}\n", record.name.model, record.name.serial) + results_table(record, width) +
          runs_table(record, width) + files_table(record, width) + certificates_table(record, width) +
-         steps_table(record, width);
+         steps_table(record.steps, digits, width);
 }
 
 std::string record_json(const UnitRecord& record) {
@@ -166,36 +183,99 @@ std::string record_json(const UnitRecord& record) {
                                     {"result", one.result},
                                     {"issued_by", one.issued_by},
                                     {"issued", one.issued}});
-  for (const auto& one : record.steps)
-    json["events"].push_back({{"number", one.number},
-                              {"time", one.when},
-                              {"by", one.who},
-                              {"what", one.action},
-                              {"which", one.subject},
-                              {"why", one.reason},
-                              {"detail", one.detail}});
+  json["events"] = steps_json(record.steps);
   return written(json);
 }
 
-std::string due_text(const std::vector<DueCalibration>& due, const std::string& today, std::size_t width) {
-  TextColumn day = left("due"), equipment = left("equipment"), certificate = left("certificate"), note = left("");
-  for (const auto& one : due) {
-    day.cells.push_back(one.due);
-    equipment.cells.push_back(one.equipment);
-    certificate.cells.push_back(one.certificate);
-    note.cells.emplace_back(one.due < today ? "has ended" : "");
-  }
-  return due.empty() ? "no calibration ends by then\n" : text_table({day, equipment, certificate, note}, width);
+std::string run_text(const RunRecord& record, std::size_t width) {
+  constexpr std::size_t longest = 80;
+  const auto& run = record.run;
+  std::string text = fmt::format("{}\nrun {} at {}, by {}, {}\n", run.title, run.id, run.station, run.who, run.ending);
+  if (!run.started.empty()) text += fmt::format("from {} to {}\n", run.started, run.ended);
+  for (const auto& [slot, unit] : record.units) text += fmt::format("slot {}: {}/{}\n", slot, unit.model, unit.serial);
+  for (const auto& [name, certificate] : record.equipment)
+    text += fmt::format("equipment {}{}\n", name, certificate.empty() ? "" : ", certificate " + certificate);
+  return text + steps_table(record.steps, longest, width);
 }
 
-std::string due_json(const std::vector<DueCalibration>& due) {
-  Json all = Json::array();
+std::string run_json(const RunRecord& record) {
+  const auto& run = record.run;
+  Json json{{"id", run.id},           {"title", run.title}, {"station", run.station}, {"operator", run.who},
+            {"started", run.started}, {"ended", run.ended}, {"ending", run.ending}};
+  json["units"] = Json::array();
+  for (const auto& [slot, unit] : record.units)
+    json["units"].push_back({{"slot", slot}, {"model", unit.model}, {"serial", unit.serial}});
+  json["equipment"] = Json::array();
+  for (const auto& [name, certificate] : record.equipment)
+    json["equipment"].push_back({{"equipment", name}, {"certificate", certificate}});
+  json["events"] = steps_json(record.steps);
+  return written(json);
+}
+
+std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
+                     const std::string& today, std::size_t width) {
+  struct Line {
+    std::string day, what, last;
+  };
+  std::vector<Line> lines;
+  for (const auto& one : due) lines.push_back({one.due, one.equipment, one.certificate});
+  for (const auto& one : units) lines.push_back({one.due, one.unit.model + "/" + one.unit.serial, one.last});
+  if (lines.empty()) return "nothing is due by then\n";
+  std::ranges::stable_sort(lines, {}, &Line::day);
+  TextColumn day = left("due"), what = left("what"), last = left("since"), note = left("");
+  for (const auto& line : lines) {
+    day.cells.push_back(line.day);
+    what.cells.push_back(line.what);
+    last.cells.push_back(line.last);
+    note.cells.emplace_back(line.day < today ? "has ended" : "");
+  }
+  return text_table({day, what, last, note}, width);
+}
+
+std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
+  Json all{{"equipment", Json::array()}, {"units", Json::array()}};
   for (const auto& one : due)
-    all.push_back({{"due", one.due},
-                   {"equipment", one.equipment},
-                   {"certificate", one.certificate},
-                   {"laboratory", one.laboratory}});
+    all["equipment"].push_back({{"due", one.due},
+                                {"equipment", one.equipment},
+                                {"certificate", one.certificate},
+                                {"laboratory", one.laboratory}});
+  for (const auto& one : units)
+    all["units"].push_back(
+        {{"due", one.due}, {"model", one.unit.model}, {"serial", one.unit.serial}, {"last_result", one.last}});
   return written(all);
+}
+
+std::string check_json(const ArchiveCheck& check) {
+  return written({{"chains", check.chains},
+                  {"events", check.events},
+                  {"results", check.results},
+                  {"files", check.files},
+                  {"problems", check.problems},
+                  {"heads", check.heads}});
+}
+
+std::string recomputation_text(const Recomputation& again) {
+  if (again.same_bytes) return fmt::format("the same to the last byte: {}\n", again.archived_sha256);
+  if (again.same) return fmt::format("the same, except for the folders of its files: {}\n", again.archived_sha256);
+  std::string text = fmt::format("archived {}, by version {}\nnow      {}, by version {}\n", again.archived_sha256,
+                                 again.archived_program, again.new_sha256, again.new_program);
+  if (again.differing.empty()) return text + "only the version differs; all values are the same\n";
+  text += fmt::format("these parts differ: {}\n", fmt::join(again.differing, ", "));
+  if (!again.parameter.empty())
+    text += fmt::format("values: most {}, by {:.2g} of its standard uncertainty\n", again.parameter, again.difference);
+  return text +
+         "a result does not depend on the number of threads: another version, compiler or processor explains it\n";
+}
+
+std::string recomputation_json(const Recomputation& again) {
+  Json json{{"same", again.same},
+            {"same_bytes", again.same_bytes},
+            {"archived", {{"sha256", again.archived_sha256}, {"tumble", again.archived_program}}},
+            {"now", {{"sha256", again.new_sha256}, {"tumble", again.new_program}}},
+            {"differing", again.differing},
+            {"parameter", again.parameter}};
+  json["difference"] = std::isfinite(again.difference) ? Json(again.difference) : Json(nullptr);
+  return written(json);
 }
 
 std::string check_text(const ArchiveCheck& check) {

@@ -2,6 +2,9 @@
 
 #include <memory>
 
+#include "archive_options.hpp"
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -10,6 +13,7 @@ namespace {
 struct Arguments {
   std::string result, lab, rule, format, language, accepted, output;
   std::vector<std::string> sets;
+  ArchiveOptions archive;
 };
 
 /// What the options of the command line replace.
@@ -23,14 +27,37 @@ CertificateDetails details_of(const Arguments& arguments) {
   return details;
 }
 
+/// The certificate, the result that it is on, and the equipment with its calibrations.
+Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, const std::string& result) {
+  const CertificateDetails& details = certificate.details;
+  Deposit deposit;
+  deposit.results.push_back({.json = result, .file = arguments.result});
+  CertificateDeposit one{.path = arguments.output, .result = certificate.result_sha256};
+  one.number = details.number;
+  one.rule = details.rule ? name(*details.rule) : "";
+  one.issued = details.issued ? iso_date(*details.issued) : "";
+  for (const auto& person : details.persons)
+    if (person.signs && one.issued_by.empty()) one.issued_by = person.name;
+  one.equipment = equipment_deposits(details.equipment);
+  deposit.certificates.push_back(std::move(one));
+  return deposit;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   const bool dcc = arguments.format == "dcc" || (arguments.format.empty() && arguments.output.ends_with(".xml"));
   check_output(arguments.output, {arguments.result, arguments.lab},
                dcc ? std::vector<std::string>{".xml"} : std::vector<std::string>{".html", ".htm"});
-  Certificate certificate = certificate_on(readable(arguments.result), details_of(arguments));
+  auto archive = optional_archive(arguments.archive);
+  if (archive && arguments.output == standard_output)
+    throw Error(Error::Kind::bad_input, "-o -: a certificate that is archived needs a file");
+  const std::string file = readable(arguments.result);
+  Certificate certificate = certificate_on(file, details_of(arguments));
   if (arguments.result == "-") certificate.result_file = "standard input";
   const std::string page = certificate_html(certificate);
   write_output(terminal, arguments.output, dcc ? certificate_dcc(certificate, page) : page);
+  if (archive)
+    note_deposited(terminal, put_in(*archive, deposit_of(certificate, arguments, read_text_file(file)),
+                                    act_of(arguments.archive)));
   for (const auto& one : certificate.notes) note(terminal, one);
   if (certificate.estimate.provenance.seed)
     note(terminal, "the data are simulated: the certificate says that it is a specimen");
@@ -58,6 +85,8 @@ Verb certificate_verb() {
        {"--language", &arguments->language, "of the certificate", false, "", {"en", "zh"}},
        {"--accept-out-of-date", &arguments->accepted,
         "why equipment was used whose calibration ended before the test did; printed", false, "REASON"},
+       archive_argument(arguments->archive),
+       by_argument(arguments->archive),
        sets_argument(arguments->sets,
                      "value in place of one of LAB: certificate.number=2026-7, customer.name=...; repeatable"),
        {"-o,--output", &arguments->output, "certificate to write (.html, .xml); - writes to standard output", true}},

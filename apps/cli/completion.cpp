@@ -96,7 +96,9 @@ std::string bash(const std::vector<Verb>& verbs) {
 }
 
 std::string zsh(const std::vector<Verb>& verbs) {
-  return "#compdef tumble\nautoload -U +X bashcompinit && bashcompinit\n" + bash(verbs);
+  return "#compdef tumble\nautoload -U +X bashcompinit && bashcompinit\n" + bash(verbs) +
+         "# Called for the first time, as a function that zsh loads, this file completes too.\n"
+         "[ \"${funcstack[1]}\" != _tumble ] || _bash_complete -o filenames -F _tumble\n";
 }
 
 /// 'text' for fish.

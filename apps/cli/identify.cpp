@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "archive_options.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
@@ -19,6 +20,7 @@ struct Arguments {
   std::vector<std::string> recordings, sets, topics;
   bool json = false, strict = false;
   std::uint64_t memory = 2'000'000'000;
+  ArchiveOptions archive;
 };
 
 bool is_method(const std::string& word) {
@@ -70,16 +72,38 @@ void show(const Estimate& estimate, const Arguments& arguments, const Terminal& 
     print(to_text(estimate, terminal.width));
 }
 
+/// The result, and the files that it was made from.
+Deposit deposit_of(const Estimate& estimate, const Arguments& arguments, const Plan& plan) {
+  Deposit deposit;
+  const std::string name =
+      arguments.output.empty() || arguments.output == standard_output ? std::string("result") : arguments.output;
+  deposit.results.push_back({.json = to_json(estimate), .file = name});
+  const auto add = [&](const std::string& path) {
+    if (!path.empty() && path != "-")
+      deposit.files.push_back({.path = path, .name = std::filesystem::path(path).filename().string()});
+  };
+  for (const auto& path : inputs_of(arguments, plan)) add(path);
+  for (const auto& entry : plan.recordings)
+    if (entry.plan) add(entry.plan->file);
+  add(plan.calibration.file);
+  return deposit;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
   const auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
+  auto archive = optional_archive(arguments.archive);
+  if (archive && !unit_is_known({plan.instrument_model, plan.instrument_serial}, arguments.archive, terminal))
+    archive.reset();
   Estimate estimate;
   {
     ProgressLine line(terminal);
     estimate = identify(plan, arguments, line.progress());
   }
   show(estimate, arguments, terminal);
+  if (archive)
+    note_deposited(terminal, put_in(*archive, deposit_of(estimate, arguments, plan), act_of(arguments.archive)));
   const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
     return verdict.outcome == Verdict::Outcome::fail ||
            (verdict.outcome == Verdict::Outcome::undecided && !find_parameter(estimate, verdict.parameter));
@@ -105,6 +129,8 @@ Verb identify_verb() {
         .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
         .type = "SIZE",
         .bytes = "2 GB"},
+       archive_argument(arguments->archive),
+       by_argument(arguments->archive),
        topic_argument(arguments->topics),
        reading_sets(arguments->sets,
                     "a setting of the method (see `tumble list methods NAME`), or\n"

@@ -161,6 +161,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const RecordRequest request = request_of(arguments);
   Display display(terminal);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_recording);
+  std::signal(SIGPIPE, SIG_IGN);  // the recording goes on when a pipe of its messages ends
   RecordWorld world{wall_time, utc, [] { return wanted_end != 0; }};
   world.show = [&](const RecordView& view) { display.show(view); };
   world.sealing = [&] { display.end(); };

@@ -7,8 +7,10 @@
 #include <memory>
 #include <thread>
 
+#include "archive_options.hpp"
 #include "run_display.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/station/archived_run.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -20,6 +22,7 @@ struct Arguments {
   std::string plan, output, station, faults, speed;
   std::uint64_t seed = 1;
   std::vector<std::string> sets;
+  ArchiveOptions archive;
 };
 
 /// "1 h 15 min", "12 min 3 s"
@@ -30,6 +33,8 @@ std::string duration(double seconds) {
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
+  std::optional<Archive> archive;  // a rehearsal is archived only where --archive asks for it
+  if (!arguments.archive.address.empty()) archive = optional_archive(arguments.archive);
   Rehearsal rehearsal;
   rehearsal.recording =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
@@ -64,6 +69,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
                     rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
                     wall_time() - begin));
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
+  if (archive && !rehearsed.recordings.empty())
+    note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));
   return rehearsed.end.ending == RunEnding::complete ? 0 : 3;
 }
 
@@ -79,6 +86,8 @@ Verb rehearse_verb() {
            {"--station", &arguments->station, "station file; without it one is made from the rig of the plan"},
            {"--faults", &arguments->faults, "file of faults that happen during the run"},
            {"--seed", &arguments->seed, "seed of the random numbers"},
+           archive_argument(arguments->archive),
+           by_argument(arguments->archive),
            {"--speed", &arguments->speed, "seconds of the rig in each second (default: as fast as it goes)"},
            sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
           "Examples:\n"

@@ -9,7 +9,9 @@
 #include <functional>
 #include <memory>
 
+#include "archive_options.hpp"
 #include "run_display.hpp"
+#include "tumble/station/archived_run.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_plan.hpp"
@@ -26,6 +28,7 @@ using What = decltype(RunEvent::what);
 struct Arguments {
   std::string plan, station, output, who, accept_expired, speed = "1";
   std::vector<std::string> units;
+  ArchiveOptions archive;
   bool dry_run = false;
 };
 
@@ -130,6 +133,12 @@ void print_timeline(const Plan& plan) {
   print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
+/// The operator, where --by names nobody else.
+ArchiveOptions archived_by(ArchiveOptions archive, const std::string& who) {
+  if (archive.who.empty()) archive.who = who;
+  return archive;
+}
+
 /// A rig in motion is never left alone: the process goes on when a pipe or a terminal of it ends, it is not suspended
 /// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal.
 void stay_with_the_rig() {
@@ -137,11 +146,13 @@ void stay_with_the_rig() {
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
 }
 
-int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
+int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const Terminal& terminal) {
+  auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   RunDisplay display(terminal);
   Operator person(run.who, [&](const Prompt& prompt) { display.ask(prompt); });
   run.clock = wall_time;
+  run.started = utc_now();
   run.company.orders = [&] { return person.orders(); };
   run.company.ask = [&](const Prompt& prompt) {
     person.asked(prompt);  // first: an answer counts where nobody can read the question
@@ -162,6 +173,7 @@ int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
   }
   Disk disk;
   for (const auto& sealed : seal(run.folder, disk)) note(terminal, "wrote " + sealed.path);
+  if (archive) note_deposited(terminal, put_in(*archive, deposit_of_run(run.folder), act_of(to_archive)));
   return 0;
 }
 
@@ -176,7 +188,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   run.accept_expired = arguments.accept_expired;
   run.folder =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
-  if (!arguments.dry_run) return carry_on(run, terminal);
+  if (!arguments.dry_run) return carry_on(run, archived_by(arguments.archive, run.who), terminal);
   Station station = run.station;
   parts_of(station);
   StationRequest request;
@@ -191,6 +203,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 struct ResumeArguments {
   std::string run, who, station, accept_expired, speed = "1";
+  ArchiveOptions archive;
 };
 
 int resume(const ResumeArguments& arguments, const Terminal& terminal) {
@@ -212,7 +225,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   run.date = today();
   run.speed = allowed_speed(arguments.speed, run.station);
   run.accept_expired = arguments.accept_expired;
-  return carry_on(run, terminal);
+  return carry_on(run, archived_by(arguments.archive, run.who), terminal);
 }
 
 }  // namespace
@@ -229,6 +242,7 @@ Verb run_verb() {
        {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
        {"--speed", &arguments->speed,
         "how fast the clock of the rig goes: other than 1 only against tumble virtual-rig --speed"},
+       archive_argument(arguments->archive),
        {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
        {"--accept-expired", &arguments->accept_expired,
         "reason why equipment out of calibration may be used; it is recorded"}},
@@ -247,6 +261,7 @@ Verb resume_verb() {
            {"--station", &arguments->station, "station file (default: that of the run, where it was)"},
            {"--accept-expired", &arguments->accept_expired,
             "reason why equipment out of calibration may be used; it is recorded"},
+           archive_argument(arguments->archive),
            {"--speed", &arguments->speed, "as of tumble run"}},
           "Example:\n"
           "  tumble resume run-0173 --operator \"Li Wei\"\n",

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <regex>
 
+#include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/opened.hpp"
-#include "tumble/archive/schema/shape.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -17,8 +17,12 @@ using schema::shown_address;
 
 std::string folder_beside(const std::string& address) { return fs::path(address).replace_extension(".files").string(); }
 
+/// The fact `files` of an archive whose files lie in the database itself.
+constexpr const char* inside = ":database:";
+
 std::string folder_of_files(database::Database& database, const std::string& address) {
-  for (const auto& row : database.ask("SELECT value FROM facts WHERE name = 'files'")) return database::text(row, 0);
+  for (const auto& row : database.ask("SELECT value FROM facts WHERE name = 'files'"))
+    return database::text(row, 0) == inside ? "" : database::text(row, 0);
   return folder_beside(address);
 }
 
@@ -50,7 +54,7 @@ schema::OpenArchive* open_at(const std::string& address, const std::string& when
           fmt::format(
               "archive '{}' has version {} of the tables, and this program knows them up to {}: use a newer one",
               shown_address(address), version, schema::newest_version()));
-    schema::migrate(database, version, when, std::string(tumble::version));
+    schema::migrate(database, version, {"Tumble", when, std::string(tumble::version)});
     std::string folder = folder_of_files(database, address);
     return new schema::OpenArchive{address, std::move(folder), std::move(database)};
   });
@@ -79,21 +83,26 @@ void make_archive(const std::string& address, const std::string& folder, const A
   const bool server = database::is_server(address);
   if (server && folder.empty())
     throw Error(Error::Kind::bad_input,
-                "--files FOLDER is required for an archive on a server: the folder of its files, which all who use the "
-                "archive see under this name");
+                "--files is required for an archive on a server: the folder of its files, which all who use the "
+                "archive see under this name; or the word `database`, to keep them on the server");
   require_no_archive(address);
   schema::guarded(address, [&] {
     database::Database database(address, true);
     if (schema::version_of(database) != 0)
       throw Error(Error::Kind::bad_input, fmt::format("'{}' holds an archive already", shown_address(address)));
-    make_folder(folder.empty() ? folder_beside(address) : folder);
-    schema::migrate(database, 0, act.when, std::string(tumble::version));
-    const auto note = [&](const std::string& name, const std::string& value) {
-      database.run("INSERT INTO facts (name, value) VALUES (?, ?)", {name, value});
-    };
-    if (!folder.empty()) note("files", fs::absolute(folder).lexically_normal().string());
-    note("made_by", act.who);
-    note("made", act.when);
+    const bool within = folder == files_in_database;
+    if (!within) make_folder(folder.empty() ? folder_beside(address) : folder);
+    schema::migrate(database, 0, {act.who, act.when, std::string(tumble::version)});
+    database.transact([&] {
+      schema::Change change(database, act.who, act.when);
+      const auto note = [&](const std::string& name, const std::string& value) {
+        change.append(schema::chain_of_archive, {"fact", name, {}, {}}, {{&schema::facts, {{name, value}}}});
+      };
+      if (within) note("files", inside);
+      if (!within && !folder.empty()) note("files", fs::absolute(folder).lexically_normal().string());
+      note("made_by", act.who);
+      note("made", act.when);
+    });
   });
 }
 

@@ -25,7 +25,7 @@ class Archive {
   ///           database, or was made by a later version of the program
   explicit Archive(const std::string& address, const std::string& when = {});
   const std::string& address() const;
-  const std::string& folder() const;  ///< of its files
+  const std::string& folder() const;  ///< of its files; empty: they lie in the database
 
   /// The schema::OpenArchive of the functions of this module.
   void* opened() const { return opened_.get(); }
@@ -37,11 +37,14 @@ class Archive {
   std::unique_ptr<void, Close> opened_;
 };
 
+/// In place of a folder: files are kept in the database.
+inline constexpr const char* files_in_database = "database";
+
 /// Makes an empty archive.
 ///
 /// Given     address  file that is not there, or an empty database "postgresql://USER@HOST/DATABASE"
 ///           folder   of its files; empty: beside the file, with `.files` in place of its extension. For a server it
-///                    must be a folder that all who use the archive see under this name
+///                    must be a folder that all who use the archive see under this name, or files_in_database
 /// Throws    Error::bad_input where there is an archive; Error::bad_file where it cannot be made
 void make_archive(const std::string& address, const std::string& folder, const ArchiveAct& act);
 

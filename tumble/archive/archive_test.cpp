@@ -105,7 +105,7 @@ TEST(Archive, FindsEveryFlippedByteOfAStoredFile) {
     std::string after = before;
     after[i] = static_cast<char>(after[i] ^ (1 << i % 8));
     std::ofstream(place, std::ios::binary) << after;
-    EXPECT_THROW(storage::unpack(archive.folder(), sha256_of(text), [](std::string_view) {}), Error) << i;
+    EXPECT_THROW(storage::unpack({archive.folder(), nullptr}, sha256_of(text), [](std::string_view) {}), Error) << i;
   }
   std::ofstream(place, std::ios::binary) << before.substr(0, before.size() - 1);
   EXPECT_EQ(verify_archive(archive).problems.size(), 1u);

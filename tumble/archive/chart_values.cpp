@@ -1,10 +1,12 @@
 #include <algorithm>
-#include <unordered_map>
+#include <cmath>
 #include <unordered_set>
 
 #include "tumble/archive/deposits/parts.hpp"
+#include "tumble/archive/deposits/sources.hpp"
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/schema/opened.hpp"
+#include "tumble/report/report.hpp"
 #include "tumble/units/nearest.hpp"
 
 namespace tumble {
@@ -19,6 +21,13 @@ using database::Row;
                  [&](const Row& row) { known.push_back(database::text(row, 0)); });
   throw Error(Error::Kind::bad_input, fmt::format("no result of the archive has the parameter '{}'{}", parameter,
                                                   did_you_mean(parameter, known)));
+}
+
+[[noreturn]] void refuse_empty(const std::string& parameter, const std::string& model, const UnitName& unit) {
+  const std::string of = !unit.serial.empty() ? "the unit " + unit.model + "/" + unit.serial
+                         : model.empty()      ? "the archive"
+                                              : "the model " + model;
+  throw Error(Error::Kind::bad_input, fmt::format("no result of {} that counts has the parameter '{}'", of, parameter));
 }
 
 std::vector<std::pair<std::int64_t, UnitName>> names_of_units(database::Database& database, const std::string& model,
@@ -41,23 +50,38 @@ std::unordered_set<std::int64_t> replaced_results(database::Database& database) 
   return replaced;
 }
 
+/// A result of an archive of version 1 says its sources in its text alone.
+void complete(const Archive& archive, const std::string& parameter, ChartValue& value) {
+  auto& database = schema::opened(archive).database;
+  const auto row = database.ask("SELECT sha256 FROM results WHERE id = ?", {value.result}).at(0);
+  const Estimate estimate = estimate_from_json(result_text(archive, database::text(row, 0)), database::text(row, 0));
+  const auto* found = find_parameter(estimate, parameter);
+  if (!found) return;
+  const auto [private_sd, sources] =
+      deposits::sources_of(estimate, static_cast<std::size_t>(found - estimate.parameters.data()));
+  value.private_sd = private_sd, value.sources = sources;
+}
+
 void read_values(database::Database& database, const UnitName& unit, bool all_units, ParameterOverUnits& over) {
   std::unordered_set<std::int64_t> wanted;
   if (!all_units)
     for (const auto& [id, name] : over.units) wanted.insert(id);
   const auto replaced = replaced_results(database);
   const auto take = [&](const Row& row) {
-    const ChartValue value{database::integer(row, 0), database::integer(row, 1),
-                           static_cast<double>(database::integer(row, 2)), database::number(row, 3),
-                           database::number(row, 4)};
+    const ChartValue value{
+        database::integer(row, 0), database::integer(row, 1), static_cast<double>(database::integer(row, 2)),
+        database::number(row, 3),  database::number(row, 4),  database::number(row, 5),
+        database::integer(row, 6)};
     if ((all_units || wanted.contains(value.unit)) && !replaced.contains(value.result)) over.values.push_back(value);
   };
   if (unit.serial.empty())
-    database.visit("SELECT unit, result, moment, value, sd FROM parameters WHERE name = ? ORDER BY moment",
-                   {over.parameter}, take);
+    database.visit(
+        "SELECT unit, result, moment, value, sd, private_sd, sources FROM parameters WHERE name = ? ORDER BY moment",
+        {over.parameter}, take);
   else
     database.visit(
-        "SELECT p.unit, p.result, p.moment, p.value, p.sd FROM results r JOIN parameters p ON p.result = r.id WHERE "
+        "SELECT p.unit, p.result, p.moment, p.value, p.sd, p.private_sd, p.sources FROM results r JOIN parameters p ON "
+        "p.result = r.id WHERE "
         "r.unit = ? "
         "AND p.name = ? ORDER BY p.moment",
         {schema::number_of(deposits::sha256_of_unit(unit)), over.parameter}, take);
@@ -76,6 +100,9 @@ ParameterOverUnits parameter_over_units(const Archive& archive, const std::strin
     over.shown = Unit::parse(database::text(shown[0], 0));
     over.units = names_of_units(database, model, unit);
     read_values(database, unit, model.empty() && unit.serial.empty(), over);
+    if (over.values.empty()) refuse_empty(parameter, model, unit);
+    for (auto& value : over.values)
+      if (std::isnan(value.private_sd) && std::isfinite(value.sd)) complete(archive, parameter, value);
     return over;
   });
 }

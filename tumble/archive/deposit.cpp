@@ -78,6 +78,7 @@ void check_files(const Deposit& deposit, CheckedDeposit& checked, database::Data
                  std::vector<std::string>& problems) {
   for (const auto& file : deposit.files) {
     HashedFile hashed{file, sha256_of_file(file.path)};
+    for (auto& problem : deposits::problems_of_name(file.unit)) problems.push_back(file.path + ": " + problem);
     const bool named =
         !file.unit.serial.empty() || !file.run.empty() || name_by_results(hashed, checked.results, database);
     if (!named)
@@ -148,9 +149,13 @@ std::vector<const ReadResult*> by_unit(const std::vector<ReadResult>& results) {
 
 Deposited put_checked(Archive& archive, const Deposit& deposit, const CheckedDeposit& checked, const ArchiveAct& act) {
   auto& database = schema::opened(archive).database;
+  const auto place = schema::opened(archive).files();
   Deposited done;
-  for (const auto& [file, sha256] : checked.files) storage::keep(archive.folder(), file.path);
-  for (const auto& certificate : deposit.certificates) storage::keep(archive.folder(), certificate.path);
+  for (const auto& [file, sha256] : checked.files) storage::keep(place, file.path);
+  for (const auto& certificate : deposit.certificates) storage::keep(place, certificate.path);
+  done.equipment = in_batches(database, act, deposit.equipment.size(), done.known, [&](Change& change, std::size_t i) {
+    return deposits::put_equipment(change, deposit.equipment[i]);
+  });
   done.runs = in_batches(database, act, deposit.runs.size(), done.known,
                          [&](Change& change, std::size_t i) { return deposits::put_run(change, deposit.runs[i]); });
   const auto results = by_unit(checked.results);

@@ -38,6 +38,7 @@ struct EquipmentDeposit {
   std::string certificate, laboratory;  ///< of its calibration; empty: none is known
   std::string due;                      ///< last day of that calibration, "2027-01-31"
   std::string document_sha256;
+  std::string calibrated = {};  ///< day of that calibration
 };
 
 struct CertificateDeposit {
@@ -65,6 +66,7 @@ struct RunDeposit {
 };
 
 struct Deposit {
+  std::vector<EquipmentDeposit> equipment = {};
   std::vector<RunDeposit> runs = {};
   std::vector<ResultDeposit> results = {};
   std::vector<FileDeposit> files = {};
@@ -73,7 +75,7 @@ struct Deposit {
 
 /// How much of a deposit was new.
 struct Deposited {
-  std::size_t results = 0, files = 0, runs = 0, certificates = 0;
+  std::size_t results = 0, files = 0, runs = 0, certificates = 0, equipment = 0;
   std::size_t known = 0;                ///< things that the archive had already
   std::vector<std::string> result_ids;  ///< SHA-256 of its results, in order
 };

@@ -65,6 +65,16 @@ void files_and_certificates(database::Database& database, std::int64_t id, UnitR
       });
 }
 
+std::vector<ArchivedStep> steps_of(database::Database& database, const std::string& chain) {
+  std::vector<ArchivedStep> steps;
+  database.visit("SELECT seq, time, who, action, subject, reason, detail FROM events WHERE chain = ? ORDER BY seq",
+                 {chain}, [&](const Row& row) {
+                   steps.push_back({integer(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4),
+                                    text(row, 5), text(row, 6)});
+                 });
+  return steps;
+}
+
 void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& record) {
   database.visit(
       "SELECT r.id, r.title, r.station, r.operator, r.started, r.ended, r.ending, s.slot FROM runs r JOIN run_units s "
@@ -74,11 +84,7 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
         record.runs.push_back({text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5),
                                text(row, 6), text(row, 7)});
       });
-  database.visit("SELECT seq, time, who, action, subject, reason, detail FROM events WHERE chain = ? ORDER BY seq",
-                 {schema::chain_of_unit(record.name.model, record.name.serial)}, [&](const Row& row) {
-                   record.steps.push_back({integer(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4),
-                                           text(row, 5), text(row, 6)});
-                 });
+  record.steps = steps_of(database, schema::chain_of_unit(record.name.model, record.name.serial));
 }
 
 [[noreturn]] void refuse_unit(database::Database& database, const std::string& words) {
@@ -91,6 +97,27 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
 }
 
 constexpr std::size_t fewest_digits = 6;
+
+void require_digits(const std::string& digits) {
+  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (digits.size() < fewest_digits || !hex)
+    throw Error(
+        Error::Kind::bad_input,
+        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
+                    "history` shows them",
+                    digits, fewest_digits));
+}
+
+/// The SHA-256 (of runs the id) that begins so, in this table. Throws Error::bad_input for several.
+std::vector<std::string> beginning_with(database::Database& database, const std::string& table,
+                                        const std::string& digits, const std::string& column = "sha256") {
+  std::vector<std::string> found;
+  database.visit(fmt::format("SELECT {0} FROM {1} WHERE {0} >= ? AND {0} < ? ORDER BY {0} LIMIT 2", column, table),
+                 {digits, digits + "g"}, [&](const Row& row) { found.push_back(text(row, 0)); });
+  if (found.size() > 1)
+    throw Error(Error::Kind::bad_input, fmt::format("several {} begin with '{}': give more digits", table, digits));
+  return found;
+}
 
 }  // namespace
 
@@ -147,20 +174,11 @@ UnitRecord unit_record(const Archive& archive, const UnitName& unit) {
 }
 
 std::string find_result(const Archive& archive, const std::string& digits) {
-  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
-  if (digits.size() < fewest_digits || !hex)
-    throw Error(
-        Error::Kind::bad_input,
-        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
-                    "history` shows them",
-                    digits, fewest_digits));
+  require_digits(digits);
   return schema::guarded(archive.address(), [&] {
-    const auto rows = database_of(archive).ask(
-        "SELECT sha256 FROM results WHERE sha256 >= ? AND sha256 < ? ORDER BY sha256 LIMIT 2", {digits, digits + "g"});
-    if (rows.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
-    if (rows.size() > 1)
-      throw Error(Error::Kind::bad_input, fmt::format("several results begin with '{}': give more digits", digits));
-    return text(rows[0], 0);
+    const auto found = beginning_with(database_of(archive), "results", digits);
+    if (found.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
+    return found.front();
   });
 }
 
@@ -176,6 +194,59 @@ std::string result_text(const Archive& archive, const std::string& sha256) {
   });
 }
 
+std::optional<StoredFile> find_file(const Archive& archive, const std::string& digits) {
+  require_digits(digits);
+  return schema::guarded(archive.address(), [&]() -> std::optional<StoredFile> {
+    auto& database = database_of(archive);
+    if (const auto found = beginning_with(database, "files", digits); !found.empty())
+      return StoredFile{found.front(),
+                        text(database.ask("SELECT name FROM files WHERE sha256 = ?", {found.front()})[0], 0)};
+    const auto found = beginning_with(database, "certificates", digits);
+    if (found.empty()) return std::nullopt;
+    const auto row = database.ask("SELECT number, format FROM certificates WHERE sha256 = ?", {found.front()})[0];
+    return StoredFile{found.front(), text(row, 0) + (text(row, 1) == "dcc" ? ".xml" : ".html")};
+  });
+}
+
+std::optional<RunRecord> find_run(const Archive& archive, const std::string& digits) {
+  require_digits(digits);
+  return schema::guarded(archive.address(), [&]() -> std::optional<RunRecord> {
+    auto& database = database_of(archive);
+    const auto found = beginning_with(database, "runs", digits, "id");
+    if (found.empty()) return std::nullopt;
+    RunRecord record;
+    const Row row =
+        database.ask("SELECT id, title, station, operator, started, ended, ending FROM runs WHERE id = ?", {found[0]})
+            .at(0);
+    record.run = {text(row, 0), text(row, 1), text(row, 2), text(row, 3), text(row, 4), text(row, 5), text(row, 6), {}};
+    database.visit(
+        "SELECT r.slot, u.model, u.serial FROM run_units r JOIN units u ON u.id = r.unit WHERE r.run = ? ORDER BY "
+        "r.slot",
+        {found[0]}, [&](const Row& one) {
+          record.units.push_back({text(one, 0), {text(one, 1), text(one, 2)}});
+        });
+    database.visit("SELECT equipment, certificate FROM run_equipment WHERE run = ? ORDER BY equipment", {found[0]},
+                   [&](const Row& one) { record.equipment.emplace_back(text(one, 0), text(one, 1)); });
+    record.steps = steps_of(database, schema::chain_of_run(found[0]));
+    return record;
+  });
+}
+
+void write_stored(const Archive& archive, const std::string& sha256, const std::string& path) {
+  schema::guarded(archive.address(), [&] { storage::unpack_to(schema::opened(archive).files(), sha256, path); });
+}
+
+std::vector<ArchivedInput> inputs_of_result(const Archive& archive, const std::string& sha256) {
+  return schema::guarded(archive.address(), [&] {
+    std::vector<ArchivedInput> inputs;
+    for (const Row& row : database_of(archive).ask(
+             "SELECT role, sha256, name FROM inputs WHERE result = ? ORDER BY place", {schema::number_of(sha256)}))
+      inputs.push_back(
+          {text(row, 0), text(row, 1), text(row, 2), storage::is_kept(schema::opened(archive).files(), text(row, 1))});
+    return inputs;
+  });
+}
+
 std::vector<DueCalibration> due_calibrations(const Archive& archive, const std::string& until) {
   return schema::guarded(archive.address(), [&] {
     std::map<std::string, DueCalibration> last;
@@ -185,9 +256,13 @@ std::vector<DueCalibration> due_calibrations(const Archive& archive, const std::
                                  if (text(row, 3) > one.due)
                                    one = {text(row, 0), text(row, 1), text(row, 2), text(row, 3)};
                                });
+    std::map<std::string, std::string> service;
+    database_of(archive).visit(
+        "SELECT chain, action FROM events WHERE action = 'retired' OR action = 'returned' ORDER BY chain, seq", {},
+        [&](const Row& row) { service[text(row, 0)] = text(row, 1); });
     std::vector<DueCalibration> due;
     for (const auto& [equipment, one] : last)
-      if (one.due <= until) due.push_back(one);
+      if (one.due <= until && service[schema::chain_of_equipment(equipment)] != "retired") due.push_back(one);
     std::ranges::stable_sort(due, {}, &DueCalibration::due);
     return due;
   });

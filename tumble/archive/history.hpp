@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/archive/deposit.hpp"
@@ -54,6 +56,17 @@ struct UnitRecord {
   std::vector<ArchivedStep> steps;
 };
 
+/// Everything about one run, in order of time.
+struct RunRecord {
+  ArchivedRun run;                                             ///< slot: empty
+  std::vector<std::pair<std::string, UnitName>> units;         ///< by slot
+  std::vector<std::pair<std::string, std::string>> equipment;  ///< name and certificate
+  std::vector<ArchivedStep> steps;
+};
+/// The run whose id begins with these digits, six or more; nothing where there is none. Throws Error::bad_input where
+/// several begin so.
+std::optional<RunRecord> find_run(const Archive& archive, const std::string& digits);
+
 /// All units in order of model and serial number; `model`: those of one model, empty: of all.
 std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::string& model = {});
 
@@ -70,11 +83,30 @@ std::string find_result(const Archive& archive, const std::string& digits);
 /// The text of a result, as it was put in. Throws Error::bad_file where its bytes have changed.
 std::string result_text(const Archive& archive, const std::string& sha256);
 
+/// A file that the archive keeps: a recording, a plan, a certificate.
+struct StoredFile {
+  std::string sha256, name;
+};
+/// The file whose SHA-256 begins with these digits, six or more; nothing where there is none. Throws Error::bad_input
+/// where several begin so.
+std::optional<StoredFile> find_file(const Archive& archive, const std::string& digits);
+/// Writes it, with the bytes that it had. Throws Error::bad_file where these have changed, or cannot be written.
+void write_stored(const Archive& archive, const std::string& sha256, const std::string& path);
+
+/// A file that a result was made from.
+struct ArchivedInput {
+  std::string role, sha256, name;
+  bool stored = false;  ///< whether the archive has the file itself
+};
+std::vector<ArchivedInput> inputs_of_result(const Archive& archive, const std::string& sha256);
+
 /// A value of a parameter in a result that counts.
 struct ChartValue {
   std::int64_t unit = 0, result = 0;  ///< numbers of their rows
   double moment = 0.0;                ///< [s] since 1970
   double value = 0.0, sd = 0.0;       ///< [SI]
+  double private_sd = 0.0;            ///< [SI], of the errors that no other result shares
+  std::int64_t sources = 0;           ///< which errors are shared, as a number: equal where they are the same; 0: none
 };
 
 struct ParameterOverUnits {
@@ -89,7 +121,7 @@ struct ParameterOverUnits {
 /// Given     parameter  name; results name it
 ///           model      of the units; empty: of all
 ///           unit       of one unit; empty: of all
-/// Throws    Error::bad_input where no result has the parameter
+/// Throws    Error::bad_input where no result of these units has the parameter
 ParameterOverUnits parameter_over_units(const Archive& archive, const std::string& parameter, const std::string& model,
                                         const UnitName& unit = {});
 

@@ -18,7 +18,7 @@ using database::text;
 class Verification {
  public:
   Verification(const Archive& archive, ArchiveCheck& check)
-      : database_(schema::opened(archive).database), folder_(archive.folder()), check_(check) {}
+      : database_(schema::opened(archive).database), files_(schema::opened(archive).files()), check_(check) {}
 
   void chain(const std::string& name) {
     std::int64_t expected = 1;
@@ -74,14 +74,15 @@ class Verification {
         complain(what + ": its bytes have changed since it was archived");
     } else if (&shape == &schema::files || &shape == &schema::certificates) {
       ++check_.files;
-      storage::unpack(folder_, text(row, 0), [](std::string_view) {});
+      storage::unpack(files_, text(row, 0), [](std::string_view) {});
     }
   } catch (const Error& error) {
     complain(error.what());
   }
 
   database::Database& database_;
-  std::string folder_, heads_;
+  storage::Place files_;
+  std::string heads_;
   ArchiveCheck& check_;
   std::map<const schema::Shape*, std::int64_t> covered_;
 };

@@ -227,11 +227,13 @@ class Conductor {
       if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
       by_hand_ = state_.by_hand;
       for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
+      row_waits_ = false;
     }
     busy_ = false;
   }
 
   void perform(const Ask& ask) {
+    if (row_waits_ && !ask.urgent) return;  // nothing moves before its row is on the disk
     const auto& all = state_.course->station.devices;
     const auto found = std::ranges::find(all, ask.device, &StationDevice::name);
     if (found == all.end()) return;
@@ -269,7 +271,11 @@ class Conductor {
     }
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
     recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
-    recorder_.flush();
+    if (store_failed_) return;  // nothing waits for it any more
+    if (recorder_.flush(company_.longest_commit) || recorder_.failure()) return;
+    store_failed_ = row_waits_ = true;
+    events_.push_back(
+        {wires_.now(), StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}});
   }
   void perform(const Prompt& prompt) {
     recorder_.event({wires_.now(), "prompt", {}, prompt.text, {}});
@@ -304,6 +310,7 @@ class Conductor {
   std::optional<RunEnd> end_;
   double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
   bool busy_ = false, store_failed_ = false;
+  bool row_waits_ = false;                ///< in this list of actions: the disk did not answer
   bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -70,6 +71,9 @@ struct RunCompany {
   std::function<void(const Note& note, double time)> note = {};
   std::function<void(const RunView&)> show = {};
   double show_every = 0.5;  ///< [s] of the station's clock
+  /// [s of the wall] that the disk may take for a row of the journal. Nobody watches the rig in the meantime: after it
+  /// the rig is brought to its safe state.
+  double longest_commit = std::numeric_limits<double>::infinity();
 };
 
 /// Carries the course out from this state to its end.

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
 #include <set>
+#include <thread>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/recorder_read.hpp"
@@ -60,6 +63,31 @@ TEST(CarryOut, ADisplayThatFailsDoesNotEndTheRun) {
   rehearsal.company.show = [&](const RunView&) { fail(); };
   EXPECT_EQ(rehearse(rehearsal).end.ending, RunEnding::complete);
   EXPECT_GT(shown, 10);
+}
+
+/// Nobody looks at interlocks while the process waits for the disk.
+TEST(CarryOut, ADiskThatDoesNotAnswerEndsTheRunSafely) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal = short_rehearsal(scratch);
+  rehearsal.company.ask = {};
+  rehearsal.company.longest_commit = 0.0;
+  const Rehearsed rehearsed = rehearse(rehearsal);
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text;
+  EXPECT_NE(rehearsed.end.text.find("the disk has not answered for 0 s"), std::string::npos) << rehearsed.end.text;
+  EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 1e-4);
+}
+
+TEST(CarryOut, AFlushEndsWhenTheDiskTakesTooLong) {
+  const ScratchFolder scratch;
+  Disk disk;
+  RecorderOptions options;
+  options.reserve_bytes = 0;
+  options.on_commit = [](const Acknowledged&) { std::this_thread::sleep_for(std::chrono::milliseconds(300)); };
+  Recorder recorder(scratch.path, disk, options);
+  recorder.event({1.0, "note", {}, "it", {}});
+  EXPECT_FALSE(recorder.flush(0.01));
+  EXPECT_FALSE(recorder.failure());
+  EXPECT_TRUE(recorder.flush()) << "it was late, and it is there";
 }
 
 }  // namespace

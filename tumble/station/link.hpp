@@ -70,6 +70,8 @@ class Links {
   std::size_t unsent(std::size_t link) const;  ///< [byte] that are queued
   void close(std::size_t link);                ///< without an event
   bool is_up(std::size_t link) const;
+  /// The numeric address of the other side of a TCP link; empty: none is connected.
+  std::string peer(std::size_t link) const;
 
   /// What happened: returns at once where something did, else after at most `seconds` [s] with nothing. Bytes that
   /// arrived before a loss come before it.

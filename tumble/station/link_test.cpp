@@ -250,5 +250,14 @@ TEST(Link, WaitsUntilItIsWoken) {
   EXPECT_LT(steady_seconds() - begin, 50.0);
 }
 
+TEST(LinkTcp, ThePeerOfANameIsANumber) {
+  Links links(steady_seconds);
+  const auto port = links.listen(0);
+  const auto link = links.open(parse_link("tcp:localhost:" + std::to_string(port)));
+  EXPECT_EQ(links.peer(link), "127.0.0.1");
+  links.close(link);
+  EXPECT_EQ(links.peer(link), "");
+}
+
 }  // namespace
 }  // namespace tumble

@@ -40,6 +40,8 @@ struct LinkWires::Inner {
       if (!link.empty()) {
         wire.address = parse_link(link);
         wire.link = links.open(*wire.address, opened_within);
+        // Names are not looked up again while axes may move: without a network that takes long.
+        if (const auto peer = links.peer(*wire.link); !peer.empty()) wire.address->host = peer;
       }
     } catch (const Error& error) {
       for (const auto& problem : error.problems) problems.push_back(name + ": " + problem);

@@ -45,7 +45,7 @@ std::uint64_t Recorder::journal(const JournalRow& row) {
   return inner_->writer.append([&](Front& front) { return front.journal(row); });
 }
 
-bool Recorder::flush() { return inner_->writer.flush(); }
+bool Recorder::flush(double within) { return inner_->writer.flush(within); }
 Acknowledged Recorder::acknowledged() const { return inner_->writer.acknowledged(); }
 std::optional<StoreFailure> Recorder::failure() const { return inner_->writer.failure(); }
 StoreLoad Recorder::load() const { return inner_->writer.load(); }

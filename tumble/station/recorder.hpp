@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -135,8 +136,9 @@ class Recorder {
   std::uint64_t event(const StoreEvent& event);
   std::uint64_t journal(const JournalRow& row);
 
-  /// Waits until everything appended so far is acknowledged. False: the recording has stopped.
-  bool flush();
+  /// Waits until everything appended so far is acknowledged. False: the recording has stopped, or the disk has not
+  /// answered `within` this time [s of the wall].
+  bool flush(double within = std::numeric_limits<double>::infinity());
   Acknowledged acknowledged() const;
   std::optional<StoreFailure> failure() const;
   StoreLoad load() const;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -14,6 +15,8 @@
 
 namespace tumble {
 namespace {
+
+constexpr double longest_commit = 5.0;  ///< [s of the wall] of a disk while axes may move
 
 /// The folder of a takeover: a run may be taken over more than once.
 std::string takeover_folder_in(const std::string& run) {
@@ -90,10 +93,13 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
+  if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
   if (!run.accept_expired.empty())
     recorder.event({clock(), "accepted", run.who, "equipment out of calibration: " + run.accept_expired, {}});
+  RunCompany company = run.company;
+  company.longest_commit = std::min(company.longest_commit, longest_commit);
   const RunEnd end =
-      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, run.company);
+      carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
   if (end.ending != RunEnding::faulted) lease.end();
   return end;
 }

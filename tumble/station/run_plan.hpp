@@ -21,6 +21,7 @@ struct PlannedRunAtStation {
   std::string accept_expired = {};           ///< reason for which equipment out of calibration is accepted
   double speed = 1.0;                        ///< [1] of the station's clock; other than 1 only against a virtual rig
   std::function<double()> clock;             ///< [s] of the wall, which grows
+  std::string started = {};                  ///< UTC now, "2026-03-01T12:00:00Z"; empty: nobody says it
   RunCompany company = {};
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tumble/station/carry_out.hpp"
 #include "tumble/station/testing/executive_bench.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
@@ -283,6 +284,18 @@ TEST(StationFile, ASlewNeedsACommandThatCarriesItsSpeed) {
   const Motion slew{.kind = Motion::Kind::slew, .value = si(5.0, "deg/s"), .to = si(90.0, "deg")};
   EXPECT_TRUE(has_problem(problems_of_motions(station_of("atl_like", table_axis), {slew}), "slews at a speed"));
   EXPECT_TRUE(problems_of_motions(station_of("scpi_like", table_axis), {slew}).empty());
+}
+
+TEST(StationFile, ASerialLineHasTheRateAndTheFramingOfItsDeclaration) {
+  for (const auto& [link, whole] : {std::pair{"serial:/dev/ttyUSB0", "serial:/dev/ttyUSB0:19200:8O1"},
+                                    {"serial:/dev/ttyUSB0:9600", "serial:/dev/ttyUSB0:9600:8O1"},
+                                    {"serial:/dev/ttyUSB0:9600:8N1", "serial:/dev/ttyUSB0:9600:8N1"},
+                                    {"tcp:host:1", "tcp:host:1"}}) {
+    Station station = station_of("cts_serial", chamber_axis);
+    station.devices[0].link = link;
+    parts_of(station);
+    EXPECT_EQ(station.devices[0].link, whole);
+  }
 }
 
 }  // namespace

@@ -221,5 +221,14 @@ TEST(ControllerOf, TakesSettings) {
   EXPECT_THROW(controller_of(shipped, {{"prefix", "8"}}), Error);
 }
 
+TEST(ShippedControllers, AChamberSetToDecimalCommasIsNotRead) {
+  const Controller espec = controller_of(find_controller("espec_p300"), {});
+  ControllerHost host(espec);
+  host.ask({"read"});
+  const auto replies = host.feed("23,5,25,0,180,0,-75,0\r\n");
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_FALSE(replies[0].problem.empty()) << "23.5 degC is not 23 degC";
+}
+
 }  // namespace
 }  // namespace tumble

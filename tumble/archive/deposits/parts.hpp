@@ -28,6 +28,9 @@ struct ReadInput {
 /// Files that a result was made from: plans, recordings, the calibration.
 std::vector<ReadInput> inputs_of(const Estimate& estimate);
 
+/// What is wrong with a model and serial number, whose indexes have limits.
+std::vector<std::string> problems_of_name(const UnitName& unit);
+
 /// Reads it. Adds to `problems` what is wrong.
 ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems);
 

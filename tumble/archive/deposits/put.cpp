@@ -4,6 +4,7 @@
 #include <set>
 
 #include "tumble/archive/deposits/parts.hpp"
+#include "tumble/archive/deposits/sources.hpp"
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -22,13 +23,17 @@ bool is_there(Change& change, const std::string& table, const std::string& colum
   return !change.database().ask(fmt::format("SELECT 1 FROM {} WHERE {} = ?", table, column), {value}).empty();
 }
 
-std::string verdict_of(const Estimate& estimate) {
+/// The worst of the verdicts, on one parameter or on all of them; empty: there is none.
+std::string verdict_of(const Estimate& estimate, const std::string& parameter = {}) {
   using Outcome = Verdict::Outcome;
-  const auto any = [&](Outcome outcome) {
-    return std::ranges::find(estimate.verdicts, outcome, &Verdict::outcome) != estimate.verdicts.end();
-  };
-  if (estimate.verdicts.empty()) return "";
-  return any(Outcome::fail) ? "fail" : any(Outcome::undecided) ? "undecided" : "pass";
+  std::string worst;
+  for (const auto& verdict : estimate.verdicts) {
+    if (!parameter.empty() && verdict.parameter != parameter) continue;
+    if (verdict.outcome == Outcome::fail) return "fail";
+    if (verdict.outcome == Outcome::undecided || worst.empty())
+      worst = verdict.outcome == Outcome::undecided ? "undecided" : "pass";
+  }
+  return worst;
 }
 
 /// [s] since 1970 at which a result counts: when the test ended, else when it was archived.
@@ -42,9 +47,11 @@ std::vector<Row> parameter_rows(const Estimate& estimate, std::int64_t id, std::
   std::vector<Row> rows;
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     const Parameter& parameter = estimate.parameters[i];
+    const auto [private_sd, sources] = sources_of(estimate, i);
     rows.push_back({id, static_cast<std::int64_t>(i), parameter.name, text_or_nothing(parameter.symbol),
                     number_or_nothing(parameter.value), number_or_nothing(standard_uncertainty(estimate, i)),
-                    number_or_nothing(parameter.degrees_of_freedom), parameter.unit.text(), unit, moment});
+                    number_or_nothing(parameter.degrees_of_freedom), parameter.unit.text(), unit, moment,
+                    number_or_nothing(private_sd), sources, text_or_nothing(verdict_of(estimate, parameter.name))});
   }
   return rows;
 }
@@ -135,10 +142,11 @@ bool put_equipment(Change& change, const EquipmentDeposit& equipment) {
   if (equipment.certificate.empty()) return is_new;
   const std::string calibration = id + "/" + equipment.certificate;
   if (is_there(change, "calibrations", "id", calibration)) return is_new;
-  change.append(chain, {"calibration", calibration, {}, equipment.due},
-                {{&schema::calibrations,
-                  {{calibration, id, equipment.certificate, text_or_nothing(equipment.laboratory),
-                    text_or_nothing(equipment.due), text_or_nothing(equipment.document_sha256)}}}});
+  change.append(
+      chain, {"calibration", calibration, {}, equipment.due},
+      {{&schema::calibrations,
+        {{calibration, id, equipment.certificate, text_or_nothing(equipment.laboratory), text_or_nothing(equipment.due),
+          text_or_nothing(equipment.document_sha256), text_or_nothing(equipment.calibrated)}}}});
   return true;
 }
 

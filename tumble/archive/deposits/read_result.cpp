@@ -42,6 +42,19 @@ std::vector<ReadInput> inputs_of(const Estimate& estimate) {
   return inputs;
 }
 
+std::vector<std::string> problems_of_name(const UnitName& unit) {
+  constexpr std::size_t longest = 1000;  // indexes of PostgreSQL hold no more than 2704 bytes
+  std::vector<std::string> problems;
+  for (const auto& [what, text] :
+       {std::pair<const char*, const std::string&>{"model", unit.model}, {"serial number", unit.serial}}) {
+    if (text.size() > longest)
+      problems.push_back(fmt::format("the {} has {} bytes: up to {} are accepted", what, text.size(), longest));
+    if (text.find('\0') != std::string::npos)
+      problems.push_back(fmt::format("the {} has a character of value 0", what));
+  }
+  return problems;
+}
+
 ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems) {
   ReadResult result;
   result.deposit = &deposit;
@@ -60,6 +73,7 @@ ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& p
         fmt::format("{}: the result does not say which unit it is of: give --unit MODEL/SERIAL, or [instrument] model "
                     "and serial in the plan",
                     deposit.file));
+  for (auto& problem : problems_of_name(result.unit)) problems.push_back(deposit.file + ": " + problem);
   result.begun = deposit.begun;
   result.ended = deposit.ended;
   if (result.begun.empty() && result.ended.empty()) times_of(result.estimate, result.begun, result.ended);

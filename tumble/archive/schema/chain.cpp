@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "tumble/archive/storage/packing.hpp"
 #include "tumble/formats/checksum.hpp"
 
 namespace tumble::schema {
@@ -26,17 +27,20 @@ std::string written(const Value& value) {
         else if constexpr (std::is_same_v<Cell, std::string>)
           return fmt::format("t{}:{};", cell.size(), cell);
         else
-          return std::string("b;");
+          return fmt::format("b{};", storage::seal_of(cell.data));
       },
       value);
 }
 
 }  // namespace
 
-/// Bytes are compressed results: the row has the SHA-256 of what they unpack to, so that they may be packed again.
+/// Bytes are compressed results, of which the seal at their end is part of the digest.
 void RowDigest::add(const Shape& shape, const database::Row& row) {
   std::string text = shape.name + "(";
-  for (const Value& value : row) text += written(value);
+  const std::size_t first = shape.columns.size() - shape.added;
+  for (std::size_t i = 0; i < row.size(); ++i)
+    if (i < first || !std::holds_alternative<std::monostate>(row[i]))
+      text += i < first ? written(row[i]) : shape.columns[i] + "=" + written(row[i]);
   texts_.push_back(text + ")");
 }
 
@@ -53,11 +57,19 @@ std::string chain_of_unit(const std::string& model, const std::string& serial) {
 }
 std::string chain_of_run(const std::string& run) { return "run/" + run; }
 std::string chain_of_equipment(const std::string& id) { return "equipment/" + id; }
+std::string chain_of_model(const std::string& model) { return "model/" + model; }
 
 std::string sha256_of_event(const database::Row& row) {
   std::string text = "event(";
   for (std::size_t i = 0; i + 1 < row.size(); ++i) text += written(row[i]);
   return sha256_of(text + ")");
+}
+
+std::string Change::digest_of(const std::vector<Rows>& tables) {
+  RowDigest digest;
+  for (const auto& [shape, rows] : tables)
+    for (const auto& row : rows) digest.add(*shape, row);
+  return tables.empty() ? std::string() : digest.hex();
 }
 
 Change::Head& Change::head_of(const std::string& chain) {
@@ -91,16 +103,17 @@ void Change::write(const std::string& chain, const Event& event, const std::stri
 }
 
 void Change::append(const std::string& chain, const Event& event, const std::vector<Rows>& tables) {
-  RowDigest digest;
-  for (const auto& [shape, rows] : tables) {
-    insert(database_, *shape, rows);
-    for (const auto& row : rows) digest.add(*shape, row);
-  }
-  write(chain, event, when_, who_, tables.empty() ? std::string() : digest.hex());
+  append_at(chain, event, when_, who_, tables);
 }
 
-void Change::append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who) {
-  write(chain, event, when, who, {});
+void Change::append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who,
+                       const std::vector<Rows>& tables) {
+  for (const auto& [shape, rows] : tables) insert(database_, *shape, rows);
+  write(chain, event, when, who, digest_of(tables));
+}
+
+void Change::cover(const std::string& chain, const Event& event, const std::vector<Rows>& tables) {
+  write(chain, event, when_, who_, digest_of(tables));
 }
 
 }  // namespace tumble::schema

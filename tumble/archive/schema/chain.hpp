@@ -9,7 +9,8 @@
 namespace tumble::schema {
 
 /// SHA-256 over rows of tables, in any order. Every cell has its type and its length, so that no two different sets of
-/// rows have the same text.
+/// rows have the same text. Empty cells of columns that a later version added are not part of it, so that rows from
+/// before have the text that they had.
 class RowDigest {
  public:
   void add(const Shape& shape, const database::Row& row);
@@ -29,6 +30,9 @@ struct Event {
 std::string chain_of_unit(const std::string& model, const std::string& serial);
 std::string chain_of_run(const std::string& run);
 std::string chain_of_equipment(const std::string& id);
+std::string chain_of_model(const std::string& model);
+/// Of the archive itself: who made it, and who brought it up to date.
+inline constexpr const char* chain_of_archive = "archive";
 
 /// SHA-256 of an event, from its row: of all columns but the last.
 std::string sha256_of_event(const database::Row& row);
@@ -45,8 +49,11 @@ class Change {
   };
   /// Throws database::Refusal: a conflict where another writer appended to the chain.
   void append(const std::string& chain, const Event& event, const std::vector<Rows>& tables = {});
-  /// With a time of its own: what happened before it was archived.
-  void append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who);
+  /// As append(), over rows that are there already.
+  void cover(const std::string& chain, const Event& event, const std::vector<Rows>& tables);
+  /// With a time and a person of its own: what happened before it was archived.
+  void append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who,
+                 const std::vector<Rows>& tables = {});
   database::Database& database() const { return database_; }
   const std::string& who() const { return who_; }
   const std::string& when() const { return when_; }
@@ -56,6 +63,7 @@ class Change {
     std::int64_t seq = 0;
     std::string sha256;
   };
+  static std::string digest_of(const std::vector<Rows>& tables);
   Head& head_of(const std::string& chain);
   void write(const std::string& chain, const Event& event, const std::string& when, const std::string& who,
              const std::string& rows_sha256);

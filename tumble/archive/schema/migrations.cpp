@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/shape.hpp"
 
 namespace tumble::schema {
@@ -52,6 +53,18 @@ constexpr const char* tables_of_step_1[] = {"facts",         "units",        "fi
                                             "inputs",        "certificates", "corrections",  "runs",    "run_units",
                                             "run_equipment", "equipment",    "calibrations", "events"};
 
+/// What charts need of a result without reading it: the part of an uncertainty that no other result shares, and which
+/// errors are shared (deposits/sources.hpp). Files may lie within the database.
+constexpr const char* step_2 = R"(
+ALTER TABLE parameters ADD COLUMN private_sd DOUBLE PRECISION;
+ALTER TABLE parameters ADD COLUMN sources BIGINT;
+ALTER TABLE parameters ADD COLUMN verdict TEXT;
+ALTER TABLE calibrations ADD COLUMN calibrated TEXT;
+CREATE TABLE contents (sha256 TEXT NOT NULL, part BIGINT NOT NULL, packed BLOB NOT NULL, PRIMARY KEY (sha256, part));
+DROP INDEX parameters_over_units;
+CREATE INDEX parameters_over_units ON parameters (name, moment, unit, value, sd, result, private_sd, sources);
+)";
+
 std::string for_engine(std::string sql, bool server) {
   const std::string from = " BLOB", to = " BYTEA";
   for (auto at = sql.find(from); server && at != std::string::npos; at = sql.find(from, at + to.size()))
@@ -84,18 +97,40 @@ std::string first_schema(bool server) {
   return sql;
 }
 
+void note_version(database::Database& database, std::int64_t version, const Migration& migration) {
+  database.run("INSERT INTO schema_version (version, applied, program) VALUES (?, ?, ?)",
+               {version, migration.when, migration.program});
+}
+
+/// Facts had no event before.
+void second_schema(database::Database& database, const Migration& migration) {
+  const bool server = database.server();
+  database.script(for_engine(step_2, server) + append_only("contents", server));
+  Change change(database, migration.who, migration.when);
+  for (const auto& row : database.ask(select_all(facts) + " ORDER BY name"))
+    change.cover(chain_of_archive, {"fact", database::text(row, 0), {}, {}}, {{&facts, {row}}});
+  change.append(chain_of_archive, {"schema", "2", {}, "Tumble " + migration.program});
+}
+
 }  // namespace
 
-std::int64_t newest_version() { return 1; }
+std::int64_t newest_version() { return 2; }
 
-void migrate(database::Database& database, std::int64_t from, const std::string& when, const std::string& program) {
+/// Another program may have done it since `from` was read: the version is read again within the transaction.
+void migrate(database::Database& database, std::int64_t from, const Migration& migration) {
+  if (from >= newest_version()) return;
   database.transact([&] {
-    if (from < 1) {
+    if (from > 0 && database.server()) database.script("LOCK TABLE schema_version IN EXCLUSIVE MODE");
+    const auto version = version_of(database);
+    if (version < 1) {
       database.script(
           "CREATE TABLE schema_version (version BIGINT PRIMARY KEY, applied TEXT NOT NULL, program TEXT NOT NULL)");
       database.script(first_schema(database.server()));
-      database.run("INSERT INTO schema_version (version, applied, program) VALUES (?, ?, ?)",
-                   {std::int64_t{1}, when, program});
+      note_version(database, 1, migration);
+    }
+    if (version < 2) {
+      second_schema(database, migration);
+      note_version(database, 2, migration);
     }
   });
 }

@@ -6,14 +6,16 @@
 
 #include "tumble/archive/archive.hpp"
 #include "tumble/archive/database/database.hpp"
+#include "tumble/archive/storage/packing.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::schema {
 
 /// What an open archive is made of.
 struct OpenArchive {
-  std::string address, folder;
+  std::string address, folder;  ///< of the files; empty: they lie in the database
   database::Database database;
+  storage::Place files() { return {folder, &database}; }
 };
 OpenArchive& opened(const Archive& archive);
 

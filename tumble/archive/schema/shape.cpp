@@ -16,10 +16,11 @@ const Shape results{
     {"id", "sha256", "unit", "run", "method", "title", "plan_sha256", "station_sha256", "program_version", "seed",
      "verdict", "begun", "ended", "archived", "who", "moment", "bytes", "packed"},
     "id"};
-const Shape parameters{
-    "parameters",
-    {"result", "place", "name", "symbol", "value", "sd", "degrees_of_freedom", "shown_unit", "unit", "moment"},
-    "result"};
+const Shape parameters{"parameters",
+                       {"result", "place", "name", "symbol", "value", "sd", "degrees_of_freedom", "shown_unit", "unit",
+                        "moment", "private_sd", "sources", "verdict"},
+                       "result",
+                       3};
 const Shape inputs{"inputs", {"result", "place", "role", "sha256", "name"}, "result"};
 const Shape certificates{
     "certificates", {"sha256", "number", "result", "format", "rule", "issued_by", "issued"}, "sha256"};
@@ -32,16 +33,17 @@ const Shape run_units{"run_units", {"run", "slot", "unit"}, "run"};
 const Shape run_equipment{"run_equipment", {"run", "equipment", "certificate"}, "run"};
 const Shape equipment{"equipment", {"id", "name", "maker", "model", "serial", "firmware", "location"}, "id"};
 const Shape calibrations{
-    "calibrations", {"id", "equipment", "certificate", "laboratory", "due", "document_sha256"}, "id"};
+    "calibrations", {"id", "equipment", "certificate", "laboratory", "due", "document_sha256", "calibrated"}, "id", 1};
+const Shape facts{"facts", {"name", "value"}, "name"};
 const Shape events{
     "events",
     {"chain", "seq", "time", "who", "action", "subject", "reason", "detail", "rows_sha256", "previous", "sha256"},
     "chain"};
 
 const std::vector<const Shape*>& covered_shapes() {
-  static const std::vector<const Shape*> all{&units,     &files,         &results,     &parameters,
-                                             &inputs,    &certificates,  &corrections, &runs,
-                                             &run_units, &run_equipment, &equipment,   &calibrations};
+  static const std::vector<const Shape*> all{&units,        &files,        &results, &parameters, &inputs,
+                                             &certificates, &corrections,  &runs,    &run_units,  &run_equipment,
+                                             &equipment,    &calibrations, &facts};
   return all;
 }
 
@@ -56,6 +58,7 @@ const std::vector<const Shape*>& shapes_of(const std::string& action) {
       {"run", {&runs, &run_units, &run_equipment}},
       {"equipment", {&equipment}},
       {"calibration", {&calibrations}},
+      {"fact", {&facts}},
   };
   const auto known = all.find(action);
   return known == all.end() ? none : known->second;

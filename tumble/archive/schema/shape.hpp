@@ -11,13 +11,14 @@ namespace tumble::schema {
 struct Shape {
   std::string name;
   std::vector<std::string> columns;
-  std::string key;  ///< column that holds the subject of the event
+  std::string key;        ///< column that holds the subject of the event
+  std::size_t added = 0;  ///< so many of the columns, the last ones, came with a later version
 };
 
 extern const Shape units, files, results, parameters, inputs, certificates, corrections, runs, run_units, run_equipment,
-    equipment, calibrations, events;
+    equipment, calibrations, facts, events;
 
-/// All tables that are append-only, without `events`.
+/// All tables whose rows events cover.
 const std::vector<const Shape*>& covered_shapes();
 
 /// Tables whose rows an event of this kind covers; empty: the event has no rows.
@@ -35,9 +36,13 @@ std::int64_t number_of(const std::string& sha256);
 
 /// The version of the schema that this program makes and reads.
 std::int64_t newest_version();
-/// Makes the tables of an empty database, or brings those of an earlier version up to date: one transaction.
-/// `when`: UTC; `program`: version. Throws database::Refusal.
-void migrate(database::Database& database, std::int64_t from, const std::string& when, const std::string& program);
+/// Who brings a schema up to date, when (UTC), and with which version of the program.
+struct Migration {
+  std::string who, when, program;
+};
+/// Makes the tables of an empty database, or brings those of an earlier version up to date: one transaction, with an
+/// event. Throws database::Refusal.
+void migrate(database::Database& database, std::int64_t from, const Migration& migration);
 /// 0 where the database has no archive.
 std::int64_t version_of(database::Database& database);
 

@@ -1,12 +1,13 @@
 #include "tumble/archive/storage/packing.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 #include <zstd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -20,9 +21,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int level = 3;
-constexpr std::size_t block = 1 << 18, hex_digits = 64;
+constexpr std::size_t block = 1 << 18, hex_digits = 64, part_bytes = 1 << 20;
 /// A skippable frame of 64 bytes (RFC 8878, 3.1.2).
 constexpr std::string_view trailer_head("\x50\x2A\x4D\x18\x40\x00\x00\x00", 8);
+constexpr std::size_t trailer_bytes = 8 + hex_digits;
 
 [[noreturn]] void damaged(const std::string& what) {
   throw Error(Error::Kind::bad_file, what + ": its bytes have changed since it was archived");
@@ -81,22 +83,99 @@ void pieces_of(std::istream& stream, const std::string& path,
   if (!stream.eof()) throw Error(Error::Kind::bad_file, "cannot read '" + path + "' to its end");
 }
 
-void write_packed(const std::string& place, std::istream& stream, const std::string& path, const std::string& sha256) {
-  fs::create_directories(fs::path(place).parent_path());
-  AtomicFile file(place);
+/// Packs a stream, sealed at its end. Throws where its bytes have not this SHA-256.
+void pack(std::istream& stream, const std::string& path, const std::string& sha256,
+          const std::function<void(std::string_view)>& sink) {
   Packer packer;
   Sha256 content, stored;
   const auto write = [&](std::string_view bytes) {
     stored.add(bytes);
-    file.write(bytes);
+    sink(bytes);
   };
   pieces_of(stream, path, [&](std::string_view bytes, bool last) {
     content.add(bytes);
     packer.add(bytes, last, write);
   });
   if (content.hex() != sha256) throw Error(Error::Kind::bad_file, "'" + path + "' has changed while it was archived");
-  file.write(std::string(trailer_head) + stored.hex());
+  sink(std::string(trailer_head) + stored.hex());
+}
+
+/// Unpacks what comes piece by piece, and compares it with its seal.
+class SealedBytes {
+ public:
+  SealedBytes(std::string what, const std::function<void(std::string_view)>& sink)
+      : unpacker_{.what = std::move(what)}, sink_(sink) {}
+
+  void add(std::string_view bytes) {
+    pending_ += bytes;
+    if (pending_.size() <= trailer_bytes) return;
+    const std::string_view ready(pending_.data(), pending_.size() - trailer_bytes);
+    stored_.add(ready);
+    unpacker_.add(ready, [&](std::string_view text) {
+      content_.add(text);
+      sink_(text);
+    });
+    pending_.erase(0, ready.size());
+  }
+  void finish(const std::string& sha256) {
+    if (unpacker_.open != 0 || pending_ != std::string(trailer_head) + stored_.hex() || content_.hex() != sha256)
+      damaged(unpacker_.what);
+  }
+  const std::string& what() const { return unpacker_.what; }
+
+ private:
+  Unpacker unpacker_;
+  const std::function<void(std::string_view)>& sink_;
+  Sha256 content_, stored_;
+  std::string pending_;
+};
+
+std::ifstream opened_file(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
+  return stream;
+}
+
+/// Makes a folder so that its name survives a power cut.
+void make_folder(const fs::path& folder) {
+  std::error_code problem;
+  if (!fs::create_directories(folder, problem) && problem)
+    throw Error(Error::Kind::bad_file,
+                fmt::format("cannot make the folder '{}': {}", folder.string(), problem.message()));
+  if (problem) return;
+  const int parent = open(folder.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (parent < 0) return;
+  fsync(parent);
+  close(parent);
+}
+
+void keep_in_folder(const std::string& place, const std::string& path, const std::string& sha256) {
+  std::ifstream stream = opened_file(path);
+  if (!fs::exists(fs::path(place).parent_path())) make_folder(fs::path(place).parent_path());
+  AtomicFile file(place);
+  pack(stream, path, sha256, [&](std::string_view bytes) { file.write(bytes); });
   file.commit();
+}
+
+/// In a transaction of its own. Another writer may keep the same file at the same time: then its parts are found the
+/// second time.
+void keep_in_database(const Place& place, const std::string& path, const std::string& sha256) {
+  place.database->transact([&] {
+    if (is_kept(place, sha256)) return;
+    std::ifstream stream = opened_file(path);
+    std::string part;
+    std::int64_t number = 0;
+    const auto flush = [&](std::size_t least) {
+      for (; part.size() >= least && !part.empty(); part.erase(0, part_bytes))
+        place.database->run("INSERT INTO contents (sha256, part, packed) VALUES (?, ?, ?)",
+                            {sha256, number++, database::Bytes{part.substr(0, part_bytes)}});
+    };
+    pack(stream, path, sha256, [&](std::string_view bytes) {
+      part += bytes;
+      flush(part_bytes);
+    });
+    flush(1);
+  });
 }
 
 }  // namespace
@@ -106,13 +185,22 @@ std::string packed(std::string_view text) {
   const std::size_t size = ZSTD_compress(bytes.data(), bytes.size(), text.data(), text.size(), level);
   if (ZSTD_isError(size)) throw Error(Error::Kind::internal, "Zstandard cannot compress");
   bytes.resize(size);
-  return bytes;
+  return bytes + std::string(trailer_head) + sha256_of(bytes);
+}
+
+std::string seal_of(std::string_view bytes) {
+  const bool sealed =
+      bytes.size() > trailer_bytes && bytes.substr(bytes.size() - trailer_bytes).starts_with(trailer_head);
+  return sealed ? sha256_of(bytes) : std::string();
 }
 
 std::string unpacked(std::string_view bytes, const std::string& what) {
+  const bool sealed = !seal_of(bytes).empty();
+  const std::string_view frame = sealed ? bytes.substr(0, bytes.size() - trailer_bytes) : bytes;
+  if (sealed && sha256_of(frame) != bytes.substr(bytes.size() - hex_digits)) damaged(what);
   std::string text;
   Unpacker unpacker{.what = what};
-  unpacker.add(bytes, [&](std::string_view piece) { text += piece; });
+  unpacker.add(frame, [&](std::string_view piece) { text += piece; });
   if (unpacker.open != 0) damaged(what);
   return text;
 }
@@ -121,54 +209,48 @@ std::string place_of(const std::string& folder, const std::string& sha256) {
   return (fs::path(folder) / sha256.substr(0, 2) / (sha256 + ".zst")).string();
 }
 
-std::string keep(const std::string& folder, const std::string& path) {
+bool is_kept(const Place& place, const std::string& sha256) {
+  if (!place.folder.empty()) return fs::exists(place_of(place.folder, sha256));
+  return !place.database->ask("SELECT 1 FROM contents WHERE sha256 = ? AND part = 0", {sha256}).empty();
+}
+
+std::string keep(const Place& place, const std::string& path) {
   const std::string sha256 = sha256_of_file(path);
-  const std::string place = place_of(folder, sha256);
-  if (fs::exists(place)) return sha256;
-  std::ifstream stream(path, std::ios::binary);
-  write_packed(place, stream, path, sha256);
+  if (is_kept(place, sha256)) return sha256;
+  if (place.folder.empty())
+    keep_in_database(place, path, sha256);
+  else
+    keep_in_folder(place_of(place.folder, sha256), path, sha256);
   return sha256;
 }
 
-std::string keep_bytes(const std::string& folder, std::string_view bytes) {
-  const std::string sha256 = sha256_of(bytes);
-  const std::string place = place_of(folder, sha256);
-  if (fs::exists(place)) return sha256;
-  std::istringstream stream{std::string(bytes)};
-  write_packed(place, stream, sha256, sha256);
-  return sha256;
-}
-
-void unpack(const std::string& folder, const std::string& sha256, const std::function<void(std::string_view)>& sink) {
-  const std::string place = place_of(folder, sha256);
-  std::ifstream stream(place, std::ios::binary);
-  if (!stream) throw Error(Error::Kind::bad_file, "'" + place + "' is missing: it holds the file of SHA-256 " + sha256);
-  const auto size = fs::file_size(place);
-  const std::size_t tail = trailer_head.size() + hex_digits;
-  if (size < tail) damaged("'" + place + "'");
-  Unpacker unpacker{.what = "'" + place + "'"};
-  Sha256 content, stored;
-  std::string bytes(block, '\0');
-  for (auto left = size - tail; left > 0;) {
-    stream.read(bytes.data(), static_cast<std::streamsize>(std::min<std::uintmax_t>(left, bytes.size())));
-    const std::string_view piece(bytes.data(), static_cast<std::size_t>(stream.gcount()));
-    if (piece.empty()) damaged(unpacker.what);
-    left -= piece.size();
-    stored.add(piece);
-    unpacker.add(piece, [&](std::string_view text) {
-      content.add(text);
-      sink(text);
-    });
+void unpack(const Place& place, const std::string& sha256, const std::function<void(std::string_view)>& sink) {
+  const std::string file = place.folder.empty() ? "the file " + sha256 : place_of(place.folder, sha256);
+  SealedBytes sealed("'" + file + "'", sink);
+  const auto missing = [&] {
+    throw Error(Error::Kind::bad_file, "'" + file + "' is missing: it holds the file of SHA-256 " + sha256);
+  };
+  if (place.folder.empty()) {
+    for (std::int64_t part = 0;; ++part) {
+      const auto rows =
+          place.database->ask("SELECT packed FROM contents WHERE sha256 = ? AND part = ?", {sha256, part});
+      if (rows.empty() && part == 0) missing();
+      if (rows.empty()) break;
+      sealed.add(database::bytes(rows[0], 0));
+    }
+  } else {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) missing();
+    std::string bytes(block, '\0');
+    while (stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), stream.gcount() > 0)
+      sealed.add({bytes.data(), static_cast<std::size_t>(stream.gcount())});
   }
-  std::string trailer(tail, '\0');
-  stream.read(trailer.data(), static_cast<std::streamsize>(tail));
-  if (unpacker.open != 0 || trailer != std::string(trailer_head) + stored.hex() || content.hex() != sha256)
-    damaged(unpacker.what);
+  sealed.finish(sha256);
 }
 
-void unpack_to(const std::string& folder, const std::string& sha256, const std::string& path) {
+void unpack_to(const Place& place, const std::string& sha256, const std::string& path) {
   AtomicFile file(path);
-  unpack(folder, sha256, [&](std::string_view bytes) { file.write(bytes); });
+  unpack(place, sha256, [&](std::string_view bytes) { file.write(bytes); });
   file.commit();
 }
 

@@ -21,9 +21,10 @@ std::string sample_json(const SampleResult& sample) {
   bias.value = unit.to_si(sample.bias);
   bias.description = "bias";
   estimate.parameters.push_back(bias);
-  const double sd = unit.to_si(0.1);
+  const double sd = unit.to_si(sample.sd);
   estimate.budget.push_back(independent_errors("noise", {sd * sd}));
-  estimate.covariance = Matrix(1, 1, sd * sd);
+  if (!sample.rig.empty()) estimate.budget.push_back({"rig", sample.rig, Matrix(1, 1, unit.to_si(sample.rig_sd))});
+  estimate.covariance = covariance_of(estimate.budget, 1);
   estimate.tables.push_back(table_of({{"data.csv", {"2026-03-01T11:00:00Z", sample.ended}}}));
   estimate.provenance.inputs.push_back({"data.csv", sample.recording_sha256});
   return to_json(estimate);

@@ -10,16 +10,11 @@
 
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/schema/opened.hpp"
-#include "tumble/archive/schema/shape.hpp"
-#include "tumble/archive/testing/samples.hpp"
+#include "tumble/archive/testing/suite_helpers.hpp"
 #include "tumble/archive/verify.hpp"
 #include "tumble/formats/checksum.hpp"
 
 namespace tumble::testing {
-
-namespace fs = std::filesystem;
-
-namespace {
 
 Archive new_archive(const ArchivePlace& place) {
   make_archive(place.address, place.folder + "/kept", sample_act());
@@ -32,7 +27,6 @@ std::string write_file(const ArchivePlace& place, const std::string& name, const
   return path;
 }
 
-/// Three results of one unit, one of another, and the recording of the first.
 Deposit fleet(const ArchivePlace& place) {
   const std::string recording = write_file(place, "data.csv", "time[s],x[deg/h]\n0,1\n1,2\n");
   Deposit deposit;
@@ -59,6 +53,14 @@ std::string problem_of(const std::function<void()>& work) {
   }
   return "nothing was thrown";
 }
+
+void allow_changes(const Archive& archive, const std::string& table) {
+  auto& database = schema::opened(archive).database;
+  database.script(database.server() ? "ALTER TABLE " + table + " DISABLE TRIGGER ALL"
+                                    : "DROP TRIGGER " + table + "_no_UPDATE; PRAGMA synchronous = OFF");
+}
+
+namespace {
 
 void keeps_what_is_put_in(const ArchivePlace& place) {
   Archive archive = new_archive(place);
@@ -171,71 +173,23 @@ void writers_at_once_lose_and_double_nothing(const ArchivePlace& place) {
   expect_sound(archive);
 }
 
-/// Rows changed behind the archive's back, one cell of each column after the other, are found.
-void changed_cells_are_found(const ArchivePlace& place) {
-  Archive archive = new_archive(place);
-  put_in(archive, fleet(place), sample_act());
-  Deposit correction;
-  correction.results.push_back(sample_deposit({.bias = 1.05}));
-  correction.results[0].corrects = unit_record(archive, {"gyro", "0173"}).results[0].sha256;
-  put_in(archive, correction, sample_act("mistake"));
-  auto& database = schema::opened(archive).database;
-  std::vector<const schema::Shape*> shapes{&schema::units,  &schema::files,       &schema::results, &schema::parameters,
-                                           &schema::inputs, &schema::corrections, &schema::events};
-  for (const auto* const shape : shapes) {
-    database.script(database.server() ? "ALTER TABLE " + shape->name + " DISABLE TRIGGER ALL"
-                                      : "DROP TRIGGER " + shape->name + "_no_UPDATE");
-    for (const auto& column : shape->columns) {
-      const auto rows =
-          database.ask("SELECT " + column + " FROM " + shape->name + " WHERE " + column + " IS NOT NULL LIMIT 1");
-      if (rows.empty()) continue;
-      const database::Value before = rows[0][0];
-      database::Value after = before;
-      if (auto* whole = std::get_if<std::int64_t>(&after)) *whole += 1'000'000'007;
-      if (auto* real = std::get_if<double>(&after)) *real += 1e-12;
-      if (auto* text = std::get_if<std::string>(&after)) text->back() = static_cast<char>(text->back() ^ 1);
-      if (auto* bytes = std::get_if<database::Bytes>(&after)) bytes->data[bytes->data.size() / 2] ^= 1;
-      const std::string change = "UPDATE " + shape->name + " SET " + column + " = ? WHERE " + column + " = ?";
-      try {
-        database.run(change, {after, before});
-      } catch (const database::Refusal&) {
-        continue;  // a key that is there already
-      }
-      EXPECT_FALSE(verify_archive(archive).problems.empty()) << shape->name << "." << column;
-      database.run(change, {before, after});
-    }
-  }
-  expect_sound(archive);
-}
-
-void missing_and_added_rows_are_found(const ArchivePlace& place) {
-  Archive archive = new_archive(place);
-  put_in(archive, fleet(place), sample_act());
-  auto& database = schema::opened(archive).database;
-  database.run("INSERT INTO corrections (result, reason, who, corrected) VALUES (1, 'x', 'x', 'x')");
-  const auto check = verify_archive(archive);
-  ASSERT_EQ(check.problems.size(), 1u);
-  EXPECT_NE(check.problems[0].find("corrections"), std::string::npos);
-  database.script(database.server() ? "ALTER TABLE parameters DISABLE TRIGGER ALL"
-                                    : "DROP TRIGGER parameters_no_DELETE");
-  database.script("DELETE FROM parameters WHERE value = (SELECT MAX(value) FROM parameters)");
-  EXPECT_GT(verify_archive(archive).problems.size(), 1u);
-}
-
 }  // namespace
 
 const std::vector<ArchiveCase>& archive_cases() {
-  static const std::vector<ArchiveCase> all{
-      {"KeepsWhatIsPutIn", keeps_what_is_put_in},
-      {"IngestIsIdempotent", ingest_is_idempotent},
-      {"RefusesChangesAndDeletions", refuses_changes_and_deletions},
-      {"CorrectionsKeepTheOriginal", corrections_keep_the_original},
-      {"AllProblemsComeAtOnceAndNothingIsWritten", all_problems_come_at_once_and_nothing_is_written},
-      {"UnknownNamesAreAnsweredWithNearOnes", unknown_names_are_answered_with_near_ones},
-      {"WritersAtOnceLoseAndDoubleNothing", writers_at_once_lose_and_double_nothing},
-      {"ChangedCellsAreFound", changed_cells_are_found},
-      {"MissingAndAddedRowsAreFound", missing_and_added_rows_are_found},
-  };
+  static const std::vector<ArchiveCase> all = [] {
+    std::vector<ArchiveCase> cases{
+        {"KeepsWhatIsPutIn", keeps_what_is_put_in},
+        {"IngestIsIdempotent", ingest_is_idempotent},
+        {"RefusesChangesAndDeletions", refuses_changes_and_deletions},
+        {"CorrectionsKeepTheOriginal", corrections_keep_the_original},
+        {"AllProblemsComeAtOnceAndNothingIsWritten", all_problems_come_at_once_and_nothing_is_written},
+        {"UnknownNamesAreAnsweredWithNearOnes", unknown_names_are_answered_with_near_ones},
+        {"WritersAtOnceLoseAndDoubleNothing", writers_at_once_lose_and_double_nothing},
+    };
+    for (const auto& more : {cases_of_changes(), cases_of_names_and_notes(), cases_of_transfer()})
+      cases.insert(cases.end(), more.begin(), more.end());
+    return cases;
+  }();
   return all;
 }
 

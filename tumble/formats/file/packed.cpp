@@ -1,6 +1,11 @@
 #include "tumble/formats/file/packed.hpp"
 
+#include <fmt/format.h>
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <mutex>
+#include <utility>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
@@ -43,7 +48,41 @@ void rename_in(Recording& recording, const PackedFile& packed) {
   recording.recognised.insert(recording.recognised.begin(), {"file inside", packed.name});
 }
 
+/// One unpacked copy, and of what.
+struct Kept {
+  std::mutex guard;
+  std::string of;
+  std::unique_ptr<TemporaryFile> copy;
+};
+
+Kept& kept() {
+  static Kept one;
+  return one;
+}
+
+/// Differs as soon as the file does.
+std::string identity_of(const std::string& outer, const std::string& name) {
+  struct stat status {};
+  if (stat(outer.c_str(), &status) != 0) return "";
+  return fmt::format("{} {} {} {} {} {}", status.st_dev, status.st_ino, status.st_size, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec, name);
+}
+
 }  // namespace
+
+std::unique_ptr<TemporaryFile> take_copy(const std::string& outer, const std::string& name) {
+  const std::string identity = identity_of(outer, name);
+  const std::lock_guard lock(kept().guard);
+  if (identity.empty() || kept().of != identity) return nullptr;
+  return std::move(kept().copy);
+}
+
+void leave_copy(const std::string& outer, const std::string& name, std::unique_ptr<TemporaryFile> copy) {
+  std::string identity = identity_of(outer, name);
+  const std::lock_guard lock(kept().guard);
+  kept().of = std::move(identity);
+  kept().copy = std::move(copy);
+}
 
 void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const std::string& from) {
   if (unpacked <= always_accepted || unpacked / greatest_ratio <= packed) return;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "tumble/formats/file/temporary_file.hpp"
@@ -18,6 +19,13 @@ struct PackedFile {
   std::string outer;  ///< file as the user wrote it
   std::string name;   ///< of the recording in it
 };
+
+/// The copy that leave_copy() kept of this file, or null: who asked for its memory, or reads it block after block,
+/// comes back, and unpacking takes longer than reading. Given: `outer` as it is now, and the name of the recording in
+/// it.
+std::unique_ptr<TemporaryFile> take_copy(const std::string& outer, const std::string& name);
+/// Keeps one copy, the last, until it is taken or the program ends.
+void leave_copy(const std::string& outer, const std::string& name, std::unique_ptr<TemporaryFile> copy);
 
 /// The format of the copy. Throws Error::bad_file, also for a packed file in a packed file.
 const Format& format_of(const PackedFile& packed, const ReadOptions& options = {});

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "tumble/formats/file/inflate.hpp"
 #include "tumble/formats/file/input_file.hpp"
@@ -25,8 +26,9 @@ std::string inner_name(const std::string& path) {
 
 bool is_tar(std::string_view beginning) { return beginning.size() > 262 && beginning.substr(257, 5) == "ustar"; }
 
-/// Unpacks into a temporary file.
+/// Unpacks into a temporary file, unless that was done before.
 std::unique_ptr<file::TemporaryFile> unpacked(const std::string& path) {
+  if (auto copy = file::take_copy(path, inner_name(path))) return copy;
   if (!recognises(path)) throw Error{Error::Kind::bad_file, "'" + path + "' is not packed by gzip"};
   file::InputFile packed(path);
   auto copy = std::make_unique<file::TemporaryFile>(inner_name(path), path);
@@ -54,14 +56,17 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
 }
 
 std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
-  const auto copy = unpacked(path);
-  return file::memory({*copy, path, inner_name(path)}, options);
+  auto copy = unpacked(path);
+  const auto bytes = file::memory({*copy, path, inner_name(path)}, options);
+  file::leave_copy(path, inner_name(path), std::move(copy));
+  return bytes;
 }
 
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress) {
-  const auto copy = unpacked(path);
+  auto copy = unpacked(path);
   file::stream({*copy, path, inner_name(path)}, options, samples, sink, progress);
+  file::leave_copy(path, inner_name(path), std::move(copy));
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <fstream>
 #include <stdexcept>
 
 #include "tumble/formats/testing/reference_texts.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 
 namespace tumble {
 namespace {
@@ -47,6 +50,20 @@ TEST(Gzip, StreamsInBlocks) {
                    {});
   EXPECT_EQ(samples, 50u);
   EXPECT_GT(recording_memory(format_of(path), path, {}), 300u);
+}
+
+/// Who asked for the memory first reads the copy that was made for it, unless the file is another one by then.
+TEST(Gzip, ACopyIsUsedUntilTheFileChanges) {
+  const ScratchFolder folder;
+  const std::string path = folder.file("x.csv.gz");
+  const auto write = [&](const std::string& text) { std::ofstream(path, std::ios::binary) << packed(text); };
+  for (const char* text : {"time[s],a[1]\n0,1\n1,2\n", "time[s],a[1]\n0,1\n1,2\n2,7\n3,8\n"}) {
+    write(text);
+    const auto samples = static_cast<std::size_t>(std::count(text, text + std::string(text).size(), '\n') - 1);
+    EXPECT_GT(recording_memory(format_of(path), path, {}), 0u);
+    EXPECT_EQ(read_recording(path, {}, {}).channels[0].values.size(), samples);
+    EXPECT_EQ(read_recording(path, {}, {}).channels[0].values.size(), samples);
+  }
 }
 
 TEST(Gzip, AMessageNamesTheFileInside) {

@@ -2,8 +2,8 @@
 
 #include <bzlib.h>
 #include <fmt/format.h>
+#include <libdeflate.h>
 #include <lz4frame.h>
-#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -113,7 +113,7 @@ struct Window::State {
   std::uint64_t made = 0;    ///< [bytes] that stand before end_ or were skipped in the file
   bool finished = true;      ///< no frame is open
   bool complete = true;      ///< no byte was skipped in the file
-  unsigned long crc = 0;
+  std::uint32_t crc = 0;
   std::vector<char> window, packed;
   std::size_t packed_next = 0, packed_end = 0;
   unpack::Bzip2 bzip2;
@@ -204,7 +204,7 @@ bool Window::refill(std::size_t count) {
   while (filled < count) {
     const std::size_t got = state.produce(begin + filled, most - filled);
     if (got == 0) break;
-    if (state.piece.crc != 0) state.crc = crc32_z(state.crc, reinterpret_cast<const Bytef*>(begin + filled), got);
+    if (state.piece.crc != 0) state.crc = libdeflate_crc32(state.crc, begin + filled, got);
     filled += got;
     state.made += got;
   }

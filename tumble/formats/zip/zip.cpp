@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "tumble/formats/file/packed.hpp"
 #include "tumble/formats/zip/archive.hpp"
@@ -46,6 +47,7 @@ struct Unpacked {
 
   Unpacked(const std::string& path, const ReadOptions& given) : options(given) {
     entry = chosen(path, options);
+    if ((copy = file::take_copy(path, entry.name))) return;
     copy = std::make_unique<file::TemporaryFile>(entry.name, path);
     unpack(path, entry, [&](std::string_view bytes) { copy->write(bytes); });
     copy->close();
@@ -59,14 +61,17 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
 }
 
 std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
-  const Unpacked file(path, options);
-  return file::memory(file.packed(path), file.options);
+  Unpacked file(path, options);
+  const auto bytes = file::memory(file.packed(path), file.options);
+  file::leave_copy(path, file.entry.name, std::move(file.copy));
+  return bytes;
 }
 
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress) {
-  const Unpacked file(path, options);
+  Unpacked file(path, options);
   file::stream(file.packed(path), file.options, samples, sink, progress);
+  file::leave_copy(path, file.entry.name, std::move(file.copy));
 }
 
 }  // namespace

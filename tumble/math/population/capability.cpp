@@ -53,14 +53,18 @@ std::vector<Population> possible_populations(std::span<const UnitValue> units, s
   return out;
 }
 
-Capability capability_of(std::span<const UnitValue> units, const Tolerance& limits) {
+Capability capability_of(std::span<const UnitValue> units, const Tolerance& limits, double shared_sd) {
   require_limits(limits);
   const auto spread = spread_of_units(units);
   Capability out;
   out.index = capability_index({spread.mean, spread.sd}, limits);
   out.measured = capability_index({spread.mean, spread_of_results(units)}, limits);
   std::vector<double> indices;
-  for (const auto& one : possible_populations(units)) indices.push_back(capability_index(one, limits));
+  const RandomStream random(2);
+  for (Population one : possible_populations(units)) {
+    one.mean += shared_sd * random.normal(indices.size());
+    indices.push_back(capability_index(one, limits));
+  }
   std::ranges::sort(indices);
   const std::size_t tail = indices.size() / 40;
   out.lower = indices[tail], out.upper = indices[indices.size() - 1 - tail];

@@ -36,10 +36,11 @@ std::vector<Population> possible_populations(std::span<const UnitValue> units, s
 /// Capability of a production whose units were measured with known uncertainties. The spread is that of the true
 /// values by restricted likelihood: what the measurements add is not charged to the production.
 ///
-/// Given:    units [n], n >= 3; at least one limit, finite, the lower below the upper.
+/// Given:    units [n], n >= 3; at least one limit, finite, the lower below the upper; sd [u] of the errors that all
+///           units share, which move their mean.
 /// Throws:   as spread_of_units(); Error::bad_input for limits that are missing, not numbers or reversed.
 /// Accuracy: intervals hold in 93 to 96 % for 20 units up and uncertainties up to twice the spread.
 /// See:      docs/equations (8.26), (8.27).
-Capability capability_of(std::span<const UnitValue> units, const Tolerance& limits);
+Capability capability_of(std::span<const UnitValue> units, const Tolerance& limits, double shared_sd = 0.0);
 
 }  // namespace tumble

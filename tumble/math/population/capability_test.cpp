@@ -38,6 +38,15 @@ TEST(Capability, ChargesTheProductionWithItsOwnSpreadOnly) {
   EXPECT_GT(found.upper, found.index);
 }
 
+TEST(Capability, AnErrorThatAllUnitsShareWidensTheInterval) {
+  // The mean is known to 0.5: 97.5 % of |0.5 z| lie below 1.121, so that 2.5 % of the indices lie below (4 - 1.121)/3.
+  const auto units = production(4000, 1e-3, RandomStream(3));
+  const auto alone = capability_of(units, {-4.0, 4.0}), shared = capability_of(units, {-4.0, 4.0}, 0.5);
+  EXPECT_EQ(alone.index, shared.index);
+  EXPECT_LT(shared.lower, alone.lower);
+  EXPECT_NEAR(shared.lower, 0.960, 0.05);  // 2000 draws, and the spread of 4000 units to 1.1 %
+}
+
 TEST(Capability, OfUnitsWithoutSpreadIsOnlyKnownFromBelow) {
   const auto found = capability_of(production(20, 30.0, RandomStream(4)), {-100.0, 100.0});
   EXPECT_EQ(found.upper, unlimited);

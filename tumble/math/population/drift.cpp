@@ -24,6 +24,8 @@ void require_visits(const UnitHistory& history) {
     last = visit.time;
   }
   if (history.visits.empty()) problems.push_back("a history without a visit");
+  if (history.shared.columns > 0 && history.shared.rows != history.visits.size())
+    problems.push_back("the shared errors of a history have another number of rows than it has visits");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -45,7 +47,10 @@ Solved solved(const UnitHistory& history, double walk) {
   Solved out;
   out.design = Matrix(n, 2);
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) v(i, j) = square(walk) * std::min(visits[i].time, visits[j].time);
+    for (std::size_t j = 0; j < n; ++j) {
+      v(i, j) = square(walk) * std::min(visits[i].time, visits[j].time);
+      for (std::size_t k = 0; k < history.shared.columns; ++k) v(i, j) += history.shared(i, k) * history.shared(j, k);
+    }
     v(i, i) += square(visits[i].sd);
     out.design(i, 0) = 1.0;
     out.design(i, 1) = visits[i].time;
@@ -153,6 +158,12 @@ Forecast forecast(const UnitHistory& history, double walk, double time) {
     for (std::size_t k = 0; k < 2; ++k) design[k] -= weights[i] * fit.design(i, k);
   return {fit.coefficients[0] + fit.coefficients[1] * time + dot(shared, fit.whitened),
           square(walk) * time - dot(shared, weights) + quadratic_form(design, fit.covariance)};
+}
+
+DriftRate drift_rate(const UnitHistory& history, double walk) {
+  require_visits(history);
+  const auto fit = solved(history, walk);
+  return {fit.coefficients[1], std::sqrt(std::max(0.0, fit.covariance(1, 1)))};
 }
 
 RecalibrationInterval recalibration_interval(const UnitHistory& history, const WalkDensity& walks, double lower,

@@ -3,6 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "tumble/math/matrix.hpp"
+
 namespace tumble {
 
 /// One result in the history of a unit since its last adjustment.
@@ -17,6 +19,7 @@ struct UnitHistory {
   std::vector<Visit> visits;
   double rate = 0.0;     ///< [u/s], mean of the model's population
   double rate_sd = 0.0;  ///< [u/s], its spread; infinite: nothing is known of the trend
+  Matrix shared = {};    ///< [visits x k] [u]: signed factor of each error that visits share by key (8.2); empty: none
 };
 
 /// Possible random walks of a model, q [u/sqrt(s)], with their probabilities [1].
@@ -40,6 +43,13 @@ struct Forecast {
 /// theta(t) = a + b t + q W(t) given the visits and q, by generalised least squares. Given: time [s] at or after the
 /// last visit. See: docs/equations (8.23), (8.24).
 Forecast forecast(const UnitHistory& history, double walk, double time);
+
+/// The trend of a unit [u/s].
+struct DriftRate {
+  double value = 0.0, sd = 0.0;  ///< [u/s]
+};
+/// b of (8.23) given the visits, what the model says of it, and q [u/sqrt(s)]. See: docs/equations (8.23).
+DriftRate drift_rate(const UnitHistory& history, double walk);
 
 struct RecalibrationInterval {
   double interval = 0.0;                 ///< [s] after the last visit; 0: the probability is above the risk today

@@ -73,6 +73,23 @@ TEST(Drift, RiskAtTheIntervalIsTheOneStated) {
   EXPECT_NEAR(outside / 300.0, 0.05, 0.05) << "four sd of 300 units";
 }
 
+TEST(Drift, TheTrendIsThatOfAnIndependentCalculation) {
+  const auto trend = drift_rate(worked(), 1.0);
+  EXPECT_NEAR(trend.value, 0.1192, 5e-5);
+  EXPECT_NEAR(trend.sd, 0.2608, 5e-5);
+}
+
+TEST(Drift, AnErrorThatAllVisitsShareWidensTheForecastAlone) {
+  auto shared = worked();
+  shared.shared = Matrix(5, 1, 2.0);
+  const auto alone = forecast(worked(), 1.0, 5.0), with = forecast(shared, 1.0, 5.0);
+  EXPECT_NEAR(with.value, alone.value, 1e-12);
+  EXPECT_NEAR(with.variance, alone.variance + 4.0, 1e-9);
+  EXPECT_NEAR(drift_rate(shared, 1.0).sd, drift_rate(worked(), 1.0).sd, 1e-9);
+  shared.shared = Matrix(2, 1, 2.0);
+  EXPECT_THROW(forecast(shared, 1.0, 5.0), Error);
+}
+
 TEST(Drift, RefusesWhatShowsNoDrift) {
   UnitHistory once{{{0.0, 1.0, 0.1}}, 0.0, 0.3};
   EXPECT_THROW(walk_of_units(std::vector{once}), Error);

@@ -2,6 +2,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/carry_out.hpp"
+#include "tumble/station/link.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/instruments.hpp"
 
@@ -30,6 +31,15 @@ StationParts::Stream stream_of(const Station& station, const StationInstrument& 
   return stream;
 }
 
+/// A serial link with the rate and the framing of its declaration where it states none.
+std::string with_declared_line(const std::string& link, long baud, const std::string& format) {
+  if (!link.starts_with("serial:")) return link;
+  LinkAddress address = parse_link(link);
+  if (address.baud == 0) address.baud = baud;
+  if (address.framing.empty()) address.framing = format;
+  return text_of(address);
+}
+
 template <class Work>
 void collect(std::vector<std::string>& problems, const std::string& what, Work work) {
   try {
@@ -48,6 +58,8 @@ StationParts parts_of(Station& station) {
     collect(problems, device.name, [&] {
       parts.controllers.push_back(
           controller_of_device(device, std::filesystem::path(station.file).parent_path().string()));
+      const ControllerLink& line = parts.controllers.back().link;
+      device.link = with_declared_line(device.link, line.baud, line.format);
       const bool stated = !device.verbs.empty();  // the station may know better than the declaration
       for (const ControllerCommand& command : parts.controllers.back().commands) {
         device.takes[command.verb] = command.takes;
@@ -56,8 +68,11 @@ StationParts parts_of(Station& station) {
         if (command.once) device.once.push_back(command.verb);
       }
     });
-  for (const StationInstrument& instrument : station.instruments)
-    collect(problems, instrument.slot, [&] { parts.streams.push_back(stream_of(station, instrument)); });
+  for (StationInstrument& instrument : station.instruments)
+    collect(problems, instrument.slot, [&] {
+      const StationParts::Stream& stream = parts.streams.emplace_back(stream_of(station, instrument));
+      instrument.link = with_declared_line(instrument.link, stream.codec.link.baud, stream.codec.link.format);
+    });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return parts;
 }

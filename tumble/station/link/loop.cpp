@@ -127,6 +127,13 @@ std::size_t Loop::unsent(std::size_t link) const {
   return is_up(link) ? links_[link]->waiting.size() + links_[link]->sending.size() : 0;
 }
 
+std::string Loop::peer(std::size_t link) const {
+  const auto* socket = is_up(link) ? std::get_if<Tcp::socket>(&links_[link]->stream) : nullptr;
+  Code code;
+  const auto end = socket ? socket->remote_endpoint(code) : Tcp::endpoint();
+  return socket && !code ? end.address().to_string() : "";
+}
+
 std::vector<LinkEvent> Loop::wait(double seconds) {
   const auto until = std::chrono::steady_clock::now() + duration_of(std::max(seconds, 0.0));
   context_.restart();

@@ -58,6 +58,7 @@ class Loop {
   void send(std::size_t link, std::string_view bytes);
   std::size_t unsent(std::size_t link) const;
   void close(std::size_t link);
+  std::string peer(std::size_t link) const;
   bool is_up(std::size_t link) const { return link < links_.size() && links_[link]->up; }
   std::vector<LinkEvent> wait(double seconds);  ///< at most so many [s]
   void wake();

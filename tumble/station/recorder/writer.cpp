@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 
 #include "tumble/units/error.hpp"
@@ -197,7 +198,7 @@ void Writer::tidy(std::unique_lock<std::mutex>& lock) {
   if (refusal) handle(*refusal, {}, lock);
 }
 
-bool Writer::flush() {
+bool Writer::flush(double within) {
   std::unique_lock lock(mutex_);
   if (!options_.background) {
     while (!front_.empty() && !disk_.failed()) commit_one(lock);
@@ -206,7 +207,10 @@ bool Writer::flush() {
   }
   const std::uint64_t mine = ++asked_;
   changed_.notify_all();
-  written_.wait(lock, [&] { return answered_ >= mine || stopping_; });
+  const auto answered = [&] { return answered_ >= mine || stopping_; };
+  if (std::isfinite(within))
+    return written_.wait_for(lock, std::chrono::duration<double>(within), answered) && !failure_;
+  written_.wait(lock, answered);
   return !failure_;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,7 +32,7 @@ class Writer {
     return result;
   }
 
-  bool flush();
+  bool flush(double within = std::numeric_limits<double>::infinity());  ///< [s]
   Acknowledged acknowledged() const;
   std::optional<StoreFailure> failure() const;
   StoreLoad load() const;

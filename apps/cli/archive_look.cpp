@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "archive_actions.hpp"
+#include "archive_views.hpp"
+#include "tumble/archive/statistics.hpp"
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/report/figure.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/tasks/recompute.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Units are found by SERIAL or MODEL/SERIAL.
+UnitName chosen_unit(const Archive& archive, const std::string& words) {
+  return words.empty() ? UnitName{} : find_unit(archive, words);
+}
+
+/// A limit in a unit of the parameter [SI].
+double limit_of(const std::string& text, const char* option, const Unit& unit, double absent) {
+  if (text.empty()) return absent;
+  try {
+    return parse_si(text, unit);
+  } catch (const Error& error) {
+    throw Error(Error::Kind::bad_input, fmt::format("{} {}: {}", option, text, error.problems.front()));
+  }
+}
+
+ParameterLimits limits_of(const ArchiveArguments& arguments, const Unit& unit) {
+  ParameterLimits limits;
+  limits.lower = limit_of(arguments.minimum, "--min", unit, limits.lower);
+  limits.upper = limit_of(arguments.maximum, "--max", unit, limits.upper);
+  if (!(limits.lower < limits.upper))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("--min {} is not below --max {}", arguments.minimum, arguments.maximum));
+  return limits;
+}
+
+Unit unit_of(const Archive& archive, const std::string& parameter, const std::string& model) {
+  return parameter_over_units(archive, parameter, model).shown;
+}
+
+/// FIGURE.svg, or FIGURE-1.svg, FIGURE-2.svg, ... for several.
+void write_figures(const std::vector<Figure>& figures, const ArchiveArguments& arguments, const Terminal& terminal) {
+  const fs::path path(arguments.figure);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const auto name = figures.size() == 1 ? path
+                                          : path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), i + 1,
+                                                                             path.extension().string());
+    write_file_atomically(name.string(), to_svg(figures[i]));
+    note(terminal, "wrote " + name.string() + ": " + figures[i].name);
+  }
+}
+
+/// An answer as results are shown: tables or JSON, and its figures. Its budget has one line, which says nothing to
+/// people.
+void show_answer(const Estimate& estimate, const ArchiveArguments& arguments, const Terminal& terminal) {
+  Estimate shown = estimate;
+  shown.budget.clear();
+  print(arguments.json ? to_json(estimate) : to_text(shown, terminal.width));
+  if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments, terminal);
+}
+
+void check_figure(const ArchiveArguments& arguments) {
+  if (!arguments.figure.empty()) check_output(arguments.figure, {}, {".svg"});
+}
+
+/// Removed with all that is in it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "tumble-recompute-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw Error(Error::Kind::bad_file, "cannot make a temporary folder '" + name + "'");
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace
+
+int archive_list(const ArchiveArguments& arguments, const Terminal& terminal) {
+  no_words(arguments);
+  const auto units = archived_units(open_archive(arguments.archive), arguments.model);
+  print(arguments.json ? units_json(units) : units_text(units, terminal.width));
+  return 0;
+}
+
+int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& digits = only_word(arguments, "RESULT|FILE|RUN");
+  const Archive archive = open_archive(arguments.archive);
+  if (const auto file = find_file(archive, digits)) {
+    if (arguments.output.empty())
+      throw Error(Error::Kind::bad_input,
+                  fmt::format("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
+    write_stored(archive, file->sha256, arguments.output);
+    note(terminal, fmt::format("wrote {}: {}", arguments.output, file->name));
+    return 0;
+  }
+  if (const auto run = find_run(archive, digits)) {
+    print(arguments.json ? run_json(*run) : run_text(*run, terminal.width));
+    return 0;
+  }
+  const std::string sha256 = find_result(archive, digits), text = result_text(archive, sha256);
+  if (!arguments.output.empty())
+    write_output(terminal, arguments.output, text);
+  else
+    print(arguments.json ? text : to_text(estimate_from_json(text, "result " + digits), terminal.width));
+  return 0;
+}
+
+int archive_history(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& words = only_word(arguments, "SERIAL");
+  check_figure(arguments);
+  if (arguments.parameter.empty() && !(arguments.figure + arguments.minimum + arguments.maximum).empty())
+    throw Error(Error::Kind::bad_input, "archive history: --figure, --min and --max need --parameter NAME");
+  const Archive archive = open_archive(arguments.archive);
+  const UnitName unit = find_unit(archive, words);
+  if (arguments.parameter.empty()) {
+    const auto record = unit_record(archive, unit);
+    print(arguments.json ? record_json(record) : record_text(record, terminal.width));
+    return 0;
+  }
+  DriftRequest request{.what = {arguments.parameter, unit.model, unit}};
+  request.limits = limits_of(arguments, unit_of(archive, arguments.parameter, unit.model));
+  show_answer(drift_of_unit(archive, request), arguments, terminal);
+  return 0;
+}
+
+int archive_chart(const ArchiveArguments& arguments, const Terminal& terminal) {
+  ChartRequest request{.what = {only_word(arguments, "PARAMETER"), arguments.model, {}}};
+  check_figure(arguments);
+  const Archive archive = open_archive(arguments.archive);
+  request.what.unit = chosen_unit(archive, arguments.unit);
+  request.every_day = arguments.every_day;
+  if (!arguments.baseline.empty()) {
+    const double count = parse_si(arguments.baseline, Unit());
+    if (!(count >= 3.0) || count > 1e6 || count != static_cast<double>(static_cast<std::size_t>(count)))
+      throw Error(Error::Kind::bad_input,
+                  fmt::format("--baseline {}: a number of points is expected, 3 or more", arguments.baseline));
+    request.settings.baseline = static_cast<std::size_t>(count);
+  }
+  show_answer(chart_of_archive(archive, request), arguments, terminal);
+  return 0;
+}
+
+int archive_summary(const ArchiveArguments& arguments, const Terminal& terminal) {
+  SummaryRequest request{.what = {only_word(arguments, "PARAMETER"), arguments.model, {}}};
+  check_figure(arguments);
+  const Archive archive = open_archive(arguments.archive);
+  request.limits = limits_of(arguments, unit_of(archive, request.what.parameter, arguments.model));
+  show_answer(summary_of_model(archive, request), arguments, terminal);
+  return 0;
+}
+
+int archive_due(const ArchiveArguments& arguments, const Terminal& terminal) {
+  no_words(arguments);
+  const double within = parse_si(arguments.within, Unit::parse("s"));
+  const Archive archive = open_archive(arguments.archive);
+  const std::string until = utc_day(within);
+  const auto calibrations = due_calibrations(archive, until);
+  const auto units = due_units(archive, until);
+  print(arguments.json ? due_json(calibrations, units) : due_text(calibrations, units, utc_day(0.0), terminal.width));
+  return 0;
+}
+
+int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) {
+  no_words(arguments);
+  const Archive archive = open_archive(arguments.archive);
+  ArchiveCheck check;
+  {
+    ProgressLine line(terminal);
+    check = verify_archive(archive, line.progress());
+  }
+  print(arguments.json ? check_json(check) : check_text(check));
+  return check.problems.empty() ? 0 : 3;
+}
+
+int archive_recompute(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& digits = only_word(arguments, "RESULT");
+  const Archive archive = open_archive(arguments.archive);
+  const ScratchFolder scratch;
+  Recomputation again;
+  {
+    ProgressLine line(terminal);
+    again = recompute(archive, find_result(archive, digits), scratch.path(), line.progress());
+  }
+  print(arguments.json ? recomputation_json(again) : recomputation_text(again));
+  return again.same ? 0 : 3;
+}
+
+}  // namespace tumble::cli

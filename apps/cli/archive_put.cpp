@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "archive_actions.hpp"
+#include "archive_views.hpp"
+#include "tumble/archive/notes.hpp"
+#include "tumble/archive/transfer.hpp"
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/station/archived_run.hpp"
+#include "tumble/tasks/certificate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Adds what stands at a path: a result by its extension, the folder of a run, else a file of the results.
+void add_path(const std::string& path, const ArchiveArguments& arguments, const UnitName& unit, Deposit& deposit,
+              std::vector<std::string>& problems) {
+  if (fs::is_directory(path) && is_run_folder(path)) {
+    Deposit run = deposit_of_run(path);
+    deposit.runs.insert(deposit.runs.end(), run.runs.begin(), run.runs.end());
+    deposit.files.insert(deposit.files.end(), run.files.begin(), run.files.end());
+  } else if (fs::is_directory(path)) {
+    problems.push_back(path + ": is a folder, and not that of a run; give the files in it");
+  } else if (path.ends_with(".json")) {
+    deposit.results.push_back({.json = read_text_file(path), .file = path, .unit = unit, .ended = arguments.date});
+  } else if (path.ends_with(".html") || path.ends_with(".xml")) {
+    problems.push_back(path + ": a certificate is archived where it is made: tumble certificate --archive");
+  } else {
+    deposit.files.push_back({.path = path, .name = fs::path(path).filename().string(), .unit = unit});
+  }
+}
+
+Deposit deposit_of(const ArchiveArguments& arguments, const Archive& archive) {
+  Deposit deposit;
+  std::vector<std::string> problems;
+  const UnitName unit = unit_name(arguments.unit);
+  for (const auto& path : arguments.what) add_path(path, arguments, unit, deposit, problems);
+  if (!arguments.lab.empty()) deposit.equipment = equipment_deposits(load_lab(arguments.lab, {}).equipment);
+  if (!arguments.replaces.empty()) {
+    if (deposit.results.size() != 1)
+      problems.emplace_back("--replaces: one result is expected with it, which replaces the other one");
+    else
+      deposit.results.front().corrects = find_result(archive, arguments.replaces);
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return deposit;
+}
+
+void note_transferred(const Terminal& terminal, const std::string& begin, const Transferred& done) {
+  const auto word = [](std::size_t count, const char* singular) {
+    return fmt::format("{} {}{}", count, singular, count == 1 ? "" : "s");
+  };
+  note(terminal,
+       fmt::format("{}: {}, {}, {}{}", begin, word(done.results, "result"), word(done.files, "file"),
+                   word(done.events, "event"), done.known > 0 ? fmt::format("; there already: {}", done.known) : ""));
+}
+
+}  // namespace
+
+int archive_init(const ArchiveArguments& arguments, const Terminal& terminal) {
+  no_words(arguments);
+  const std::string address = archive_address(arguments.archive);
+  if (address.empty()) open_archive(arguments.archive);  // says what is missing
+  make_archive(address, arguments.files, act_of(arguments.archive));
+  const Archive archive(address);
+  note(terminal, archive.folder().empty() ? "made the archive; its files will lie in the database"
+                                          : "made the archive; its files will lie in " + archive.folder());
+  return 0;
+}
+
+int archive_ingest(const ArchiveArguments& arguments, const Terminal& terminal) {
+  if (arguments.what.empty() && arguments.lab.empty())
+    throw Error(
+        Error::Kind::bad_input,
+        "archive ingest: files are expected: results (.json), recordings, plans, folders of runs; or --lab LAB");
+  Archive archive = open_archive(arguments.archive);
+  note_deposited(terminal, put_in(archive, deposit_of(arguments, archive), act_of(arguments.archive)));
+  return 0;
+}
+
+int archive_note(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& about = only_word(arguments, "UNIT|INSTRUMENT|MODEL");
+  Archive archive = open_archive(arguments.archive);
+  put_note(archive, {.about = about, .kind = arguments.kind, .text = arguments.text, .when = arguments.date},
+           act_of(arguments.archive));
+  note(terminal, fmt::format("noted of {}: {}", about, arguments.kind));
+  return 0;
+}
+
+int archive_withdraw(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& digits = only_word(arguments, "RESULT");
+  Archive archive = open_archive(arguments.archive);
+  const std::string sha256 = find_result(archive, digits);
+  withdraw_result(archive, sha256, act_of(arguments.archive));
+  note(terminal, fmt::format("result {} does not count any more", sha256.substr(0, 12)));
+  return 0;
+}
+
+int archive_export(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& words = only_word(arguments, "SERIAL");
+  if (arguments.output.empty())
+    throw Error(Error::Kind::bad_input, "archive export: -o FILE is missing, such as -o unit-0173.db");
+  const Archive archive = open_archive(arguments.archive);
+  const auto done = export_unit(archive, find_unit(archive, words), arguments.output, act_of(arguments.archive));
+  note_transferred(terminal, "wrote " + arguments.output, done);
+  return 0;
+}
+
+int archive_import(const ArchiveArguments& arguments, const Terminal& terminal) {
+  const std::string& from = only_word(arguments, "FILE");
+  Archive archive = open_archive(arguments.archive);
+  Transferred done;
+  {
+    ProgressLine line(terminal);
+    done = import_archive(archive, from, act_of(arguments.archive), line.progress());
+  }
+  note_transferred(terminal, "imported", done);
+  return 0;
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,286 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "tumble/archive/statistics/answer.hpp"
+#include "tumble/archive/statistics/occasions.hpp"
+#include "tumble/math/population/capability.hpp"
+#include "tumble/math/population/components.hpp"
+#include "tumble/math/population/outliers.hpp"
+#include "tumble/math/square.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace {
+
+using namespace statistics;
+using Severity = Finding::Severity;
+
+constexpr std::size_t fewest_units = 3, fewest_for_outliers = 5, fewest_for_batches = 6;
+
+/// The results of the units of a model.
+struct ModelPast {
+  ParameterOverUnits over;
+  std::vector<Occasion> occasions;
+  SharedBySource errors;
+  std::size_t units = 0;
+};
+
+bool is_used(const ChartValue& value) { return std::isfinite(value.value) && std::isfinite(value.private_sd); }
+
+ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, Findings& findings) {
+  ModelPast past{.over = parameter_over_units(archive, what.parameter, what.model), .occasions = {}, .errors = {}};
+  std::size_t unused = 0;
+  past.occasions = occasions_of(past.over, &unused);
+  if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});
+  past.units = first_of_each_unit(past.occasions, past.over.units.size()).size();
+  if (past.units < fewest_units)
+    throw Error(Error::Kind::bad_data, fmt::format("a summary of {} needs {} units or more, and the archive has {}",
+                                                   what.parameter, fewest_units, past.units));
+  past.errors = shared_errors(archive, what.parameter, past.occasions);
+  return past;
+}
+
+/// Factors [n x k] [SI] of the errors that results share, for each value that is used.
+Matrix shared_of_values(const ModelPast& past, std::size_t count) {
+  std::map<std::int64_t, std::size_t> row;
+  std::vector<Occasion> sets;
+  for (const auto& [sources, errors] : past.errors) {
+    row.emplace(sources, sets.size());
+    sets.push_back({.sources = sources});
+  }
+  const Matrix factors = shared_factors(sets, past.errors);
+  Matrix out(count, factors.columns);
+  std::size_t i = 0;
+  for (const auto& value : past.over.values) {
+    if (!is_used(value)) continue;
+    if (const auto found = row.find(value.sources); found != row.end())
+      for (std::size_t k = 0; k < out.columns; ++k) out(i, k) = factors(found->second, k);
+    ++i;
+  }
+  return out;
+}
+
+/// [SI] Root mean square over the errors of what they do to the mean of all units.
+double shared_sd_of_mean(const ModelPast& past) {
+  const Matrix factors = shared_factors(past.occasions, past.errors);
+  double variance = 0.0;
+  for (std::size_t k = 0; k < factors.columns; ++k) {
+    double mean = 0.0;
+    for (std::size_t i = 0; i < factors.rows; ++i) mean += factors(i, k) / static_cast<double>(factors.rows);
+    variance += square(mean);
+  }
+  return std::sqrt(variance);
+}
+
+/// Results by unit, by day of the unit, and by rig: results that share their errors were made on one rig.
+ManyResults many_results(const ModelPast& past, bool days, bool rigs) {
+  ManyResults results;
+  std::map<std::int64_t, std::size_t> unit_number, rig_number;
+  std::map<std::pair<std::size_t, std::int64_t>, std::size_t> day_number;
+  ResultFactor unit{"unit", {}}, day{"day", {}}, rig{"rig", {}};
+  for (std::size_t i = 0; i < past.over.units.size(); ++i) unit_number[past.over.units[i].first] = i;
+  constexpr double seconds = 86400.0;
+  for (const auto& value : past.over.values) {
+    if (!is_used(value)) continue;
+    const auto known = unit_number.find(value.unit);
+    results.values.push_back(value.value);
+    results.sds.push_back(value.private_sd);
+    unit.level.push_back(known->second);
+    const std::pair of_day{known->second, static_cast<std::int64_t>(std::floor(value.moment / seconds))};
+    day.level.push_back(day_number.emplace(of_day, day_number.size()).first->second);
+    rig.level.push_back(rig_number.emplace(value.sources, rig_number.size()).first->second);
+  }
+  results.shared = shared_of_values(past, results.values.size());
+  results.factors = {unit};
+  if (days) results.factors.push_back(day);
+  if (rigs) results.factors.push_back(rig);
+  return results;
+}
+
+/// The components that can be separated; what cannot is a finding.
+std::optional<SpreadComponents> components_of(const ModelPast& past, Findings& findings) {
+  const bool rigs = past.errors.size() > 1;
+  for (const auto& [days, with_rigs] : {std::pair{true, rigs}, {false, rigs}, {true, false}, {false, false}}) {
+    if (with_rigs != rigs && !rigs) continue;
+    try {
+      return components_of_spread(many_results(past, days, with_rigs));
+    } catch (const Error& error) {
+      if (error.kind != Error::Kind::bad_data) throw;
+      findings.push_back({Severity::info,
+                          "components_not_separated",
+                          {{"factors", fmt::format("unit{}{}", days ? ", day" : "", with_rigs ? ", rig" : "")},
+                           {"reason", error.problems.front()}}});
+    }
+  }
+  return std::nullopt;
+}
+
+/// Each unit once: the mean of its days, with their spread where it is known.
+struct UnitMeans {
+  std::vector<UnitValue> values;
+  std::vector<std::size_t> unit;  ///< index in ParameterOverUnits::units
+  std::vector<double> moment;     ///< [s] since 1970, of the first day
+};
+
+UnitMeans unit_means(const ModelPast& past, double day_sd) {
+  struct Sum {
+    double weight = 0.0, value = 0.0, moment = 0.0, plain = 0.0, count = 0.0;
+  };
+  std::vector<Sum> sums(past.over.units.size());
+  for (const auto& occasion : past.occasions) {
+    auto& sum = sums[occasion.unit];
+    const double variance = square(occasion.private_sd) + square(day_sd);
+    if (sum.count == 0.0) sum.moment = occasion.moment;
+    const double weight = variance > 0.0 ? 1.0 / variance : 0.0;
+    sum.weight += weight, sum.value += weight * occasion.value;
+    sum.plain += occasion.value, sum.count += 1.0;
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (sums[i].count > 0.0) order.push_back(i);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sums[i].moment; });
+  UnitMeans means;
+  for (const std::size_t i : order) {
+    const auto& sum = sums[i];
+    const bool weighted = sum.weight > 0.0;
+    means.values.push_back(
+        {weighted ? sum.value / sum.weight : sum.plain / sum.count, weighted ? 1.0 / std::sqrt(sum.weight) : 0.0});
+    means.unit.push_back(i);
+    means.moment.push_back(sum.moment);
+  }
+  return means;
+}
+
+Table components_table(const SpreadComponents& found, const Unit& unit) {
+  Table table{"components",
+              "why results differ: standard deviations with their 95 % intervals; one that may be zero "
+              "begins at 0",
+              {},
+              {},
+              false};
+  table.columns = {column("source"), column("sd", unit), column("lower", unit), column("upper", unit),
+                   column("degrees of freedom", Unit())};
+  for (const auto& one : found.components)
+    table.rows.push_back({one.name, one.sd, one.lower, one.upper, one.degrees_of_freedom});
+  return table;
+}
+
+Table outliers_table(const OutlierUnits& found, const UnitMeans& means, const ModelPast& past) {
+  Table table{"outliers",
+              "units that do not belong to the population of the others; they are listed, not deleted",
+              {},
+              {},
+              false};
+  const Unit& unit = past.over.shown;
+  table.columns = {column("unit"), column("value", unit), column("sd", unit), column("z", Unit()), column("p", Unit())};
+  for (std::size_t i = 0; i < means.values.size(); ++i)
+    if (found.outlier[i])
+      table.rows.push_back({name_of(past.over.units[means.unit[i]].second), means.values[i].value, means.values[i].sd,
+                            found.z[i], found.p[i]});
+  return table;
+}
+
+Table batches_table(const BatchChange& change, const UnitMeans& means, const Unit& unit) {
+  Table table{"batches", "the most probable change of the mean in order of production", {}, {}, false};
+  table.columns = {column("after units", Unit()), column("earliest", Unit()), column("latest", Unit()), column("date"),
+                   column("step", unit),          column("sd", unit),         column("p", Unit())};
+  const auto count = [](std::size_t number) { return static_cast<double>(number); };
+  table.rows.push_back({count(change.after), count(change.earliest), count(change.latest),
+                        time_of(means.moment[std::min(change.after, means.moment.size() - 1)]).substr(0, 10),
+                        change.step, change.step_sd, change.p});
+  return table;
+}
+
+std::vector<Stated> component_numbers(const std::string& name, const Unit& unit, const SpreadComponents& found) {
+  std::vector<Stated> numbers{
+      {name + "_mean", "mean of the units", unit, found.mean, found.mean_sd, found.mean_lower, found.mean_upper}};
+  for (const auto& one : found.components)
+    numbers.push_back({name + "_" + one.name + "_sd", "standard deviation, " + one.name, unit, one.sd, std::nan(""),
+                       one.lower, one.upper});
+  return numbers;
+}
+
+std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means) {
+  const std::int64_t day = past.occasions.front().day;
+  Curve units = curve_over_time("unit", "units", day, past.over.parameter, past.over.shown);
+  units.points = true;
+  for (std::size_t i = 0; i < means.values.size(); ++i) add_point(units, day, means.moment[i], means.values[i].value);
+  return {units};
+}
+
+/// Of the units that belong together, where there are enough to say which.
+void add_population(const ModelPast& past, const UnitMeans& means, const SummaryRequest& request,
+                    std::vector<Stated>& numbers, Estimate& estimate) {
+  std::vector<UnitValue> kept = means.values;
+  if (means.values.size() >= fewest_for_outliers) {
+    const auto outliers = outlier_units(means.values);
+    const Table table = outliers_table(outliers, means, past);
+    if (!table.rows.empty()) {
+      estimate.tables.push_back(table);
+      estimate.findings.push_back({Severity::warning, "outlier_units", {{"units", table.rows.size()}}});
+      kept.clear();
+      for (std::size_t i = 0; i < means.values.size(); ++i)
+        if (!outliers.outlier[i]) kept.push_back(means.values[i]);
+    }
+    if (means.values.size() >= fewest_for_batches) {
+      const auto change = batch_change(means.values, square(outliers.kept.sd));
+      constexpr double significant = 0.01;
+      if (change.p < significant) {
+        estimate.tables.push_back(batches_table(change, means, past.over.shown));
+        estimate.findings.push_back({Severity::warning, "batch_changed", {{"units", change.after}}});
+      }
+    }
+  }
+  const auto& limits = request.limits;
+  if (!std::isfinite(limits.lower) && !std::isfinite(limits.upper)) return;
+  const auto able = capability_of(kept, {limits.lower, limits.upper}, shared_sd_of_mean(past));
+  const std::string& name = past.over.parameter;
+  numbers.push_back(
+      {name + "_capability", "C_pk of the true values", Unit(), able.index, std::nan(""), able.lower, able.upper});
+  numbers.push_back(
+      {name + "_capability_measured", "C_pk as measured", Unit(), able.measured, 0.0, std::nan(""), std::nan("")});
+}
+
+}  // namespace
+
+Estimate summary_of_model(const Archive& archive, const SummaryRequest& request) {
+  const auto& what = request.what;
+  Estimate estimate = answer_of("archive_summary",
+                                fmt::format("{} of the units of {}", what.parameter,
+                                            what.model.empty() ? "all models" : "the model " + what.model),
+                                what);
+  const ModelPast past = past_of_model(archive, what, estimate.findings);
+  std::vector<Stated> numbers;
+  double day_sd = 0.0;
+  if (const auto found = components_of(past, estimate.findings)) {
+    numbers = component_numbers(what.parameter, past.over.shown, *found);
+    estimate.tables.push_back(components_table(*found, past.over.shown));
+    for (const auto& one : found->components)
+      if (one.name == "day") day_sd = one.sd;
+  }
+  const UnitMeans means = unit_means(past, day_sd);
+  if (numbers.empty()) {
+    const auto spread = spread_of_units(means.values);
+    const double shared = shared_sd_of_mean(past), k = (spread.mean_upper - spread.mean_lower) / (2.0 * spread.mean_sd);
+    const double sd = std::hypot(spread.mean_sd, shared);
+    numbers = {{what.parameter + "_mean", "mean of the units", past.over.shown, spread.mean, sd, spread.mean - k * sd,
+                spread.mean + k * sd},
+               {what.parameter + "_unit_sd", "standard deviation, unit", past.over.shown, spread.sd, std::nan(""),
+                spread.sd_lower, spread.sd_upper}};
+  }
+  add_population(past, means, request, numbers, estimate);
+  state(estimate, numbers);
+  estimate.provenance.settings["units"] = fmt::format("{}", past.units);
+  estimate.curves = units_curves(past, means);
+  if (past.errors.size() > 1)
+    estimate.findings.push_back({Severity::info, "chart_sources_changed", {{"sets", past.errors.size()}}});
+  return estimate;
+}
+
+}  // namespace tumble

@@ -1,0 +1,231 @@
+#include "tumble/archive/statistics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/notes.hpp"
+#include "tumble/archive/testing/samples.hpp"
+#include "tumble/core/instant.hpp"
+#include "tumble/exchange/comparison.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/math/population/capability.hpp"
+#include "tumble/math/random.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const Unit shown_unit = Unit::parse("deg/h");
+
+/// Noon of a day after 2026-01-01.
+std::string noon(int day, int hour = 12) {
+  constexpr std::int64_t second = 1'000'000'000;
+  const auto begin = parse_iso_time("2026-01-01T00:00:00Z").value_or(0);
+  return iso_time(begin + (day * 24 + hour) * 3600 * second).substr(0, 19) + "Z";
+}
+
+class ArchiveStatistics : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    make_archive(folder_.file("lab.db"), "", testing::sample_act());
+    archive_.emplace(folder_.file("lab.db"));
+  }
+  void add(const testing::SampleResult& sample) { deposit_.results.push_back(testing::sample_deposit(sample)); }
+  void put() {
+    put_in(*archive_, deposit_, testing::sample_act());
+    deposit_ = {};
+  }
+  static bool has(const Estimate& estimate, const std::string& code) {
+    return std::ranges::find(estimate.findings, code, &Finding::code) != estimate.findings.end();
+  }
+  static const Table& table(const Estimate& estimate, const std::string& name) {
+    const auto* found = find_table(estimate, name);
+    if (!found) throw std::runtime_error("no table " + name);
+    return *found;
+  }
+
+  ScratchFolder folder_;
+  std::optional<Archive> archive_;
+  Deposit deposit_;
+  const RandomStream random_{11};
+};
+
+TEST_F(ArchiveStatistics, AChartHasTheNumbersOfTheMathematics) {
+  std::vector<ChartPoint> points;
+  for (int i = 0; i < 50; ++i) {
+    const double value = 1.0 + 0.2 * random_.normal(static_cast<std::uint64_t>(i));
+    add({.bias = value, .ended = noon(i)});
+    points.push_back({shown_unit.to_si(value), shown_unit.to_si(0.1)});
+  }
+  put();
+  const auto estimate = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+  const ChartSettings settings{.baseline = 25};
+  const auto chart = control_chart(points, settings, chart_limits(settings));
+  EXPECT_NEAR(estimate.parameters[0].value, chart.baseline.mean, 1e-12 * std::abs(chart.baseline.mean));
+  const auto& rows = table(estimate, "chart").rows;
+  ASSERT_EQ(rows.size(), 50u);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_NEAR(std::get<double>(rows[i][6]), chart.points[i].limit, 1e-9 * chart.points[i].limit) << i;
+    EXPECT_NEAR(std::get<double>(rows[i][7]), chart.points[i].ewma, 1e-9 * chart.points[i].limit) << i;
+    EXPECT_NEAR(std::get<double>(rows[i][9]), chart.points[i].up, 1e-9) << i;
+  }
+  EXPECT_FALSE(to_text(estimate).empty());
+  EXPECT_EQ(estimate_from_json(to_json(estimate), "x").tables.size(), estimate.tables.size());
+}
+
+TEST_F(ArchiveStatistics, AStepIsAnAlarmAndARecalibratedRigIsNone) {
+  for (int i = 0; i < 60; ++i) {
+    const double noise = 0.1 * random_.normal(static_cast<std::uint64_t>(i));
+    const double step = i >= 40 ? 0.8 : 0.0;  // 8 sd of a result, 1.1 sd of the difference of two rigs
+    const std::string later = i >= 40 ? "rig, certificate 2" : "rig, certificate 1";
+    add({.serial = "same rig", .bias = step + noise, .ended = noon(i), .rig = "rig, certificate 1"});
+    add({.serial = "rig again", .bias = step + noise, .ended = noon(i), .rig = later});
+  }
+  put();
+  const auto same = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "same rig"}}});
+  EXPECT_TRUE(has(same, "chart_points_beyond"));
+  EXPECT_TRUE(has(same, "chart_drifts"));
+  EXPECT_GE(table(same, "alarms").rows.size(), 20u);
+  const auto again = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "rig again"}}});
+  EXPECT_FALSE(has(again, "chart_points_beyond"));
+  EXPECT_FALSE(has(again, "chart_drifts"));
+  EXPECT_TRUE(has(again, "chart_sources_changed"));
+  const auto& rows = table(again, "chart").rows;
+  EXPECT_EQ(std::get<double>(rows[30][4]), 0.0) << "nothing has changed yet";
+  // Of both certificates one error of 0.5 deg/h each: the root of the sum of their squares.
+  EXPECT_NEAR(shown_unit.from_si(std::get<double>(rows[50][4])), std::sqrt(0.5), 1e-9);
+}
+
+TEST_F(ArchiveStatistics, ResultsOfOneDayAreOnePoint) {
+  for (int day = 0; day < 8; ++day)
+    for (int repeat = 0; repeat < 4; ++repeat) add({.bias = 1.0 * day + 0.01 * repeat, .ended = noon(day, 8 + repeat)});
+  put();
+  const auto estimate = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+  const auto& rows = table(estimate, "chart").rows;
+  ASSERT_EQ(rows.size(), 8u);
+  EXPECT_NEAR(shown_unit.from_si(std::get<double>(rows[3][2])), 3.015, 1e-9);
+  EXPECT_NEAR(shown_unit.from_si(std::get<double>(rows[3][3])), 0.05, 1e-9);  // 0.1 of four results
+}
+
+TEST_F(ArchiveStatistics, AChartOverUnitsTakesEachOnceOrEachDay) {
+  for (int unit = 0; unit < 12; ++unit)
+    for (int day = 0; day < 3; ++day)
+      add({.serial = std::to_string(unit), .bias = 0.1 * (unit % 5), .ended = noon(3 * unit + day)});
+  put();
+  EXPECT_EQ(table(chart_of_archive(*archive_, {.what = {"bias", "gyro", {}}}), "chart").rows.size(), 12u);
+  EXPECT_EQ(table(chart_of_archive(*archive_, {.what = {"bias", "gyro", {}}, .every_day = true}), "chart").rows.size(),
+            36u);
+}
+
+TEST_F(ArchiveStatistics, PointsThatAreTooFewOrAbsentAreRefused) {
+  for (int i = 0; i < 3; ++i) add({.bias = 1.0 * i, .ended = noon(i)});
+  put();
+  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}}), Error);
+  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bais", {}, {}}}), Error);
+  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", "other", {}}}), Error);
+  EXPECT_THROW(summary_of_model(*archive_, {.what = {"bias", "gyro", {}}}), Error);
+}
+
+TEST_F(ArchiveStatistics, DriftComparesWithSharedErrorsSubtracted) {
+  const std::vector<double> values{1.0, 1.1, 1.6};
+  for (std::size_t i = 0; i < values.size(); ++i)
+    add({.bias = values[i], .ended = noon(static_cast<int>(300 * i)), .rig = "rig, certificate 1"});
+  put();
+  const auto estimate = drift_of_unit(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+  const auto& rows = table(estimate, "history").rows;
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_TRUE(std::isnan(std::get<double>(rows[0][3])));
+  // The rig's 0.5 is shared: only 0.1 of each result remains.
+  EXPECT_NEAR(std::get<double>(rows[2][3]), 0.5 / (1.959964 * 0.1 * std::sqrt(2.0)), 1e-6);
+  EXPECT_NEAR(std::get<double>(rows[2][4]), 0.6 / (1.959964 * 0.1 * std::sqrt(2.0)), 1e-6);
+  EXPECT_TRUE(has(estimate, "drift_of_few_units"));
+  EXPECT_EQ(find_table(estimate, "recalibration"), nullptr) << "there are no limits";
+}
+
+TEST_F(ArchiveStatistics, AnAdjustmentBeginsTheHistoryAnew) {
+  for (int i = 0; i < 4; ++i) add({.bias = i < 2 ? 5.0 : 1.0, .ended = noon(100 * i)});
+  put();
+  put_note(*archive_, {"0173", "adjusted", "trimmed", noon(150)}, testing::sample_act());
+  const auto estimate = drift_of_unit(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+  EXPECT_EQ(table(estimate, "history").rows.size(), 2u);
+  EXPECT_TRUE(has(estimate, "history_since_adjustment"));
+}
+
+TEST_F(ArchiveStatistics, TheIntervalComesFromTheRandomWalkOfTheModel) {
+  // 20 units with yearly results and a random walk of 0.3 deg/h a root year.
+  for (std::uint64_t unit = 0; unit < 20; ++unit) {
+    double walk = 0.0;
+    for (std::uint64_t year = 0; year < 5; ++year) {
+      if (year > 0) walk += 0.3 * random_.split(unit).normal(2 * year);
+      add({.serial = std::to_string(unit),
+           .bias = walk + 0.1 * random_.split(unit).normal(2 * year + 1),
+           .ended = noon(static_cast<int>(365 * year))});
+    }
+  }
+  put();
+  DriftRequest request{.what = {"bias", {}, {"gyro", "3"}}};
+  request.limits = {shown_unit.to_si(-3.0), shown_unit.to_si(3.0)};
+  const auto estimate = drift_of_unit(*archive_, request);
+  const auto* walk = find_parameter(estimate, "bias_random_walk");
+  ASSERT_NE(walk, nullptr);
+  const double year = std::sqrt(365.0);
+  EXPECT_LT(walk->unit.from_si(walk->lower) * year, 0.3);
+  EXPECT_GT(walk->unit.from_si(walk->upper) * year, 0.3);
+  const auto& row = table(estimate, "recalibration").rows.at(0);
+  const double interval = std::get<double>(row[0]), offered = std::get<double>(row[3]);
+  EXPECT_GT(interval, 365.0 * 86400.0);
+  EXPECT_LE(offered, interval);
+  EXPECT_LE(offered, 2.0 * 365.0 * 86400.0) << "twice the longest interval that was seen";
+}
+
+TEST_F(ArchiveStatistics, ASummarySeparatesUnitsDaysAndTheMeasurement) {
+  std::vector<UnitValue> means;
+  for (std::uint64_t unit = 0; unit < 30; ++unit) {
+    const double truth = 1.0 + random_.split(unit).normal(0) + (unit == 7 ? 12.0 : 0.0);
+    for (std::uint64_t day = 0; day < 4; ++day) {
+      const double of_day = truth + 0.3 * random_.split(unit).normal(1 + day);
+      for (std::uint64_t repeat = 0; repeat < 2; ++repeat)
+        add({.serial = std::to_string(unit),
+             .bias = of_day + 0.1 * random_.split(unit).normal(100 + 10 * day + repeat),
+             .ended = noon(static_cast<int>(4 * unit + day), static_cast<int>(8 + repeat))});
+    }
+  }
+  put();
+  SummaryRequest request{.what = {"bias", "gyro", {}}};
+  request.limits.upper = shown_unit.to_si(5.0);
+  const auto estimate = summary_of_model(*archive_, request);
+  const auto holds = [&](const std::string& name, double truth) {
+    const auto* found = find_parameter(estimate, name);
+    ASSERT_NE(found, nullptr) << name;
+    EXPECT_LT(found->unit.from_si(found->lower), truth) << name;
+    EXPECT_GT(found->unit.from_si(found->upper), truth) << name;
+  };
+  holds("bias_day_sd", 0.3);
+  const auto& outliers = table(estimate, "outliers").rows;
+  ASSERT_EQ(outliers.size(), 1u);
+  EXPECT_EQ(std::get<std::string>(outliers[0][0]), "gyro/7");
+  holds("bias_capability", 4.0 / 3.0);
+  EXPECT_LT(find_parameter(estimate, "bias_capability_measured")->value, 1.8);
+  EXPECT_FALSE(to_json(estimate).empty());
+}
+
+TEST_F(ArchiveStatistics, TheMeanOfAModelHoldsWhatAllUnitsShare) {
+  for (std::uint64_t unit = 0; unit < 12; ++unit)
+    for (std::uint64_t day = 0; day < 2; ++day)
+      add({.serial = std::to_string(unit),
+           .bias = 1.0 + 0.2 * random_.split(unit).normal(day),
+           .ended = noon(static_cast<int>(2 * unit + day)),
+           .rig = "rig, certificate 1"});
+  put();
+  const auto estimate = summary_of_model(*archive_, {.what = {"bias", "gyro", {}}});
+  const auto* mean = find_parameter(estimate, "bias_mean");
+  ASSERT_NE(mean, nullptr);
+  EXPECT_GT(shown_unit.from_si(mean->upper - mean->lower), 2.0 * 1.95 * 0.5) << "the rig is known to 0.5 deg/h";
+}
+
+}  // namespace
+}  // namespace tumble

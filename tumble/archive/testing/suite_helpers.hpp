@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "tumble/archive/testing/samples.hpp"
+#include "tumble/archive/testing/suite.hpp"
+
+/// What the cases of the suite have in common.
+namespace tumble::testing {
+
+Archive new_archive(const ArchivePlace& place);
+std::string write_file(const ArchivePlace& place, const std::string& name, const std::string& text);
+/// Three results of one unit, one of another, and the recording of the first.
+Deposit fleet(const ArchivePlace& place);
+void expect_sound(const Archive& archive);
+std::string problem_of(const std::function<void()>& work);
+/// So that rows of a table can be changed behind the back of the archive.
+void allow_changes(const Archive& archive, const std::string& table);
+
+/// Cases of the other files of the suite.
+std::vector<ArchiveCase> cases_of_changes();
+std::vector<ArchiveCase> cases_of_names_and_notes();
+std::vector<ArchiveCase> cases_of_transfer();
+
+}  // namespace tumble::testing

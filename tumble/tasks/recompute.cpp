@@ -1,0 +1,184 @@
+#include "tumble/tasks/recompute.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/checksum.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/version.hpp"
+
+namespace tumble {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// Where the files of a result lie again: names that lead upwards stay within the scratch folder.
+struct Workplace {
+  std::string scratch, base;  ///< base: folder of the plan
+  std::string path_of(const std::string& name) const {
+    return fs::path(name).is_absolute() ? scratch + "/root" + fs::path(name).lexically_normal().string()
+                                        : (fs::path(base) / name).lexically_normal().string();
+  }
+};
+
+Workplace workplace_for(const Provenance& provenance, const std::string& scratch) {
+  std::size_t most = 0;
+  const auto count = [&](const std::string& name) {
+    const fs::path path(name);
+    most = std::max(most, static_cast<std::size_t>(std::ranges::count(path, fs::path(".."))));
+  };
+  for (const auto& input : provenance.inputs) count(input.file);
+  for (const auto& plan : provenance.plans) count(plan.file);
+  fs::path base = scratch;
+  for (std::size_t i = 0; i <= most; ++i) base /= "d";
+  return {scratch, base.string()};
+}
+
+/// Puts plans and recordings where they were. Throws with all that are missing.
+void lay_out(const Archive& archive, const Provenance& provenance, const Workplace& place) {
+  std::vector<std::string> missing;
+  const auto put = [&](const std::string& name, const std::string& sha256) {
+    const std::string path = place.path_of(name);
+    fs::create_directories(fs::path(path).parent_path());
+    if (find_file(archive, sha256))
+      write_stored(archive, sha256, path);
+    else
+      missing.push_back(fmt::format("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name,
+                                    sha256.substr(0, 12)));
+  };
+  for (const auto& plan : provenance.plans) {
+    if (!plan.text) {
+      put(plan.file, plan.sha256);
+      continue;
+    }
+    fs::create_directories(fs::path(place.path_of(plan.file)).parent_path());
+    write_file_atomically(place.path_of(plan.file), *plan.text);
+  }
+  for (const auto& input : provenance.inputs)
+    if (input.sha256.empty())
+      missing.push_back(fmt::format("the result does not say the checksum of '{}'", input.file));
+    else
+      put(input.file, input.sha256);
+  if (!missing.empty()) throw Error(Error::Kind::bad_input, missing);
+}
+
+/// Bytes of samples above which the recording was worked through in blocks.
+std::uintmax_t memory_of(const Estimate& estimate) {
+  for (const auto& finding : estimate.findings)
+    if (finding.code == "processed_in_blocks")
+      for (const auto& value : finding.values)
+        if (value.name == "memory") {
+          if (const auto* whole = std::get_if<long long>(&value.value)) return static_cast<std::uintmax_t>(*whole);
+          if (const auto* real = std::get_if<double>(&value.value)) return static_cast<std::uintmax_t>(*real);
+        }
+  return std::numeric_limits<std::uintmax_t>::max();
+}
+
+Estimate made_again(const Estimate& archived, const Workplace& place, const Progress& progress) {
+  const Provenance& provenance = archived.provenance;
+  const auto calibration = provenance.settings.find("calibration");
+  Sets sets;
+  for (const auto& [key, value] : provenance.command_line)
+    sets.emplace_back(key, key == "calibration" && calibration != provenance.settings.end()
+                               ? place.path_of(calibration->second)
+                               : value);
+  const Plan plan = provenance.plans.empty() ? plan_for_method(archived.method, sets)
+                                             : load_plan(place.path_of(provenance.plans.front().file), sets);
+  std::vector<std::string> recordings;
+  for (const auto& input : provenance.inputs)
+    if (calibration == provenance.settings.end() || input.file != calibration->second)
+      recordings.push_back(place.path_of(input.file));
+  const auto named = std::min(plan.recordings.size(), recordings.size());
+  recordings.erase(recordings.begin(), recordings.begin() + static_cast<std::ptrdiff_t>(named));
+  Estimate estimate = identify(plan, recordings, memory_of(archived), progress);
+  estimate.provenance.command_line = provenance.command_line;
+  return estimate;
+}
+
+void replace_all(std::string& text, const std::string& what, const std::string& by) {
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+}
+
+/// The text as it would be, had the files lain where the names of the archived result say.
+std::string in_words_of(std::string text, const Workplace& place) {
+  replace_all(text, place.base + "/", "");
+  replace_all(text, place.scratch + "/root", "");
+  return text;
+}
+
+/// Names of files without their folders, wherever a text speaks of them.
+void drop_folders(Json& json, const std::vector<std::string>& names) {
+  if (json.is_string()) {
+    auto text = json.get<std::string>();
+    for (const auto& name : names)
+      for (auto at = text.find("/" + name); at != std::string::npos; at = text.find("/" + name)) {
+        const auto before = text.find_last_of(" \"'", at);
+        const auto begin = before == std::string::npos ? 0 : before + 1;
+        text.erase(begin, at + 1 - begin);
+      }
+    json = text;
+    return;
+  }
+  if (json.is_structured())
+    for (auto& element : json) drop_folders(element, names);
+}
+
+Json without_folders(const std::string& text, const Provenance& provenance) {
+  std::vector<std::string> names;
+  for (const auto& input : provenance.inputs) names.push_back(fs::path(input.file).filename().string());
+  for (const auto& plan : provenance.plans) names.push_back(fs::path(plan.file).filename().string());
+  Json json = Json::parse(text, nullptr, false);
+  drop_folders(json, names);
+  return json;
+}
+
+void compare_values(const Estimate& archived, const Estimate& estimate, Recomputation& out) {
+  for (std::size_t i = 0; i < archived.parameters.size(); ++i) {
+    const auto& parameter = archived.parameters[i];
+    const auto* other = find_parameter(estimate, parameter.name);
+    const double sd = standard_uncertainty(archived, i);
+    const double difference = !other                            ? INFINITY
+                              : other->value == parameter.value ? 0.0
+                                                                : std::abs(other->value - parameter.value) / sd;
+    if (difference > out.difference) out.difference = difference, out.parameter = parameter.name;
+  }
+}
+
+}  // namespace
+
+Recomputation recompute(const Archive& archive, const std::string& sha256, const std::string& scratch,
+                        const Progress& progress) {
+  const std::string text = result_text(archive, sha256);
+  const Estimate archived = estimate_from_json(text, "result " + sha256.substr(0, 12));
+  const Workplace place = workplace_for(archived.provenance, fs::canonical(scratch).string());
+  lay_out(archive, archived.provenance, place);
+  const Estimate estimate = made_again(archived, place, progress);
+  const std::string now = in_words_of(to_json(estimate), place);
+
+  Recomputation out;
+  out.archived_sha256 = sha256, out.new_sha256 = sha256_of(now);
+  out.new_program = std::string(version);
+  out.same_bytes = now == text;
+  const Json before = without_folders(text, archived.provenance), after = without_folders(now, archived.provenance);
+  if (const auto found = before.find("tumble"); found != before.end() && found->is_string())
+    out.archived_program = found->get<std::string>();
+  for (const auto& [name, value] : before.items())
+    if (name != "tumble" && (!after.contains(name) || after[name] != value)) out.differing.push_back(name);
+  for (const auto& [name, value] : after.items())
+    if (!before.contains(name)) out.differing.push_back(name);
+  out.same = out.same_bytes || (out.differing.empty() && out.archived_program == out.new_program);
+  if (!out.same) compare_values(archived, estimate, out);
+  return out;
+}
+
+}  // namespace tumble
