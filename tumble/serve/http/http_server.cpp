@@ -1,8 +1,6 @@
 #include "tumble/serve/http_server.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,12 +15,11 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
 #include <cctype>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <limits>
-#include <system_error>
 
+#include "tumble/serve/http/target.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -32,34 +29,6 @@ namespace beast = boost::beast;
 namespace message = boost::beast::http;
 using Tcp = asio::ip::tcp;
 using Code = boost::system::error_code;
-
-const std::string* find_query(const HttpRequest& request, std::string_view name) {
-  for (const auto& [key, value] : request.query)
-    if (key == name) return &value;
-  return nullptr;
-}
-
-BodyFile::BodyFile(const std::string& path)
-    : path_(path), descriptor_(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666)) {
-  if (descriptor_ < 0)
-    throw Error{Error::Kind::bad_file, "cannot write '" + path + "': " + std::generic_category().message(errno)};
-}
-
-BodyFile::~BodyFile() {
-  close(descriptor_);
-  unlink(path_.c_str());
-}
-
-bool BodyFile::write(const char* bytes, std::size_t count) {
-  while (count > 0) {
-    const auto now = ::write(descriptor_, bytes, count);
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) return false;
-    bytes += now;
-    count -= static_cast<std::size_t>(now);
-  }
-  return true;
-}
 
 struct HttpServer::State {
   struct Known {
@@ -86,46 +55,6 @@ using State = HttpServer::State;
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<long>(seconds * 1e3));
-}
-
-/// "%20" and, in a query, "+" decoded; nothing where it is not well formed or holds a zero byte.
-std::optional<std::string> decoded(std::string_view text, bool plus) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%') {
-      const auto digit = [&](std::size_t at) {
-        return at < text.size() && std::isxdigit(static_cast<unsigned char>(text[at])) != 0;
-      };
-      if (!digit(i + 1) || !digit(i + 2)) return std::nullopt;
-      out += static_cast<char>(std::stoi(std::string(text.substr(i + 1, 2)), nullptr, 16));
-      i += 2;
-    } else {
-      out += plus && text[i] == '+' ? ' ' : text[i];
-    }
-    if (out.back() == '\0') return std::nullopt;
-  }
-  return out;
-}
-
-/// The target into path and query; false where it is not well formed.
-bool take_target(std::string_view target, HttpRequest& request) {
-  if (!target.starts_with('/')) return false;
-  const auto mark = target.find('?');
-  const auto path = decoded(target.substr(0, mark), false);
-  if (!path) return false;
-  request.path = *path;
-  if (mark == std::string_view::npos) return true;
-  for (std::string_view rest = target.substr(mark + 1); !rest.empty();) {
-    const auto end = rest.find('&');
-    const auto part = rest.substr(0, end);
-    const auto equals = part.find('=');
-    const auto key = decoded(part.substr(0, equals), true);
-    const auto value = decoded(equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1), true);
-    if (!key || !value) return false;
-    request.query.emplace_back(*key, *value);
-    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
-  }
-  return true;
 }
 
 HttpResponse plain(unsigned status, const std::string& text) {
@@ -410,7 +339,7 @@ void take_head(Shared<Stream> c) {
   }
   c->keeps = head.keep_alive() && head.version() == 11;
   const std::string_view target{head.target().data(), head.target().size()};
-  if (head.count(message::field::host) != 1 || !take_target(target, c->request))
+  if (head.count(message::field::host) != 1 || !http::take_target(target, c->request))
     return refuse(c, plain(400, "the request is not well formed"));
   c->plan = c->server.handler.admit(c->request);
   c->request.file = c->plan.file;
