@@ -3,8 +3,11 @@
 # tumble/report/assets becomes `extern const std::string_view <name with _ for every other character>` through the
 # assembler's .incbin, which costs no compile time.
 # Plans stand in the list `plans` by their file names, declarations of frames in the list `instruments`, of
-# controllers in the list `controllers`; their names must differ from those of all the others.
+# controllers in the list `controllers`; their names must differ from those of all the others. Further arguments are files
+# of the workbench's pages, packed by gzip and made by the build: they stand in the list `pages` by their names without .gz.
 function(tumble_embed result)
+  set(pages ${ARGN})
+  set(page_list "")
   file(GLOB plans CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plans/*.toml)
   file(GLOB instruments CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/instruments/*.toml)
   file(GLOB controllers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/controllers/*.toml)
@@ -14,7 +17,7 @@ function(tumble_embed result)
   set(list "")
   set(instrument_list "")
   set(controller_list "")
-  foreach(asset ${assets} ${plans} ${instruments} ${controllers})
+  foreach(asset ${assets} ${plans} ${instruments} ${controllers} ${pages})
     get_filename_component(name ${asset} NAME)
     string(MAKE_C_IDENTIFIER ${name} id)
     string(APPEND content "
@@ -36,6 +39,9 @@ const std::string_view ${id}{tumble_asset_${id}, static_cast<std::size_t>(tumble
     elseif(asset IN_LIST controllers)
       get_filename_component(stem ${asset} NAME_WE)
       string(APPEND controller_list "{\"${stem}\", ${id}}, ")
+    elseif(asset IN_LIST pages)
+      cmake_path(REMOVE_EXTENSION name LAST_ONLY)
+      string(APPEND page_list "{\"${name}\", ${id}}, ")
     endif()
   endforeach()
   string(APPEND content "namespace tumble::assets {
@@ -45,10 +51,12 @@ extern const std::vector<std::pair<std::string_view, std::string_view>> instrume
 const std::vector<std::pair<std::string_view, std::string_view>> instruments{${instrument_list}};
 extern const std::vector<std::pair<std::string_view, std::string_view>> controllers;
 const std::vector<std::pair<std::string_view, std::string_view>> controllers{${controller_list}};
+extern const std::vector<std::pair<std::string_view, std::string_view>> pages;
+const std::vector<std::pair<std::string_view, std::string_view>> pages{${page_list}};
 }
 ")
   set(output ${PROJECT_BINARY_DIR}/generated/tumble/assets.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT "${content}" @ONLY)
-  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets};${plans};${instruments};${controllers}")
+  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets};${plans};${instruments};${controllers};${pages}")
   set(${result} ${output} PARENT_SCOPE)
 endfunction()

@@ -1,3 +1,5 @@
+#include "inspect.hpp"
+
 #include <fmt/format.h>
 
 #include <charconv>
@@ -7,7 +9,6 @@
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
-#include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -162,12 +163,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     inspection = tumble::inspect(readable(arguments.recording), options, line.progress());
     if (arguments.recording == "-") inspection.header.origin.file = "standard input";
   }
-  print(arguments.json ? json(inspection).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"
-                       : text(inspection, terminal.width));
+  print(arguments.json ? inspection_json(inspection) : text(inspection, terminal.width));
   return 0;
 }
 
 }  // namespace
+
+std::string inspection_json(const Inspection& inspection) {
+  return json(inspection).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
 
 Verb inspect_verb() {
   auto arguments = std::make_shared<Arguments>();

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "completion.hpp"
+#include "serve.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -38,7 +39,7 @@ int run_and_catch(int argc, char** argv) {
                             predict_verb(),     compensate_verb(), report_verb(),      export_verb(),   compare_verb(),
                             certificate_verb(), convert_verb(),    rehearse_verb(),    run_verb(),      resume_verb(),
                             stop_verb(),        station_verb(),    virtual_rig_verb(), record_verb(),   seal_verb(),
-                            archive_verb(),     population_verb(), fleet_verb()};
+                            archive_verb(),     population_verb(), fleet_verb(),       serve_verb()};
     verbs.push_back(completion_verb(verbs));
     return run_command_line(argc, argv, verbs, terminal);
   } catch (const Error& error) {

@@ -1,7 +1,6 @@
-#include "tumble/core/text.hpp"
-
 #include <toml++/toml.h>
 
+#include "tumble/core/texts.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -48,6 +47,16 @@ std::string text_of(Language language, std::string_view section, std::string_vie
   if (language == Language::english) return text_of(section, key);
   if (const auto found = chinese_table()[section][key].value<std::string>()) return *found;
   refuse_key(code_of(language), section, key);
+}
+
+std::map<std::string, std::string> texts_of(Language language, std::string_view section) {
+  const auto& all = language == Language::english ? english_table() : chinese_table();
+  const auto* table = all[section].as_table();
+  if (!table) refuse_key(code_of(language), section, "");
+  std::map<std::string, std::string> texts;
+  for (const auto& [key, value] : *table)
+    if (const auto text = value.value<std::string>()) texts.emplace(key.str(), *text);
+  return texts;
 }
 
 }  // namespace tumble

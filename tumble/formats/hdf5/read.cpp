@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -250,6 +251,35 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
     sink(block);
     block.findings.clear();
   }
+}
+
+namespace {
+
+/// A source and the options that it was opened with.
+struct OpenSource {
+  ReadOptions options;
+  Source source;
+
+  OpenSource(const std::string& path, ReadOptions given)
+      : options(std::move(given)), source(path, options, Stamps::ignored) {}
+};
+
+}  // namespace
+
+SampleReader samples(const std::string& path, const ReadOptions& options) {
+  const Session session;
+  auto open = std::shared_ptr<OpenSource>(new OpenSource(path, options), [](OpenSource* opened) {
+    const Session closing;
+    delete opened;
+  });
+  return [open](std::size_t channel, std::size_t first, std::size_t count, std::vector<double>& to) {
+    const Session reading;
+    const Channel& of = open->source.frame().channels[channel];
+    Channel part{of.name, of.kind, of.unit, {}, {}};
+    part.values.swap(to);
+    open->source.append(channel, first, count, part);
+    part.values.swap(to);
+  };
 }
 
 }  // namespace tumble::hdf5

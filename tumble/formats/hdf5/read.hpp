@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tumble/formats/format.hpp"
+#include "tumble/formats/random_access.hpp"
 
 namespace tumble::hdf5 {
 
@@ -11,6 +12,7 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
 std::uintmax_t memory(const std::string& path, const ReadOptions& options);
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress);
+SampleReader samples(const std::string& path, const ReadOptions& options);
 RecordingWriter writer(const std::string& path);
 
 }  // namespace tumble::hdf5

@@ -1,0 +1,178 @@
+#include "serve.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <random>
+
+#include "inspect.hpp"
+#include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/workbench.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string folder = ".", host, port = "8321", certificate, key;
+  std::vector<std::string> prepare, sets;
+  bool no_token = false;
+  std::uint64_t upload_limit = 10'000'000'000;
+};
+
+fs::path cache_folder() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return fs::path(cache) / "tumble";
+  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / ".cache" / "tumble";
+  return fs::temp_directory_path() / fmt::format("tumble-cache-{}", getuid());
+}
+
+double now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+/// 256 bits that nobody can guess.
+std::string new_token() {
+  std::random_device device;
+  std::string token;
+  for (int i = 0; i < 8; ++i) token += fmt::format("{:08x}", static_cast<std::uint32_t>(device()));
+  return token;
+}
+
+unsigned port_of(const std::string& text) {
+  unsigned port = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (fault == std::errc{} && end == text.data() + text.size() && port <= 65535) return port;
+  throw Error(Error::Kind::bad_input,
+              "--port " + text + ": a number from 0 to 65535 is expected; 0 chooses a free port");
+}
+
+bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
+
+/// What would let others in without a token or read along is refused.
+void check(const Arguments& arguments, const std::string& host) {
+  std::vector<std::string> problems;
+  if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
+  if (!is_loopback(host) && arguments.certificate.empty())
+    problems.push_back(
+        fmt::format("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", host));
+  if (!is_loopback(host) && arguments.no_token)
+    problems.emplace_back("--no-token: only for the computer itself, without --host");
+  std::error_code failed;
+  if (!fs::is_directory(arguments.folder, failed)) problems.push_back("'" + arguments.folder + "' is no folder");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+/// As many connections as the system allows, with descriptors left for files.
+std::size_t room_for_connections() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return 200;
+  const rlim_t wanted = std::min<rlim_t>(limit.rlim_max, 4096);
+  if (limit.rlim_cur < wanted) {
+    limit.rlim_cur = wanted;
+    setrlimit(RLIMIT_NOFILE, &limit);
+    getrlimit(RLIMIT_NOFILE, &limit);
+  }
+  return std::clamp<std::size_t>(static_cast<std::size_t>(limit.rlim_cur), 100, 1000) - 80;
+}
+
+std::string name_of_computer() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "";
+}
+
+int prepare(const Arguments& arguments, const Terminal& terminal) {
+  const auto inspected = [](const std::string& path, const ReadOptions& options, const Progress& progress) {
+    return inspection_json(tumble::inspect(path, options, progress));
+  };
+  for (const auto& recording : arguments.prepare) {
+    ProgressLine line(terminal);
+    prepare_recording(recording, parse_sets(arguments.sets), cache_folder(), inspected, line.progress());
+  }
+  return 0;
+}
+
+WorkbenchOptions options_of(const Arguments& arguments, const std::string& host) {
+  WorkbenchOptions options;
+  options.folder = fs::canonical(arguments.folder);
+  options.cache = cache_folder();
+  options.program = fs::canonical("/proc/self/exe").string();
+  options.token = arguments.no_token ? "" : new_token();
+  options.host = host;
+  options.tls = !arguments.certificate.empty();
+  options.computer = name_of_computer();
+  options.upload_limit = arguments.upload_limit;
+  options.first_event = static_cast<std::uint64_t>(now() * 1e3) * 1000;
+  options.clock = now;
+  return options;
+}
+
+/// The address for people; an address that means every one is written as the name of the computer.
+std::string link(const WorkbenchOptions& options, unsigned port) {
+  const bool every = options.host == "0.0.0.0" || options.host == "::";
+  std::string name = every && !options.computer.empty() ? options.computer : options.host;
+  if (name.find(':') != std::string::npos) name = "[" + name + "]";
+  return fmt::format("{}://{}:{}/{}", options.tls ? "https" : "http", name, port,
+                     options.token.empty() ? "" : "#token=" + options.token);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  if (!arguments.prepare.empty()) return prepare(arguments, terminal);
+  const std::string host = arguments.host.empty() ? "127.0.0.1" : arguments.host;
+  check(arguments, host);
+  const auto options = options_of(arguments, host);
+  Workbench workbench(options);
+  HttpOptions http{host, port_of(arguments.port), arguments.certificate, arguments.key};
+  http.connections = room_for_connections();
+  HttpServer server(http, workbench.handler());
+  workbench.set_port(server.port());
+  print(fmt::format("workbench of {}\n  {}\nCtrl+C ends it\n", options.folder.string(), link(options, server.port())));
+  server.run(true);
+  note(terminal, "the workbench has ended; unfinished jobs begin again with the next one");
+  return 0;
+}
+
+}  // namespace
+
+Verb serve_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {
+      "serve",
+      "Open the workbench over a folder in a browser",
+      {{"FOLDER", &arguments->folder, "folder of recordings and plans (default: the current one)"},
+       {.name = "--port",
+        .value = &arguments->port,
+        .description = "port to listen at; 0: any that is free (default: 8321)",
+        .type = "NUMBER"},
+       {.name = "--host",
+        .value = &arguments->host,
+        .description =
+            "address to listen at, for other computers too; needs --cert and --key\n(default: this computer only)",
+        .type = "ADDRESS"},
+       {.name = "--cert", .value = &arguments->certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
+       {.name = "--key", .value = &arguments->key, .description = "its private key (PEM)", .type = "FILE"},
+       {"--no-token", &arguments->no_token, "everybody on this computer may use it, without the link"},
+       {.name = "--upload-limit",
+        .value = &arguments->upload_limit,
+        .description = "largest file that may be uploaded",
+        .type = "SIZE",
+        .bytes = "10 GB"},
+       {.name = "--prepare",
+        .value = &arguments->prepare,
+        .description = "prepare this recording for quick views, and end; repeatable",
+        .type = "RECORDING"},
+       reading_sets(arguments->sets, "with --prepare: information that the file")},
+      "Examples:\n"
+      "  tumble serve measurements\n"
+      "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
+      "  tumble serve --prepare long.h5\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,166 @@
+"""Speed of the workbench: pyramids built, first view, zoom, many clients; as a page for bench/results/serve.md.
+
+    serve.py PROGRAM [--samples 100000000] [--output FILE]
+
+Needs numpy and h5py (script/packages-bench.txt). Recordings are made in a temporary folder: 9 bytes a sample.
+"""
+
+import argparse
+import concurrent.futures
+import http.client
+import os
+import pathlib
+import random
+import re
+import resource
+import statistics
+import subprocess
+import tempfile
+import time
+import urllib.parse
+
+import h5py
+import numpy
+
+
+def write_recording(path, samples, deflated):
+    """One gyro channel at 1 kHz, counts of a sensor as most are."""
+    generator = numpy.random.default_rng(1)
+    with h5py.File(path, "w") as file:
+        options = {"chunks": (16384,), "compression": "gzip", "compression_opts": 3} if deflated else {}
+        data = file.create_dataset("channels/gyro.x", (samples,), "f8", **options)
+        data.attrs["unit"], data.attrs["rate"] = "deg/s", 1000.0
+        for first in range(0, samples, 1 << 22):
+            count = min(1 << 22, samples - first)
+            data[first:first + count] = numpy.round(generator.normal(0.0, 20.0, count)) / 131.0
+
+
+def build(program, recording, cache):
+    """Seconds by the clock until the pyramid is there, and of processors."""
+    pathlib.Path(cache).mkdir()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.monotonic()
+    process = subprocess.Popen([program, "serve", "--prepare", recording], env={**os.environ, "XDG_CACHE_HOME": cache})
+    wall = None
+    while process.poll() is None:
+        if wall is None and list(pathlib.Path(cache).glob("tumble/*.of")):
+            wall = time.monotonic() - begin
+            process.terminate()  # the checks that follow are those of `tumble inspect`
+        time.sleep(0.002)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall or time.monotonic() - begin, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+class Server:
+    def __init__(self, program, folder, cache):
+        self.process = subprocess.Popen([program, "serve", folder, "--port", "0", "--no-token"], text=True, stdout=subprocess.PIPE,
+                                        env={**os.environ, "XDG_CACHE_HOME": cache})
+        self.process.stdout.readline()
+        self.port = int(re.search(r":(\d+)/", self.process.stdout.readline())[1])
+
+    def client(self):
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+
+    def memory(self):
+        """(now, peak) [MB] that belongs to the server alone: pages of pyramids belong to the cache of the system."""
+        text = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return tuple(int(re.search(rf"{name}:\s+(\d+)", text)[1]) / 1000 for name in ("RssAnon", "VmHWM"))
+
+
+def ask(client, path):
+    begin = time.monotonic()
+    client.request("GET", path)
+    response = client.getresponse()
+    content = response.read()
+    return response.status, len(content), 1e3 * (time.monotonic() - begin)
+
+
+def view(file, first, last):
+    return "/api/recording/view?" + urllib.parse.urlencode({"file": file, "from": first, "to": last, "pixels": 1200})
+
+
+def random_span(generator, length):
+    width = length * 10 ** (-5 * generator.random())
+    first = (length - width) * generator.random()
+    return first, first + width
+
+
+def zooms(server, file, length, count, seed):
+    generator, client, times, failures = random.Random(seed), server.client(), [], 0
+    for _ in range(count):
+        status, _, milliseconds = ask(client, view(file, *random_span(generator, length)))
+        failures += status != 200
+        times.append(milliseconds)
+    client.close()
+    return times, failures
+
+
+def percentile(times, part):
+    return sorted(times)[min(len(times) - 1, int(part * len(times)))]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("--samples", type=int, default=100_000_000)
+    parser.add_argument("--output")
+    arguments = parser.parse_args()
+    lines = ["# The workbench: `bench/serve.py`", "",
+             f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f} at the start; one channel of float64 at 1 kHz. "
+             "The time of a pyramid is that until it can be looked at; the SHA-256 of the recording is worked out on another processor meanwhile. "
+             "A view has 1200 pixels and is timed from the request to its last byte, over loopback.", "",
+             "| what | figure | asked |", "|---|---|---|"]
+    with tempfile.TemporaryDirectory() as folder:
+        data = pathlib.Path(folder, "data")
+        data.mkdir()
+        for name, samples, deflated, asked in (("plain", arguments.samples, False, "1.5 GB/s"),
+                                               ("deflated", arguments.samples // 5, True, "0.4 GB/s")):
+            path = str(data / f"{name}.h5")
+            write_recording(path, samples, deflated)
+            with open(path, "rb") as file:
+                while file.read(1 << 24):
+                    pass
+            wall, cpu = build(arguments.program, path, f"{folder}/{name}")
+            size = 8e-9 * samples
+            lines.append(f"| pyramid of {samples:.0e} samples, {name} HDF5 | {size / wall:.2f} GB/s by the clock ({wall:.2f} s), "
+                         f"{size / cpu:.2f} GB/s of one processor | {asked} |")
+        subprocess.run([arguments.program, "serve", "--prepare", str(data / "plain.h5")], check=True,
+                       env={**os.environ, "XDG_CACHE_HOME": f"{folder}/plain"})
+        length = arguments.samples / 1000.0
+        server = Server(arguments.program, str(data), f"{folder}/plain")
+        status, size, first = ask(server.client(), view("plain.h5", 0, length))
+        lines.append(f"| first view of {arguments.samples:.0e} samples, server just started | {first:.1f} ms, {size / 1000:.0f} kB (status {status}) | 1000 ms |")
+        times, failures = zooms(server, "plain.h5", length, 400, 1)
+        lines.append(f"| zoom to a random span of it, 5 decades | median {statistics.median(times):.2f} ms, 95 % {percentile(times, 0.95):.1f} ms, "
+                     f"{failures} failures | 50 ms |")
+        client, generator = server.client(), random.Random(3)
+        times = [ask(client, "/api/recording/statistics?" + urllib.parse.urlencode(dict(zip(("file", "from", "to"), ("plain.h5", *random_span(generator, length))))))[2]
+                 for _ in range(200)]
+        lines.append(f"| exact statistics of a random span | median {statistics.median(times):.2f} ms, 95 % {percentile(times, 0.95):.1f} ms | |")
+        server.process.terminate()
+        server.process.wait()
+
+        small = arguments.samples // 10
+        write_recording(str(data / "small.h5"), small, False)
+        subprocess.run([arguments.program, "serve", "--prepare", str(data / "small.h5")], check=True,
+                       env={**os.environ, "XDG_CACHE_HOME": f"{folder}/plain"})
+        server = Server(arguments.program, str(data), f"{folder}/plain")
+        with concurrent.futures.ThreadPoolExecutor(50) as pool:
+            results = list(pool.map(lambda seed: zooms(server, "small.h5", small / 1000.0, 40, seed), range(50)))
+        times = [one for some, _ in results for one in some]
+        own, peak = server.memory()
+        lines.append(f"| 50 clients, 40 zooms each, {small:.0e} samples | {sum(failed for _, failed in results)} failures, median "
+                     f"{statistics.median(times):.0f} ms, 95 % {percentile(times, 0.95):.0f} ms; the server holds {own:.0f} MB of its own, "
+                     f"{peak:.0f} MB at most with mapped files | no error, memory bounded |")
+        server.process.terminate()
+        server.process.wait()
+    lines.append("")
+    lines.append(f"Load at the end: {os.getloadavg()[0]:.1f}. The zoom round trip of the browser is measured by `script/browser`.")
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if arguments.output:
+        pathlib.Path(arguments.output).write_text(text)
+
+
+if __name__ == "__main__":
+    main()

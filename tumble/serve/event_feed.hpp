@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+namespace tumble {
+
+/// Events with growing numbers, kept for a while, so that a reader who lost the connection goes on where it was.
+class EventFeed {
+ public:
+  /// The first event has the number `first` [1]: one that no earlier feed reached.
+  explicit EventFeed(std::uint64_t first) : next_(first), oldest_(first) {}
+
+  /// `name` and one line of JSON.
+  void publish(const std::string& name, const std::string& data);
+  /// Number of the latest event [1].
+  std::uint64_t latest() const;
+  /// Events behind number `seen` [1] as text/event-stream; `seen` becomes that of the latest. Where some are no longer
+  /// kept, or `seen` is of no event here, one event `reset`: the reader asks for everything again.
+  std::string after(std::uint64_t& seen) const;
+  /// Calls `wake` at each event, from any thread, until what is returned is destroyed.
+  std::shared_ptr<void> subscribe(std::function<void()> wake);
+
+ private:
+  static constexpr std::size_t most_kept = 2000;
+
+  mutable std::mutex mutex_;
+  std::uint64_t next_, oldest_;
+  std::deque<std::string> kept_;
+  std::set<std::shared_ptr<std::function<void()>>> readers_;
+};
+
+}  // namespace tumble

@@ -1,0 +1,53 @@
+#include "tumble/serve/folder_paths.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void refuse_name(const std::string& why) { throw Error{Error::Kind::bad_input, "file: " + why}; }
+
+}  // namespace
+
+bool is_plain_name(std::string_view name) {
+  const auto is_control = [](unsigned char byte) { return byte < 0x20 || byte == 0x7f; };
+  if (std::ranges::any_of(name, is_control)) return false;
+  try {
+    nlohmann::json(std::string(name)).dump();  // throws for what is not UTF-8
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
+}
+
+fs::path inside(const fs::path& root, const std::string& name) {
+  if (name.empty()) refuse_name("a name is missing");
+  if (!is_plain_name(name)) refuse_name("the name has characters that cannot be shown");
+  const fs::path path(name);
+  if (path.is_absolute()) refuse_name("'" + name + "': a name inside of the folder is expected");
+  for (const auto& part : path)
+    if (part.empty() || part.string().starts_with('.'))
+      refuse_name("'" + name + "': a part begins with a dot or is empty");
+  std::error_code failed;
+  const fs::path whole = fs::canonical(root / path, failed);
+  if (failed) throw Error{Error::Kind::bad_file, "there is no '" + name + "' in the folder"};
+  const fs::path base = fs::canonical(root);
+  if (std::mismatch(base.begin(), base.end(), whole.begin(), whole.end()).first != base.end())
+    refuse_name("'" + name + "': a link leads out of the folder");
+  return root / path;
+}
+
+void require_file_name(const std::string& name) {
+  if (name.empty() || name.size() > 200) refuse_name("a name of 1 to 200 bytes is expected");
+  if (!is_plain_name(name)) refuse_name("the name has characters that cannot be shown");
+  if (name.find_first_of("/\\") != std::string::npos) refuse_name("'" + name + "': a name without folders is expected");
+  if (name.front() == '.' || name.front() == '-') refuse_name("'" + name + "': the name begins with a dot or a dash");
+}
+
+}  // namespace tumble

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace tumble {
+
+/// What is below `root` under a name that a client gave: "sub/day 1.csv". Throws Error::bad_input for a name that is
+/// empty, absolute, has "..", control characters or a part that begins with a dot, or that leads outside by a link.
+std::filesystem::path inside(const std::filesystem::path& root, const std::string& name);
+
+/// Whether a name can be shown and sent: UTF-8 without control characters.
+bool is_plain_name(std::string_view name);
+
+/// A name for a new file in a folder: no folder, no leading dot, at most 200 bytes. Throws Error::bad_input.
+void require_file_name(const std::string& name);
+
+}  // namespace tumble

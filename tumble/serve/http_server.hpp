@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tumble/serve/event_feed.hpp"
+
+namespace tumble {
+
+/// A file that takes the body of a request. Its name is removed at the end: who keeps the file gives it another.
+class BodyFile {
+ public:
+  /// A new file. Throws Error::bad_file.
+  explicit BodyFile(const std::string& path);
+  BodyFile(const BodyFile&) = delete;
+  BodyFile& operator=(const BodyFile&) = delete;
+  ~BodyFile();
+
+  bool write(const char* bytes, std::size_t count);  ///< false: the disk is full, or fails
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  int descriptor_ = -1;
+};
+
+/// A request as it came; nothing of it is trusted.
+struct HttpRequest {
+  std::string method, path;                                ///< path: decoded, without the query
+  std::vector<std::pair<std::string, std::string>> query;  ///< decoded, in order
+  std::map<std::string, std::string> headers;              ///< names in lower case
+  std::string body;                                        ///< in memory
+  std::uint64_t body_bytes = 0;
+  std::shared_ptr<BodyFile> file;  ///< where the body is; null: in `body`
+};
+
+/// The first value of that name in the query; null for none.
+const std::string* find_query(const HttpRequest& request, std::string_view name);
+
+struct HttpResponse {
+  unsigned status = 200;
+  std::string type = "application/json";
+  std::string body;
+  std::vector<std::pair<std::string, std::string>> headers;
+  /// Where set, what follows the body: called on the work pool until it returns false, each time with more bytes.
+  std::function<bool(std::string& bytes)> more;
+  /// Where set, the answer is these events behind number `seen`, without end.
+  std::shared_ptr<EventFeed> events;
+  std::uint64_t seen = 0;
+};
+
+/// What is done with the body of a request whose head has come.
+struct BodyPlan {
+  std::optional<HttpResponse> refusal;  ///< at once, without the body
+  bool trusted = false;                 ///< the request has shown the token: its connection is closed last
+  std::uint64_t limit = 0;              ///< [bytes]; more is refused
+  std::shared_ptr<BodyFile> file;       ///< takes the body; null: memory does
+};
+
+struct HttpHandler {
+  std::function<BodyPlan(const HttpRequest& head)> admit;  ///< on the network thread: quick
+  std::function<HttpResponse(const HttpRequest&)> answer;  ///< on the work pool; may block
+};
+
+struct HttpOptions {
+  std::string host = "127.0.0.1";
+  unsigned port = 0;              ///< 0: any that is free
+  std::string certificate, key;   ///< files in PEM form; empty: no TLS
+  std::size_t workers = 2;        ///< threads that answer
+  std::size_t connections = 900;  ///< at once; beyond it the oldest without a token is closed
+  double patience = 20.0;         ///< [s] for the head of a request, for 64 kB of a body, and for an idle connection
+};
+
+/// A server of HTTP/1.1: one thread for the network and a pool that answers.
+class HttpServer {
+ public:
+  /// Listens from now on. Throws Error::bad_input where it cannot, or where certificate and key do not serve.
+  HttpServer(const HttpOptions& options, HttpHandler handler);
+  ~HttpServer();
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  unsigned port() const;
+  /// Serves until stop(), or where `until_signal` until SIGINT or SIGTERM.
+  void run(bool until_signal);
+  void stop();  ///< from any thread
+
+  struct State;
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tumble

@@ -1,0 +1,256 @@
+#include "tumble/serve/jobs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/serve/jobs/process.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const std::vector<std::string> state_names{"waiting", "running", "done", "failed", "cancelled"};
+
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json json_of(const Job& job) {
+  return {{"id", job.id},       {"kind", job.kind},         {"title", job.title}, {"state", name(job.state)},
+          {"doing", job.doing}, {"progress", job.progress}, {"begun", job.begun}, {"problems", job.problems},
+          {"files", job.files}};
+}
+
+/// A job as its folder keeps it.
+Job read_job(const fs::path& file) {
+  const Json json = Json::parse(read_text_file(file.string()));
+  Job job;
+  job.id = json.at("id").get<std::string>();
+  job.kind = json.at("kind").get<std::string>();
+  job.title = json.at("title").get<std::string>();
+  job.steps = json.at("steps").get<std::vector<Job::Step>>();
+  const auto state = std::ranges::find(state_names, json.at("state").get<std::string>());
+  if (state == state_names.end()) throw Error{Error::Kind::bad_file, "unknown state"};
+  job.state = static_cast<Job::State>(state - state_names.begin());
+  job.progress = json.at("progress").get<double>();
+  job.begun = json.at("begun").get<double>();
+  job.problems = json.at("problems").get<std::vector<std::string>>();
+  job.files = json.at("files").get<std::vector<std::string>>();
+  job.scratch = fs::path(json.at("scratch").get<std::string>()).filename().string();
+  return job;
+}
+
+/// "error: a\n       b\n" as the problems a and b; notes of the program are no problems. Files are named from `root`.
+std::vector<std::string> problems_in(std::string messages, const std::string& root) {
+  std::vector<std::string> problems;
+  const std::string prefix = root + "/";
+  for (auto place = messages.find(prefix); !root.empty() && place != std::string::npos; place = messages.find(prefix))
+    messages.erase(place, prefix.size());
+  std::istringstream lines(messages);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("tumble: ") || line.empty()) continue;
+    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
+    problems.push_back(line.substr(begin == std::string::npos ? 0 : begin));
+  }
+  return problems;
+}
+
+std::vector<std::string> results_in(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    const auto name = entry.path().filename().string();
+    if (name != "job.json" && !name.starts_with('.') && entry.is_regular_file(failed)) files.push_back(name);
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+Job::Step in_folder(Job::Step step, const std::string& folder) {
+  constexpr std::string_view mark = "{folder}";
+  for (std::string& word : step)
+    if (word.starts_with(mark)) word.replace(0, mark.size(), folder);
+  return step;
+}
+
+}  // namespace
+
+std::string name(Job::State state) { return state_names[static_cast<std::size_t>(state)]; }
+
+std::string to_json(const Job& job) { return dumped(json_of(job)); }
+
+Jobs::Jobs(JobOptions options, EventFeed& feed) : options_(std::move(options)), feed_(feed) {
+  restore();
+  for (unsigned i = 0; i < options_.runners; ++i) runners_.emplace_back([this] { run_jobs(); });
+}
+
+Jobs::~Jobs() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    for (const auto& [id, process] : processes_) jobs::end_process(process);
+  }
+  work_.notify_all();
+  for (auto& runner : runners_) runner.join();
+}
+
+std::string Jobs::folder_of(const Job& job) const { return (fs::path(options_.folder) / job.id).string(); }
+
+void Jobs::restore() {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(options_.folder, failed)) {
+    const auto file = entry.path() / "job.json";
+    const auto id = entry.path().filename().string();
+    if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos || id.size() > 9) continue;
+    next_ = std::max<std::uint64_t>(next_, std::stoull(id) + 1);
+    try {
+      Job job = read_job(file);
+      if (job.id != id) continue;
+      if (job.state == Job::State::running) job.state = Job::State::waiting;
+      jobs_[id] = std::move(job);
+    } catch (const std::exception&) {
+      continue;  // a folder that is no job of ours stays as it is
+    }
+  }
+}
+
+std::string Jobs::start(Job job) {
+  const std::lock_guard lock(mutex_);
+  job.id = job.kept ? fmt::format("{:06}", next_++) : fmt::format("p{}", next_++);
+  job.state = Job::State::waiting;
+  job.begun = options_.clock ? options_.clock() : 0.0;
+  if (job.kept) fs::create_directories(folder_of(job));
+  const auto id = job.id;
+  forget_unkept();
+  changed(jobs_[id] = std::move(job));
+  work_.notify_one();
+  return id;
+}
+
+/// What has no folder and has ended is of no use for long: the oldest go.
+void Jobs::forget_unkept() {
+  constexpr std::size_t most = 1000;
+  std::vector<std::string> ended;
+  for (const auto& [id, job] : jobs_)
+    if (!job.kept && job.state != Job::State::waiting && job.state != Job::State::running) ended.push_back(id);
+  std::ranges::sort(ended, {}, [&](const std::string& id) { return jobs_[id].begun; });
+  for (std::size_t i = 0; i + most < ended.size(); ++i) jobs_.erase(ended[i]);
+}
+
+bool Jobs::cancel(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return false;
+  Job& job = found->second;
+  if (job.state != Job::State::waiting && job.state != Job::State::running) return false;
+  const bool running = job.state == Job::State::running;
+  job.state = Job::State::cancelled;
+  if (running) jobs::end_process(processes_[id]);
+  changed(job);
+  return true;
+}
+
+std::vector<Job> Jobs::all() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Job> list;
+  for (const auto& [id, job] : jobs_) list.push_back(job);
+  return list;
+}
+
+Job Jobs::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? Job{} : found->second;
+}
+
+std::string Jobs::file_of(const std::string& id, const std::string& file) const {
+  const Job job = find(id);
+  if (!job.kept || std::ranges::find(job.files, file) == job.files.end()) return "";
+  return (fs::path(folder_of(job)) / file).string();
+}
+
+/// Tells everybody, and keeps what must survive. Called with the lock.
+void Jobs::changed(const Job& job) {
+  feed_.publish("job", dumped(json_of(job)));
+  if (!job.kept) return;
+  Json json = json_of(job);
+  json["steps"] = job.steps;
+  json["scratch"] = job.scratch;
+  try {
+    write_file_atomically((fs::path(folder_of(job)) / "job.json").string(), dumped(json) + "\n");
+  } catch (const Error&) {
+    // A full disk keeps a job from being remembered, not from being done.
+  }
+}
+
+Job* Jobs::next_waiting() {
+  for (const bool kept : {false, true})  // what somebody waits for to see comes first
+    for (auto& [id, job] : jobs_)
+      if (job.kept == kept && job.state == Job::State::waiting) return &job;
+  return nullptr;
+}
+
+void Jobs::run_jobs() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    Job* job = nullptr;
+    work_.wait(lock, [&] { return ended_ || (job = next_waiting()) != nullptr; });
+    if (ended_) return;
+    job->state = Job::State::running;
+    processes_[job->id] = 0;
+    changed(*job);
+    const std::string id = job->id;
+    carry_out(lock, id);
+    processes_.erase(id);
+  }
+}
+
+/// Steps one after the other until one fails; the lock is held except while a process runs.
+void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) {
+  const auto steps = jobs_[id].steps;
+  const auto folder = folder_of(jobs_[id]);
+  const auto number = static_cast<double>(steps.size());
+  for (std::size_t i = 0; i < steps.size() && jobs_[id].state == Job::State::running && !ended_; ++i) {
+    lock.unlock();
+    const auto outcome = jobs::run_process(
+        options_.program, in_folder(steps[i], folder),
+        [&](int process) {
+          const std::lock_guard inside(mutex_);
+          processes_[id] = process;
+          if (process > 0 && (ended_ || jobs_[id].state == Job::State::cancelled)) jobs::end_process(process);
+        },
+        [&](double done, const std::string& doing) {
+          const std::lock_guard inside(mutex_);
+          Job& job = jobs_[id];
+          job.progress = (static_cast<double>(i) + done) / number;
+          job.doing = doing;
+          feed_.publish("job", dumped(json_of(job)));
+        });
+    lock.lock();
+    Job& job = jobs_[id];
+    if (ended_ || job.state == Job::State::cancelled) break;
+    job.progress = static_cast<double>(i + 1) / number;
+    if (outcome.status == 0) continue;
+    job.state = Job::State::failed;
+    job.problems = problems_in(outcome.messages, options_.root);
+    if (job.problems.empty()) job.problems.push_back("the program ended without a message");
+  }
+  if (ended_) return;
+  Job& job = jobs_[id];
+  if (job.state == Job::State::running) job.state = Job::State::done;
+  job.doing.clear();
+  std::error_code ignored;
+  if (job.kept && !job.scratch.empty()) fs::remove(fs::path(folder) / job.scratch, ignored);
+  if (job.kept) job.files = results_in(folder);
+  changed(job);
+}
+
+}  // namespace tumble

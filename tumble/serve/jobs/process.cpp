@@ -1,0 +1,151 @@
+#include "tumble/serve/jobs/process.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+
+namespace tumble::jobs {
+namespace {
+
+constexpr std::size_t most_messages = 1 << 16;
+constexpr int progress_descriptor = 3;
+
+struct Pipe {
+  int read = -1, write = -1;
+  Pipe() {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) == 0) read = ends[0], write = ends[1];
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  ~Pipe() {
+    close_end(read);
+    close_end(write);
+  }
+  static void close_end(int& end) {
+    if (end >= 0) close(end);
+    end = -1;
+  }
+};
+
+/// Between fork and exec: only what a signal handler may do. The process ends with the server. Signals were blocked
+/// before the fork: a handler of the server that ran in here would write to what both share, and end the server.
+[[noreturn]] void become(const char* program, char* const* arguments, char* const* environment, int messages,
+                         int progress, pid_t parent) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(127);
+  for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  const int nothing = open("/dev/null", O_RDWR);
+  const int kept = fcntl(progress, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
+  dup2(nothing, STDIN_FILENO);
+  dup2(nothing, STDOUT_FILENO);
+  dup2(told, STDERR_FILENO);
+  dup2(kept, progress_descriptor);
+  close_range(progress_descriptor + 1, ~0u, 0);
+  execve(program, arguments, environment);
+  _exit(127);
+}
+
+/// The environment with the place for progress, and English messages without colour.
+std::vector<std::string> environment_of_job() {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry; ++entry)
+    if (!std::string_view(*entry).starts_with("TUMBLE_PROGRESS=")) all.emplace_back(*entry);
+  all.push_back("TUMBLE_PROGRESS=" + std::to_string(progress_descriptor));
+  return all;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  for (std::string& text : texts) all.push_back(text.data());
+  all.push_back(nullptr);
+  return all;
+}
+
+/// The last whole line of "0.25 what": earlier ones are history.
+void take_progress(std::string& waiting, const std::function<void(double, const std::string&)>& progress) {
+  const auto end = waiting.rfind('\n');
+  if (end == std::string::npos) return;
+  const auto before = end == 0 ? std::string::npos : waiting.rfind('\n', end - 1);
+  const std::string line = waiting.substr(before == std::string::npos ? 0 : before + 1,
+                                          end - (before == std::string::npos ? 0 : before + 1));
+  waiting.erase(0, end + 1);
+  double done = 0.0;
+  const auto [rest, fault] = std::from_chars(line.data(), line.data() + line.size(), done);
+  if (fault == std::errc{} && done >= 0.0 && done <= 1.0)
+    progress(done, std::string(*rest == ' ' ? rest + 1 : rest, line.data() + line.size()));
+}
+
+/// Until the process has closed both.
+void listen_to(int messages, int progress, Outcome& outcome,
+               const std::function<void(double, const std::string&)>& say) {
+  pollfd ends[2] = {{messages, POLLIN, 0}, {progress, POLLIN, 0}};
+  std::string waiting;
+  char bytes[4096];
+  while (ends[0].fd >= 0 || ends[1].fd >= 0) {
+    if (poll(ends, 2, -1) < 0 && errno != EINTR) return;
+    for (pollfd& end : ends) {
+      if (end.fd < 0 || end.revents == 0) continue;
+      const auto count = read(end.fd, bytes, sizeof bytes);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) {
+        end.fd = -1;
+      } else if (&end == ends) {
+        if (outcome.messages.size() < most_messages) outcome.messages.append(bytes, static_cast<std::size_t>(count));
+      } else {
+        waiting.append(bytes, static_cast<std::size_t>(count));
+        take_progress(waiting, say);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments,
+                    const std::function<void(int)>& started,
+                    const std::function<void(double, const std::string&)>& progress) {
+  Outcome outcome{-1, {}};
+  Pipe messages, steps;
+  std::vector<std::string> words{program}, environment = environment_of_job();
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const auto argument_pointers = pointers(words), environment_pointers = pointers(environment);
+  const pid_t parent = getpid();
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t child = messages.write >= 0 && steps.write >= 0 ? fork() : -1;
+  if (child == 0)
+    become(program.c_str(), argument_pointers.data(), environment_pointers.data(), messages.write, steps.write, parent);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  if (child < 0) {
+    outcome.messages = "error: no process can be started\n";
+    return outcome;
+  }
+  setpgid(child, child);
+  started(child);
+  Pipe::close_end(messages.write);
+  Pipe::close_end(steps.write);
+  listen_to(messages.read, steps.read, outcome, progress);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  started(0);
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+void end_process(int process) {
+  if (process > 0) kill(-process, SIGTERM);
+}
+
+}  // namespace tumble::jobs

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tumble::jobs {
+
+/// How a process of the program ended.
+struct Outcome {
+  int status = 0;        ///< exit status; -1: it was ended by a signal, or could not be started
+  std::string messages;  ///< what it wrote to standard error
+};
+
+/// Starts the program, reads its progress and messages until it ends.
+///
+/// Given  started   gets the process while it runs, and 0 when it has ended
+///        progress  done [1] from 0 to 1, and what is done
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments,
+                    const std::function<void(int)>& started,
+                    const std::function<void(double, const std::string&)>& progress);
+
+/// Ends a process and what it started.
+void end_process(int process);
+
+}  // namespace tumble::jobs

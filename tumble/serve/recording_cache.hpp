@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/progress.hpp"
+#include "tumble/pyramid/pyramid.hpp"
+#include "tumble/serve/jobs.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble {
+
+/// Builds what a workbench shows of a recording and keeps it in `cache`: `<sha256>.pyr`, and what `inspect` makes of
+/// it as JSON. Nothing is done where it is there already. `inspect` gives the JSON.
+/// Throws Error::bad_file, and as the readers do.
+void prepare_recording(
+    const std::string& recording, const Sets& sets, const std::filesystem::path& cache,
+    const std::function<std::string(const std::string&, const ReadOptions&, const Progress&)>& inspect,
+    const Progress& progress);
+
+/// A prepared recording.
+struct PreparedRecording {
+  std::shared_ptr<const Pyramid> pyramid;
+  std::string checksum;    ///< SHA-256 of the file; empty for a folder
+  std::string tag;         ///< changes with the file and with how it is read
+  std::string inspection;  ///< JSON of `inspect`; empty: not there yet
+};
+
+/// How far a recording is.
+struct RecordingState {
+  std::shared_ptr<const PreparedRecording> prepared;  ///< null: not yet
+  std::string job;                                    ///< that prepares it; empty: none
+  std::vector<std::string> problems;                  ///< why it cannot be read
+};
+
+/// Prepared recordings, open as long as somebody looks at them.
+class RecordingCache {
+ public:
+  RecordingCache(std::filesystem::path cache, Jobs& jobs) : cache_(std::move(cache)), jobs_(jobs) {}
+
+  /// What is there; where nothing is and `start`, a job begins to prepare it. Throws Error::bad_file, bad_input.
+  RecordingState find(const std::string& recording, const Sets& sets, bool start);
+
+ private:
+  struct Entry {
+    std::string key;
+    std::shared_ptr<const PreparedRecording> prepared;
+  };
+  static constexpr std::size_t most_open = 1000;
+
+  std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets, const std::string& key);
+
+  std::filesystem::path cache_;
+  Jobs& jobs_;
+  std::mutex mutex_;
+  std::list<Entry> open_;                   ///< the latest first
+  std::map<std::string, std::string> job_;  ///< by key
+};
+
+}  // namespace tumble

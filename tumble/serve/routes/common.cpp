@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/routes.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::routes {
+
+HttpResponse json_response(const Json& json, unsigned status) {
+  HttpResponse response;
+  response.status = status;
+  response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return response;
+}
+
+HttpResponse problem_response(const Error& error) {
+  unsigned status = 500;
+  switch (error.kind) {
+    case Error::Kind::bad_input:
+      status = 400;
+      break;
+    case Error::Kind::unsupported:
+      status = 404;
+      break;
+    case Error::Kind::bad_data:
+    case Error::Kind::bad_file:
+      status = 422;
+      break;
+    case Error::Kind::internal:
+      break;
+  }
+  return json_response({{"problems", error.problems}}, status);
+}
+
+HttpResponse problem_response(unsigned status, const std::string& problem) {
+  return json_response({{"problems", {problem}}}, status);
+}
+
+std::string required(const HttpRequest& request, std::string_view name) {
+  if (const auto* value = find_query(request, name)) return *value;
+  throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' is missing", name)};
+}
+
+double required_number(const HttpRequest& request, std::string_view name) {
+  const auto text = required(request, name);
+  double value = 0.0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' must be a number, not '{}'", name, text)};
+  return value;
+}
+
+std::vector<std::string> all_of(const HttpRequest& request, std::string_view name) {
+  std::vector<std::string> values;
+  for (const auto& [key, value] : request.query)
+    if (key == name) values.push_back(value);
+  return values;
+}
+
+std::string existing(const Context& context, const std::string& name) {
+  try {
+    return inside(context.options.folder, name).string();
+  } catch (const Error& error) {
+    if (error.kind == Error::Kind::bad_file) throw Error{Error::Kind::unsupported, error.problems};
+    throw;
+  }
+}
+
+Sets sets_of(const std::vector<std::string>& texts) {
+  static const std::vector<std::string> known{"rate",    "missing", "columns", "segment_column", "topic",
+                                              "decimal", "time",    "date",    "encoding",       "skip"};
+  Sets sets;
+  for (const auto& text : texts) {
+    const auto equals = text.find('=');
+    const auto key = text.substr(0, equals);
+    if (equals == std::string::npos || (std::ranges::find(known, key) == known.end() && !key.starts_with("unit.")))
+      throw Error{
+          Error::Kind::bad_input,
+          fmt::format("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
+                      "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
+                      "skip=LINES",
+                      text)};
+    sets.emplace_back(key, text.substr(equals + 1));
+  }
+  return sets;
+}
+
+Json number(double value_si, const Unit& unit) {
+  if (!std::isfinite(value_si)) return nullptr;
+  const auto text = format_in(value_si, unit);
+  double value = 0.0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+std::string number_text(double value, double scale) {
+  if (!std::isfinite(value)) return "";
+  if (!(scale > 0.0) || !std::isfinite(scale)) return fmt::format("{:.9g}", value);
+  const int last = static_cast<int>(std::floor(std::log10(scale))) - 4;
+  if (std::abs(value) < std::pow(10.0, last)) return fmt::format("{:.2g}", value);
+  const double size = std::log10(std::abs(value));
+  if (last >= -12 && last <= 0 && size < 9.0) return fmt::format("{:.{}f}", value, -last);
+  return fmt::format("{:.{}g}", value, std::clamp(static_cast<int>(std::floor(size)) - last + 1, 1, 17));
+}
+
+std::vector<std::string> units_like(const Unit& unit) {
+  static const std::vector<std::string> usual{"deg/h",  "deg/s", "rad/s", "m/s^2", "g",    "mg", "ug", "deg",
+                                              "arcsec", "rad",   "m/s",   "mm/s",  "degC", "K",  "s",  "ms",
+                                              "pulse",  "V",     "mV",    "A",     "mA",   "T",  "uT", "Pa",
+                                              "kPa",    "hPa",   "Hz",    "m",     "mm",   "1",  "%",  "ppm"};
+  std::vector<std::string> like{unit.text()};
+  for (const auto& text : usual)
+    if (text != unit.text() && Unit::parse(text).dimension() == unit.dimension()) like.push_back(text);
+  return like;
+}
+
+}  // namespace tumble::routes

@@ -1,0 +1,229 @@
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/routes.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::routes {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t most_plans = 1000;
+
+Json body_of(const HttpRequest& request) {
+  const Json body = Json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
+  return body;
+}
+
+/// A member of the body; `fallback` where it is absent. Throws Error::bad_input where it is of another kind.
+template <class Value>
+Value member(const Json& body, const char* name, Value fallback) {
+  if (!body.contains(name)) return fallback;
+  try {
+    return body.at(name).get<Value>();
+  } catch (const Json::exception&) {
+    throw Error{Error::Kind::bad_input, fmt::format("'{}' is not of the kind that is expected", name)};
+  }
+}
+
+std::string language_of(const Json& body) {
+  const auto language = member<std::string>(body, "language", "en");
+  return language == "zh" ? "zh" : "en";
+}
+
+void add_sets(const Sets& sets, Job::Step& step) {
+  for (const auto& [key, value] : sets) step.push_back("--set=" + key + "=" + value);
+}
+
+std::string number_argument(double value) { return fmt::format("{}", value); }
+
+HttpResponse started(Context& context, Job job) {
+  const auto id = context.jobs.start(std::move(job));
+  return json_response({{"job", id}}, 202);
+}
+
+/// A plan of the folder, or a method that needs none.
+std::string what_to_identify(const Context& context, const Json& body) {
+  const auto plan = member<std::string>(body, "plan", ""), method = member<std::string>(body, "method", "");
+  if (plan.empty() == method.empty()) throw Error{Error::Kind::bad_input, "either a plan or a method is expected"};
+  if (!plan.empty()) return existing(context, plan);
+  if (find_method(method).needs_plan) throw Error{Error::Kind::bad_input, "the method " + method + " needs a plan"};
+  return method;
+}
+
+HttpResponse identify(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto names = member<std::vector<std::string>>(body, "recordings", {});
+  Job job;
+  job.kind = "identify";
+  Job::Step step{"identify", what_to_identify(context, body)};
+  for (const auto& name : names) step.push_back(existing(context, name));
+  if (names.empty()) throw Error{Error::Kind::bad_input, "'recordings' names none"};
+  step.insert(step.end(), {"--quiet", "-o", "{folder}/result.json"});
+  add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
+  job.title = fmt::format("{}: {}", fs::path(step[1]).filename().string(), names.front());
+  job.steps = {step, {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};
+  return started(context, std::move(job));
+}
+
+/// Spectrum and Allan deviation of a span.
+HttpResponse noise(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto file = member<std::string>(body, "file", "");
+  const auto path = existing(context, file);
+  const auto channels = member<std::vector<std::string>>(body, "channels", {});
+  const double from = member<double>(body, "from", 0.0), to = member<double>(body, "to", 0.0);
+  if (!(to > from)) throw Error{Error::Kind::bad_input, "the span ends before it begins"};
+  if (channels.empty()) throw Error{Error::Kind::bad_input, "'channels' names none"};
+  const Sets sets = sets_of(member<std::vector<std::string>>(body, "set", {}));
+  Job::Step cut{"convert",
+                path,
+                "-o",
+                "{folder}/span.h5",
+                "--quiet",
+                "--from=" + number_argument(from),
+                "--to=" + number_argument(to)};
+  for (const auto& channel : channels) cut.push_back("--channel=" + channel);
+  add_sets(sets, cut);
+  Job::Step step{"identify", "allan_noise",          "{folder}/span.h5",    "--quiet",
+                 "-o",       "{folder}/result.json", "--set=spectrum=welch"};
+  if (channels.size() == 1) step.push_back("--set=channels.signal=" + channels.front());
+  Job job;
+  job.kind = "noise";
+  job.title = fmt::format("{}: {:.6g} s ... {:.6g} s", file, from, to);
+  job.scratch = "span.h5";
+  job.steps = {cut,
+               step,
+               {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)},
+               {"report", "{folder}/result.json", "--figure", "{folder}/figure.svg"}};
+  return started(context, std::move(job));
+}
+
+/// The recording in another format, as a new file of the folder.
+HttpResponse convert_to(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto file = member<std::string>(body, "file", ""), to = member<std::string>(body, "to", "");
+  const auto path = existing(context, file);
+  require_file_name(to);
+  if (!format_to_write(to).writer) throw Error{Error::Kind::bad_input, "'" + to + "' cannot be written"};
+  Job job;
+  job.kind = "convert";
+  job.title = file + ": " + to;
+  Job::Step step{"convert", path, "-o", "{folder}/" + to, "--quiet"};
+  add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
+  job.steps = {step};
+  return started(context, std::move(job));
+}
+
+HttpResponse list_jobs(Context& context, const HttpRequest&) {
+  const auto latest = context.feed.latest();  // before the jobs: what changes in between comes as an event
+  Json jobs = Json::array();
+  for (const Job& job : context.jobs.all()) jobs.push_back(Json::parse(to_json(job)));
+  return json_response({{"event", latest}, {"jobs", jobs}});
+}
+
+HttpResponse cancel(Context& context, const HttpRequest& request) {
+  const auto id = required(request, "id");
+  if (context.jobs.find(id).id.empty()) throw Error{Error::Kind::unsupported, "there is no job '" + id + "'"};
+  return json_response({{"cancelled", context.jobs.cancel(id)}});
+}
+
+std::string type_of(const std::string& name) {
+  const auto extension = fs::path(name).extension().string();
+  if (extension == ".html") return "text/html; charset=utf-8";
+  if (extension == ".svg") return "image/svg+xml";
+  if (extension == ".json") return "application/json";
+  if (extension == ".csv") return "text/csv; charset=utf-8";
+  return "application/octet-stream";
+}
+
+/// A result of a job. A page runs in a sandbox: it cannot ask the server as the user can.
+HttpResponse job_file(Context& context, const HttpRequest& request) {
+  const auto name = required(request, "name");
+  const auto path = context.jobs.file_of(required(request, "id"), name);
+  if (path.empty()) throw Error{Error::Kind::unsupported, "the job has no file '" + name + "'"};
+  auto stream = std::make_shared<std::ifstream>(path, std::ios::binary);
+  if (!*stream) throw Error{Error::Kind::bad_file, "'" + name + "' cannot be read"};
+  HttpResponse response;
+  response.type = type_of(name);
+  response.headers.emplace_back(
+      "Content-Security-Policy",
+      "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
+      "style-src 'unsafe-inline'; img-src data:; font-src data:");
+  if (response.type == "application/octet-stream" || response.type.starts_with("text/csv"))
+    response.headers.emplace_back("Content-Disposition", "attachment");
+  response.more = [stream](std::string& bytes) {
+    bytes.resize(1 << 18);
+    stream->read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(stream->gcount()));
+    return !bytes.empty();
+  };
+  return response;
+}
+
+/// Plans of the folder, and the methods that need none.
+HttpResponse plans(Context& context, const HttpRequest&) {
+  Json list = Json::array(), methods = Json::array();
+  std::error_code failed;
+  fs::recursive_directory_iterator place(context.options.folder, fs::directory_options::skip_permission_denied, failed);
+  for (; place != fs::recursive_directory_iterator() && list.size() < most_plans; place.increment(failed)) {
+    if (failed) break;
+    const auto& path = place->path();
+    const auto name = fs::relative(path, context.options.folder, failed).generic_string();
+    if (path.filename().string().starts_with('.') || place.depth() > 3 || name == "jobs")
+      place.disable_recursion_pending();
+    if (path.extension() != ".toml" || place->is_symlink(failed) || !place->is_regular_file(failed) ||
+        !is_plain_name(name) || place->file_size(failed) > 1'000'000)
+      continue;
+    try {
+      const auto table = toml::parse(read_text_file(path.string()));
+      const auto method = table["method"].value<std::string>();
+      if (method) list.push_back({{"name", name}, {"method", *method}, {"title", table["title"].value_or(name)}});
+    } catch (const std::exception&) {
+      continue;  // it is no plan
+    }
+  }
+  for (const Method* method : method_catalogue())
+    if (!method->needs_plan) methods.push_back({{"name", method->name}, {"summary", method->summary}});
+  return json_response({{"plans", list}, {"methods", methods}});
+}
+
+HttpResponse events(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.type = "text/event-stream";
+  response.events = {std::shared_ptr<void>(), &context.feed};
+  response.seen = context.feed.latest();
+  const auto last = request.headers.find("last-event-id");
+  const auto* after = find_query(request, "after");
+  const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
+  if (!seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos)
+    response.seen = std::stoull(seen);
+  return response;
+}
+
+}  // namespace
+
+std::vector<Route> job_routes() {
+  constexpr std::uint64_t small = 1 << 16;
+  return {{"GET", "/api/plans", plans},
+          {"GET", "/api/jobs", list_jobs},
+          {"GET", "/api/jobs/file", job_file},
+          {.method = "POST", .path = "/api/jobs/cancel", .answer = cancel, .body_limit = small},
+          {.method = "POST", .path = "/api/jobs/identify", .answer = identify, .body_limit = small},
+          {.method = "POST", .path = "/api/jobs/noise", .answer = noise, .body_limit = small},
+          {.method = "POST", .path = "/api/jobs/convert", .answer = convert_to, .body_limit = small},
+          {"GET", "/api/events", events}};
+}
+
+}  // namespace tumble::routes

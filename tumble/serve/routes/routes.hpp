@@ -1,0 +1,67 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tumble/serve/guard.hpp"
+#include "tumble/serve/http_server.hpp"
+#include "tumble/serve/jobs.hpp"
+#include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/workbench.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::routes {
+
+using Json = nlohmann::ordered_json;
+
+/// What the answers are made from.
+struct Context {
+  WorkbenchOptions options;
+  Guard guard;
+  EventFeed feed;
+  Jobs jobs;
+  RecordingCache recordings;
+
+  explicit Context(const WorkbenchOptions& given);
+};
+
+/// One method and path of the server.
+struct Route {
+  std::string method, path;
+  HttpResponse (*answer)(Context& context, const HttpRequest& request);
+  bool open = false;             ///< without the token
+  std::uint64_t body_limit = 0;  ///< [bytes]
+  bool body_to_file = false;     ///< into the folder of uploads
+};
+
+std::vector<Route> page_routes();
+std::vector<Route> recording_routes();
+std::vector<Route> view_routes();
+std::vector<Route> job_routes();
+
+HttpResponse json_response(const Json& json, unsigned status = 200);
+/// {"problems": [...]} with the status that the kind of error has.
+HttpResponse problem_response(const Error& error);
+HttpResponse problem_response(unsigned status, const std::string& problem);
+
+/// A parameter of the query [as written]. Throws Error::bad_input where it is missing, or is no number.
+std::string required(const HttpRequest& request, std::string_view name);
+/// One that is a number [as written].
+double required_number(const HttpRequest& request, std::string_view name);
+std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
+
+/// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
+std::string existing(const Context& context, const std::string& name);
+/// How a file is to be read: the parameters set=key=value. Throws Error::bad_input for a key that is not about columns
+/// and times of a file.
+Sets sets_of(const std::vector<std::string>& texts);
+
+/// `value_si` [SI] in the unit, as JSON; null where it is not finite.
+Json number(double value_si, const Unit& unit);
+/// A value [u] with digits down to 1e-4 of `scale` [u].
+std::string number_text(double value, double scale);
+/// Units that people use for this dimension; the first is that of the file.
+std::vector<std::string> units_like(const Unit& unit);
+
+}  // namespace tumble::routes

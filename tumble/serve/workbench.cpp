@@ -1,0 +1,135 @@
+#include "tumble/serve/workbench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <new>
+
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/routes.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+using routes::Route;
+
+namespace routes {
+
+Context::Context(const WorkbenchOptions& given)
+    : options(given),
+      guard{given.token, given.host, given.port, given.tls, given.computer},
+      feed(given.first_event),
+      jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
+      recordings(given.cache, jobs) {}
+
+}  // namespace routes
+
+namespace {
+
+std::vector<Route> all_routes() {
+  std::vector<Route> all;
+  for (const auto& some :
+       {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
+    all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+}  // namespace
+
+struct Workbench::State {
+  std::vector<Route> routes = all_routes();
+  std::atomic<std::uint64_t> uploads = 0;
+  routes::Context context;
+
+  explicit State(const WorkbenchOptions& options) : context(options) {}
+
+  /// HEAD is answered as GET is, without the body.
+  const Route* route_of(const HttpRequest& request) const {
+    const std::string method = request.method == "HEAD" ? "GET" : request.method;
+    const auto found = std::ranges::find_if(
+        routes, [&](const Route& route) { return route.path == request.path && route.method == method; });
+    return found == routes.end() ? nullptr : &*found;
+  }
+
+  HttpResponse unknown(const HttpRequest& request) const {
+    std::string allowed;
+    for (const Route& route : routes)
+      if (route.path == request.path) allowed += (allowed.empty() ? "" : ", ") + route.method;
+    if (allowed.empty()) return routes::problem_response(404, "there is nothing at this address");
+    auto response = routes::problem_response(405, "this address is asked by " + allowed);
+    response.headers.emplace_back("Allow", allowed);
+    return response;
+  }
+
+  std::optional<HttpResponse> refusal(const HttpRequest& head, bool trusted) const {
+    if (!context.guard.names_this_server(head))
+      return routes::problem_response(421, "the name of the server in the request is not one of this server");
+    if (context.guard.is_cross_site(head)) return routes::problem_response(403, "the request comes from another site");
+    const Route* route = route_of(head);
+    if (!route) return unknown(head);
+    if (!route->open && !trusted)
+      return routes::problem_response(401, "open the workbench by the link that the program printed");
+    return std::nullopt;
+  }
+
+  BodyPlan admit(const HttpRequest& head) {
+    BodyPlan plan;
+    plan.trusted = context.guard.has_token(head);
+    plan.refusal = refusal(head, plan.trusted);
+    if (!plan.refusal) {
+      const Route& route = *route_of(head);
+      plan.limit = route.body_to_file ? context.options.upload_limit : route.body_limit;
+      if (route.body_to_file) try {
+          const auto* name = find_query(head, "name");
+          require_file_name(name ? *name : "");
+          const fs::path folder = context.options.folder / "uploads";
+          fs::create_directories(folder);
+          inside(context.options.folder, "uploads");
+          plan.file = std::make_shared<BodyFile>(
+              (folder / fmt::format(".upload.{}.{}.part", context.options.first_event, uploads++)).string());
+        } catch (const Error& error) {
+          plan.refusal = routes::problem_response(error);
+        } catch (const fs::filesystem_error& error) {
+          plan.refusal = routes::problem_response(507, error.code().message());
+        }
+    }
+    if (plan.refusal) add_safety(*plan.refusal);
+    return plan;
+  }
+
+  HttpResponse answer(const HttpRequest& request) {
+    HttpResponse response;
+    try {
+      response = route_of(request)->answer(context, request);
+    } catch (const Error& error) {
+      response = routes::problem_response(error);
+    } catch (const std::bad_alloc&) {
+      response = routes::problem_response(503, "there is not enough memory for this answer");
+    } catch (const std::exception& error) {
+      response = routes::problem_response(500, fmt::format("internal: {}", error.what()));
+    }
+    add_safety(response);
+    return response;
+  }
+};
+
+Workbench::Workbench(const WorkbenchOptions& options) : state_(std::make_unique<State>(options)) {}
+
+Workbench::~Workbench() = default;
+
+HttpHandler Workbench::handler() {
+  return {[this](const HttpRequest& head) { return state_->admit(head); },
+          [this](const HttpRequest& request) { return state_->answer(request); }};
+}
+
+void Workbench::set_port(unsigned port) { state_->context.guard.port = port; }
+
+std::vector<std::string> workbench_routes() {
+  std::vector<std::string> all;
+  for (const Route& route : all_routes()) all.push_back(route.method + " " + route.path);
+  return all;
+}
+
+}  // namespace tumble

@@ -1,0 +1,138 @@
+#include "tumble/serve/workbench.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/serve/event_feed.hpp"
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/guard.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Workbench, EveryRouteIsDescribed) {
+  std::ifstream file(TUMBLE_SOURCE_DIR "/web/openapi.json");
+  const auto description = nlohmann::json::parse(file);
+  std::vector<std::string> described;
+  for (const auto& [path, methods] : description.at("paths").items())
+    for (const auto& [method, entry] : methods.items())
+      described.push_back((method == "get" ? "GET " : "POST ") + path);
+  auto routes = workbench_routes();
+  std::ranges::sort(routes);
+  std::ranges::sort(described);
+  EXPECT_EQ(routes, described);
+}
+
+TEST(EventFeed, GoesOnBehindAnyEventThatItKeeps) {
+  EventFeed feed(100);
+  std::uint64_t seen = feed.latest();
+  EXPECT_EQ(seen, 99u);
+  EXPECT_EQ(feed.after(seen), "");
+  feed.publish("job", "{1}");
+  feed.publish("job", "{2}");
+  EXPECT_EQ(feed.after(seen), "id: 100\nevent: job\ndata: {1}\n\nid: 101\nevent: job\ndata: {2}\n\n");
+  EXPECT_EQ(seen, 101u);
+  seen = 100;
+  EXPECT_EQ(feed.after(seen), "id: 101\nevent: job\ndata: {2}\n\n");
+}
+
+TEST(EventFeed, SaysWhereItCannotGoOn) {
+  EventFeed feed(100);
+  for (int i = 0; i < 5000; ++i) feed.publish("job", "{}");
+  for (std::uint64_t seen : {0ul, 50ul, 200ul, 5100ul, ~0ul}) {
+    EXPECT_EQ(feed.after(seen), "id: 5099\nevent: reset\ndata: {}\n\n");
+    EXPECT_EQ(seen, 5099u);
+  }
+}
+
+TEST(EventFeed, WakesThoseWhoSubscribed) {
+  EventFeed feed(1);
+  int woken = 0;
+  {
+    const auto subscription = feed.subscribe([&] { ++woken; });
+    feed.publish("job", "{}");
+  }
+  feed.publish("job", "{}");
+  EXPECT_EQ(woken, 1);
+}
+
+TEST(FolderPaths, LeadNowhereOutside) {
+  const ScratchFolder scratch;
+  const fs::path root = scratch.path / "data";
+  fs::create_directories(root / "sub");
+  std::ofstream(root / "sub" / "a.csv") << "x";
+  std::ofstream(scratch.path / "b.csv") << "x";
+  fs::create_symlink(scratch.path / "b.csv", root / "link.csv");
+  fs::create_symlink("sub/a.csv", root / "near.csv");
+  EXPECT_EQ(inside(root, "sub/a.csv"), root / "sub/a.csv");
+  EXPECT_EQ(inside(root, "near.csv"), root / "near.csv");
+  for (const std::string name : {"", "../b.csv", "sub/../../b.csv", "/etc/passwd", "link.csv", "./sub/a.csv",
+                                 "sub//../a.csv", ".", "..", "a\nb", "a\x7f", "\xff", "sub/.hidden", "none.csv"})
+    EXPECT_THROW(inside(root, name), Error) << name;
+  EXPECT_NO_THROW(require_file_name("测试 1.csv"));
+  for (const std::string name : {"", "a/b", "a\\b", ".a", "-a", "a\rb", "\xc3"})
+    EXPECT_THROW(require_file_name(name), Error);
+}
+
+HttpRequest from(std::map<std::string, std::string> headers, const std::string& method = "GET",
+                 const std::string& path = "/api/jobs") {
+  HttpRequest request;
+  request.method = method;
+  request.path = path;
+  request.headers = std::move(headers);
+  return request;
+}
+
+TEST(Guard, KnowsItsOwnNames) {
+  const Guard here{"", "127.0.0.1", 8321, false, "lab"};
+  for (const char* host : {"127.0.0.1:8321", "localhost:8321", "LOCALHOST:8321", "[::1]:8321"})
+    EXPECT_TRUE(here.names_this_server(from({{"host", host}}))) << host;
+  for (const char* host : {"", "127.0.0.1", "evil.example:8321", "127.0.0.1.evil.example:8321", "lab:8321",
+                           "10.0.0.1:8321", "[::1", "localhost:8321:1", "127.0.0.1:08321"})
+    EXPECT_FALSE(here.names_this_server(from({{"host", host}}))) << host;
+  const Guard outside{"t", "0.0.0.0", 443, true, "Lab"};
+  for (const char* host : {"lab", "lab.local", "LAB:443", "10.0.0.1", "[fe80::1]"})
+    EXPECT_TRUE(outside.names_this_server(from({{"host", host}}))) << host;
+  EXPECT_FALSE(outside.names_this_server(from({{"host", "lab.evil.example"}})));
+}
+
+TEST(Guard, RefusesPagesOfOthers) {
+  const Guard guard{"", "127.0.0.1", 8321, false, ""};
+  const auto asked = [&](std::map<std::string, std::string> headers, const char* method, const char* path) {
+    headers["host"] = "127.0.0.1:8321";
+    return guard.is_cross_site(from(headers, method, path));
+  };
+  EXPECT_FALSE(asked({}, "POST", "/api/jobs/cancel"));
+  EXPECT_FALSE(
+      asked({{"origin", "http://127.0.0.1:8321"}, {"sec-fetch-site", "same-origin"}}, "POST", "/api/jobs/cancel"));
+  EXPECT_TRUE(asked({{"origin", "http://evil.example"}}, "POST", "/api/jobs/cancel"));
+  EXPECT_TRUE(asked({{"origin", "null"}}, "POST", "/api/jobs/cancel"));
+  EXPECT_TRUE(asked({{"origin", "http://localhost:8321"}}, "POST", "/api/jobs/cancel"));
+  EXPECT_TRUE(asked({{"sec-fetch-site", "same-site"}}, "GET", "/api/jobs"));
+  EXPECT_FALSE(asked({{"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "navigate"}}, "GET", "/"));
+}
+
+TEST(Guard, TheCookieIsNotTheToken) {
+  const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
+  const std::string cookie = guard.cookie(), pair = cookie.substr(0, cookie.find(';'));
+  EXPECT_EQ(cookie.find("secret"), std::string::npos);
+  EXPECT_TRUE(guard.has_token(from({{"cookie", pair}})));
+  EXPECT_TRUE(guard.has_token(from({{"cookie", "a=b; " + pair + "; c=d"}})));
+  EXPECT_TRUE(guard.has_token(from({{"authorization", "Bearer secret"}})));
+  for (const auto& headers : std::vector<std::map<std::string, std::string>>{{},
+                                                                             {{"cookie", pair + "x"}},
+                                                                             {{"cookie", "x" + pair}},
+                                                                             {{"authorization", "Bearer "}},
+                                                                             {{"authorization", "secret"}}})
+    EXPECT_FALSE(guard.has_token(from(headers)));
+}
+
+}  // namespace
+}  // namespace tumble
