@@ -15,7 +15,11 @@ namespace {
 
 using schema::shown_address;
 
-std::string folder_beside(const std::string& address) { return fs::path(address).replace_extension(".files").string(); }
+/// Of a symbolic link the folder beside the file that it names: all names of an archive lead to one folder.
+std::string folder_beside(const std::string& address) {
+  const fs::path path = fs::is_symlink(address) ? fs::canonical(address) : fs::path(address);
+  return fs::path(path).replace_extension(".files").string();
+}
 
 /// The fact `files` of an archive whose files lie in the database itself.
 constexpr const char* inside = ":database:";

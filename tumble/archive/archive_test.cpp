@@ -113,6 +113,13 @@ TEST(Archive, FindsEveryFlippedByteOfAStoredFile) {
   EXPECT_EQ(verify_archive(archive).problems.size(), 1u);
 }
 
+TEST(Archive, ASymbolicLinkHasTheFolderOfItsFile) {
+  const ScratchFolder folder;
+  make_archive(folder.file("lab.db"), "", testing::sample_act());
+  fs::create_symlink(folder.file("lab.db"), folder.file("today.db"));
+  EXPECT_TRUE(fs::equivalent(Archive(folder.file("today.db")).folder(), folder.file("lab.files")));
+}
+
 TEST(Database, NumbersParametersOutsideOfQuotes) {
   EXPECT_EQ(database::numbered_parameters("SELECT '?' , a FROM t WHERE b = ? AND c = ?"),
             "SELECT '?' , a FROM t WHERE b = $1 AND c = $2");

@@ -1,5 +1,9 @@
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "tumble/archive/deposits/parts.hpp"
@@ -50,6 +54,52 @@ std::unordered_set<std::int64_t> replaced_results(database::Database& database) 
   return replaced;
 }
 
+/// Results whose units are compared: all of few, of many those in which each unit has the parameter first and last.
+std::vector<std::int64_t> looked_at(const ParameterOverUnits& over) {
+  constexpr std::size_t few = 2000;
+  std::unordered_map<std::int64_t, std::int64_t> last;
+  std::vector<std::int64_t> results;
+  for (const auto& value : over.values) {
+    if (over.values.size() <= few || !last.contains(value.unit)) results.push_back(value.result);
+    last[value.unit] = value.result;
+  }
+  for (const auto& [unit, result] : last) results.push_back(result);
+  return results;
+}
+
+[[noreturn]] void refuse_dimensions(const ParameterOverUnits& over, const std::map<std::string, std::int64_t>& shown) {
+  std::vector<std::string> where;
+  for (const auto& [unit, result] : shown) {
+    const auto value = std::ranges::find(over.values, result, &ChartValue::result);
+    const auto of = std::ranges::find(over.units, value->unit, [](const auto& one) { return one.first; });
+    where.push_back(fmt::format("[{}] of {}/{}", unit, of->second.model, of->second.serial));
+  }
+  throw Error(Error::Kind::bad_input,
+              fmt::format("'{}' is not the same quantity in all results: {}; --model or --unit chooses some of them",
+                          over.parameter, fmt::join(where, ", ")));
+}
+
+/// The unit that people are shown. Throws where units differ in dimension.
+Unit shown_unit(database::Database& database, const ParameterOverUnits& over) {
+  constexpr std::size_t together = 500;
+  std::string marks = "?";
+  for (std::size_t i = 1; i < together; ++i) marks += ", ?";
+  const auto results = looked_at(over);
+  std::map<std::string, std::int64_t> shown;
+  for (std::size_t begin = 0; begin < results.size(); begin += together) {
+    Row values{over.parameter};
+    for (std::size_t i = begin; i < begin + together; ++i)
+      values.emplace_back(results[std::min(i, results.size() - 1)]);
+    database.visit("SELECT shown_unit, MIN(result) FROM parameters WHERE name = ? AND result IN (" + marks +
+                       ") GROUP BY shown_unit",
+                   values, [&](const Row& row) { shown.emplace(database::text(row, 0), database::integer(row, 1)); });
+  }
+  const Unit unit = Unit::parse(shown.begin()->first);
+  for (const auto& [other, result] : shown)
+    if (Unit::parse(other).dimension() != unit.dimension()) refuse_dimensions(over, shown);
+  return unit;
+}
+
 /// A result of an archive of version 1 says its sources in its text alone.
 void complete(const Archive& archive, const std::string& parameter, ChartValue& value) {
   auto& database = schema::opened(archive).database;
@@ -93,16 +143,16 @@ ParameterOverUnits parameter_over_units(const Archive& archive, const std::strin
                                         const UnitName& unit) {
   return schema::guarded(archive.address(), [&] {
     auto& database = schema::opened(archive).database;
-    const auto shown = database.ask("SELECT shown_unit FROM parameters WHERE name = ? LIMIT 1", {parameter});
-    if (shown.empty()) refuse_parameter(database, parameter);
+    if (database.ask("SELECT 1 FROM parameters WHERE name = ? LIMIT 1", {parameter}).empty())
+      refuse_parameter(database, parameter);
     ParameterOverUnits over;
     over.parameter = parameter;
-    over.shown = Unit::parse(database::text(shown[0], 0));
     over.units = names_of_units(database, model, unit);
     read_values(database, unit, model.empty() && unit.serial.empty(), over);
     if (over.values.empty()) refuse_empty(parameter, model, unit);
     for (auto& value : over.values)
       if (std::isnan(value.private_sd) && std::isfinite(value.sd)) complete(archive, parameter, value);
+    over.shown = shown_unit(database, over);
     return over;
   });
 }

@@ -71,6 +71,10 @@ void check_correction(ReadResult& result, database::Database& database, const Ar
   const auto earlier = database.ask("SELECT replaced_by FROM corrections WHERE result = ?", {id});
   if (!earlier.empty() && database::integer(earlier[0], 0) != schema::number_of(result.sha256))
     problems.push_back(fmt::format("{}: the result {} was replaced already", file, old.substr(0, 12)));
+  const auto later = database.ask("SELECT 1 FROM corrections WHERE result = ?", {schema::number_of(result.sha256)});
+  if (earlier.empty() && !later.empty())
+    problems.push_back(fmt::format("{}: this result was replaced or withdrawn itself, and cannot replace {}", file,
+                                   old.substr(0, 12)));
   result.corrects = id;
 }
 

@@ -150,7 +150,8 @@ UnitName find_unit(const Archive& archive, const std::string& words) {
                      });
     };
     look("", words);
-    for (auto slash = words.find('/'); found.empty() && slash != std::string::npos; slash = words.find('/', slash + 1))
+    const bool by_serial = !found.empty();
+    for (auto slash = words.find('/'); !by_serial && slash != std::string::npos; slash = words.find('/', slash + 1))
       look(words.substr(0, slash), words.substr(slash + 1));
     if (found.empty()) refuse_unit(database, words);
     if (found.size() > 1)

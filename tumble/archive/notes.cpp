@@ -59,7 +59,7 @@ std::vector<std::string> problems_of(const ArchiveNote& note, const ArchiveAct& 
                                    did_you_mean(note.kind, kinds)));
   if (act.who.empty()) problems.emplace_back("--by NAME is missing: an archive keeps who did what");
   if (!note.when.empty() && !parse_iso_time(note.when))
-    problems.push_back(fmt::format("--on {}: a time is expected, such as 2026-11-20T09:00:00Z", note.when));
+    problems.push_back(fmt::format("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", note.when));
   if (note.kind == "interval") try {
       if (!(parse_si(note.text, Unit::parse("s")) > 0.0))
         problems.push_back(fmt::format("--text {}: an interval is longer than zero", note.text));

@@ -93,6 +93,7 @@ TEST_F(ArchiveStatistics, AStepIsAnAlarmAndARecalibratedRigIsNone) {
   const auto again = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "rig again"}}});
   EXPECT_FALSE(has(again, "chart_points_beyond"));
   EXPECT_FALSE(has(again, "chart_drifts"));
+  EXPECT_FALSE(has(again, "chart_shifted"));
   EXPECT_TRUE(has(again, "chart_sources_changed"));
   const auto& rows = table(again, "chart").rows;
   EXPECT_EQ(std::get<double>(rows[30][4]), 0.0) << "nothing has changed yet";
@@ -109,6 +110,41 @@ TEST_F(ArchiveStatistics, ResultsOfOneDayAreOnePoint) {
   ASSERT_EQ(rows.size(), 8u);
   EXPECT_NEAR(shown_unit.from_si(std::get<double>(rows[3][2])), 3.015, 1e-9);
   EXPECT_NEAR(shown_unit.from_si(std::get<double>(rows[3][3])), 0.05, 1e-9);  // 0.1 of four results
+}
+
+TEST_F(ArchiveStatistics, TwoRigsOfOneDayAreTwoPointsInAnyOrder) {
+  for (int day = 0; day < 4; ++day)
+    for (int repeat = 0; repeat < 4; ++repeat)
+      add({.bias = 1.0 + 0.01 * repeat, .ended = noon(day, 8 + repeat), .rig = repeat % 2 == 0 ? "rig A" : "rig B"});
+  put();
+  EXPECT_EQ(table(chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}}), "chart").rows.size(), 8u);
+}
+
+TEST_F(ArchiveStatistics, ResultsOfTheSameRecordingsAreSaid) {
+  for (int day = 0; day < 4; ++day)
+    add({.bias = 1.0 + day, .ended = noon(day), .recording_sha256 = std::string(64, static_cast<char>('a' + day))});
+  put();
+  const ChartRequest request{.what = {"bias", {}, {"gyro", "0173"}}};
+  EXPECT_FALSE(has(chart_of_archive(*archive_, request), "archived_twice"));
+  add({.bias = 1.001, .ended = noon(0), .recording_sha256 = std::string(64, 'a')});
+  put();
+  EXPECT_TRUE(has(chart_of_archive(*archive_, request), "archived_twice"));
+}
+
+TEST_F(ArchiveStatistics, QuantitiesOfOneNameAreNotMixed) {
+  for (int unit = 0; unit < 6; ++unit) {
+    add({.serial = std::to_string(unit), .ended = noon(unit)});
+    add({.serial = "a" + std::to_string(unit), .ended = noon(unit)});
+    auto& json = deposit_.results.back().json;
+    for (auto at = json.find("deg/h"); at != std::string::npos; at = json.find("deg/h")) json.replace(at, 5, "ug");
+    deposit_.results.back().unit.model = "accelerometer";
+  }
+  put();
+  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", {}, {}}}), Error);
+  EXPECT_THROW(summary_of_model(*archive_, {.what = {"bias", {}, {}}}), Error);
+  const auto estimate = chart_of_archive(*archive_, {.what = {"bias", "accelerometer", {}}});
+  EXPECT_EQ(estimate.parameters[0].unit.text(), "ug");
+  EXPECT_EQ(table(estimate, "chart").rows.size(), 6u);
 }
 
 TEST_F(ArchiveStatistics, AChartOverUnitsTakesEachOnceOrEachDay) {
@@ -153,6 +189,27 @@ TEST_F(ArchiveStatistics, AnAdjustmentBeginsTheHistoryAnew) {
   const auto estimate = drift_of_unit(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
   EXPECT_EQ(table(estimate, "history").rows.size(), 2u);
   EXPECT_TRUE(has(estimate, "history_since_adjustment"));
+}
+
+TEST_F(ArchiveStatistics, AdjustmentsAreNoRandomWalkAndNoAlarm) {
+  // 10 units that do not drift; between the visits 3 and 4 each is trimmed by up to 9 deg/h.
+  for (std::uint64_t unit = 0; unit < 10; ++unit)
+    for (int visit = 0; visit < 12; ++visit)
+      add({.serial = std::to_string(unit),
+           .bias = 0.1 * random_.split(unit).normal(static_cast<std::uint64_t>(visit)) +
+                   (visit > 3 ? static_cast<double>(unit) : 0.0),
+           .ended = noon(100 * visit)});
+  put();
+  for (int unit = 0; unit < 10; ++unit)
+    put_note(*archive_, {std::to_string(unit), "adjusted", "trimmed", noon(350)}, testing::sample_act());
+  const ArchivedSelection last{"bias", {}, {"gyro", "9"}};
+  const auto drift = drift_of_unit(*archive_, {.what = last});
+  // The sd of a result over the root of 100 days is 0.01; of the trims it would be 0.1 and more.
+  EXPECT_LT(find_parameter(drift, "bias_random_walk")->upper, Unit::parse("deg/h/sqrt(day)").to_si(0.02));
+  const auto chart = chart_of_archive(*archive_, {.what = last});
+  EXPECT_EQ(table(chart, "chart").rows.size(), 8u);
+  EXPECT_TRUE(has(chart, "history_since_adjustment"));
+  for (const auto& point : table(chart, "chart").rows) EXPECT_EQ(std::get<std::string>(point[12]), "");
 }
 
 TEST_F(ArchiveStatistics, TheIntervalComesFromTheRandomWalkOfTheModel) {
@@ -211,6 +268,22 @@ TEST_F(ArchiveStatistics, ASummarySeparatesUnitsDaysAndTheMeasurement) {
   holds("bias_capability", 4.0 / 3.0);
   EXPECT_LT(find_parameter(estimate, "bias_capability_measured")->value, 1.8);
   EXPECT_FALSE(to_json(estimate).empty());
+}
+
+TEST_F(ArchiveStatistics, AnotherRigIsNoOtherBatch) {
+  for (int unit = 0; unit < 30; ++unit)
+    for (const char* const model : {"same rig", "two rigs"}) {
+      const bool later = unit >= 15;
+      const bool other = later && std::string(model) == "two rigs";
+      add({.serial = std::to_string(unit),
+           .bias = 5.0 + 0.1 * random_.normal(static_cast<std::uint64_t>(unit)) + (later ? 0.8 : 0.0),
+           .ended = noon(unit),
+           .rig = other ? "rig, certificate 2" : "rig, certificate 1"});
+      deposit_.results.back().unit.model = model;
+    }
+  put();
+  EXPECT_TRUE(has(summary_of_model(*archive_, {.what = {"bias", "same rig", {}}}), "batch_changed"));
+  EXPECT_FALSE(has(summary_of_model(*archive_, {.what = {"bias", "two rigs", {}}}), "batch_changed"));
 }
 
 TEST_F(ArchiveStatistics, TheMeanOfAModelHoldsWhatAllUnitsShare) {

@@ -100,6 +100,7 @@ void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& pr
     verification.chain(chains[i]);
   }
   verification.counts();
+  for (auto& problem : schema::problems_of_triggers(database)) check.problems.push_back(std::move(problem));
 }
 
 }  // namespace

@@ -204,6 +204,20 @@ TEST(ComponentsOfResults, NameEachSourceWithItsInterval) {
   EXPECT_EQ(to_json(estimate_from_json(to_json(found), "x")), to_json(found));
 }
 
+TEST(ComponentsOfResults, AreOfOneQuantity) {
+  auto results = occasions();
+  const auto alone = components_of_results("m", "bias", results);
+  for (int i = 0; i < 4; ++i) {
+    auto other = results[static_cast<std::size_t>(i)];
+    other.serial = "A" + std::to_string(i), other.estimate.parameters[0].unit = Unit::parse("kg");
+    results.push_back(other);
+  }
+  const auto mixed = components_of_results("m", "bias", results);
+  EXPECT_EQ(mixed.parameters[1].value, alone.parameters[1].value);
+  ASSERT_TRUE(find_table(mixed, "left_out"));
+  EXPECT_EQ(find_table(mixed, "left_out")->rows.size(), 4u);
+}
+
 TEST(ComponentsOfResults, MergeWhatCannotBeSeparatedAndSaySo) {
   const auto names_of = [](const Estimate& estimate) {
     std::string text;

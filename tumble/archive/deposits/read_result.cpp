@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tumble/archive/deposits/parts.hpp"
 #include "tumble/core/instant.hpp"
@@ -78,6 +79,10 @@ ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& p
   result.ended = deposit.ended;
   if (result.begun.empty() && result.ended.empty()) times_of(result.estimate, result.begun, result.ended);
   if (result.ended.empty()) result.ended = result.begun;
+  for (const auto& time : std::set{result.begun, result.ended})
+    if (!time.empty() && !parse_iso_time(time))
+      problems.push_back(fmt::format("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z",
+                                     deposit.file, time));
   return result;
 }
 

@@ -53,7 +53,10 @@ std::string RowDigest::hex() const {
 }
 
 std::string chain_of_unit(const std::string& model, const std::string& serial) {
-  return "unit/" + model + "/" + serial;
+  std::string escaped;
+  for (const char character : model)
+    escaped += character == '/' ? "%2F" : character == '%' ? "%25" : std::string(1, character);
+  return "unit/" + escaped + "/" + serial;
 }
 std::string chain_of_run(const std::string& run) { return "run/" + run; }
 std::string chain_of_equipment(const std::string& id) { return "equipment/" + id; }

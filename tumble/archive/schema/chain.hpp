@@ -26,7 +26,8 @@ struct Event {
   std::string action, subject, reason, detail;
 };
 
-/// The chain of a unit, of a run, of an instrument of the laboratory.
+/// The chain of a unit, of a run, of an instrument of the laboratory. A slash of a model is written %2F, so that no two
+/// units share a chain.
 std::string chain_of_unit(const std::string& model, const std::string& serial);
 std::string chain_of_run(const std::string& run);
 std::string chain_of_equipment(const std::string& id);

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <iterator>
+#include <set>
+
 #include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/shape.hpp"
 
@@ -97,6 +100,20 @@ std::string first_schema(bool server) {
   return sql;
 }
 
+/// Names and texts of the triggers of a database; of a server the names of those that are enabled.
+std::set<std::string> triggers_of(database::Database& database) {
+  std::set<std::string> found;
+  const auto rows =
+      database.server()
+          ? database.ask(
+                "SELECT t.tgname::text FROM pg_trigger t JOIN pg_class c ON c.oid = t.tgrelid WHERE NOT "
+                "t.tgisinternal AND t.tgenabled <> 'D' AND c.relnamespace = ANY (SELECT oid FROM pg_namespace "
+                "WHERE nspname = ANY (current_schemas(false)))")
+          : database.ask("SELECT sql FROM sqlite_master WHERE type = 'trigger'");
+  for (const auto& row : rows) found.insert(database::text(row, 0));
+  return found;
+}
+
 void note_version(database::Database& database, std::int64_t version, const Migration& migration) {
   database.run("INSERT INTO schema_version (version, applied, program) VALUES (?, ?, ?)",
                {version, migration.when, migration.program});
@@ -113,6 +130,25 @@ void second_schema(database::Database& database, const Migration& migration) {
 }
 
 }  // namespace
+
+std::vector<std::string> problems_of_triggers(database::Database& database) {
+  const bool server = database.server();
+  std::vector<std::string> tables(std::begin(tables_of_step_1), std::end(tables_of_step_1)), problems;
+  tables.emplace_back("contents");
+  auto found = triggers_of(database);
+  for (const auto& table : tables) {
+    std::string text = append_only(table, server);
+    bool there = !server || found.erase(table + "_stays") == 1;
+    for (auto end = text.find(";\n"); !server && end != std::string::npos; end = text.find(";\n")) {
+      there = found.erase(text.substr(0, end)) == 1 && there;
+      text.erase(0, end + 2);
+    }
+    if (!there) problems.push_back(fmt::format("table {}: the trigger that refuses changes is missing", table));
+  }
+  for (const auto& other : found)
+    problems.push_back(fmt::format("a trigger that is no part of an archive: {}", other.substr(0, 80)));
+  return problems;
+}
 
 std::int64_t newest_version() { return 2; }
 

@@ -36,6 +36,10 @@ std::int64_t number_of(const std::string& sha256);
 
 /// The version of the schema that this program makes and reads.
 std::int64_t newest_version();
+
+/// What is wrong with the triggers that refuse changes of rows: missing, switched off, or others beside them.
+std::vector<std::string> problems_of_triggers(database::Database& database);
+
 /// Who brings a schema up to date, when (UTC), and with which version of the program.
 struct Migration {
   std::string who, when, program;

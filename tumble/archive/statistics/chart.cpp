@@ -60,6 +60,10 @@ Charted charted(const Archive& archive, const ChartRequest& request, Findings& f
               .occasions = {},
               .points = {},
               .chart = {}};
+  if (!what.unit.serial.empty())
+    if (const auto adjusted = begin_at_adjustment(archive, out.over); !adjusted.empty())
+      findings.push_back({Severity::info, "history_since_adjustment", {{"time", adjusted}}});
+  note_same_recordings(archive, out.over, findings);
   std::size_t unused = 0;
   out.occasions = occasions_of(out.over, &unused);
   if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});

@@ -31,12 +31,6 @@ struct UnitPast {
   std::string adjusted;                 ///< when, UTC; empty: never
 };
 
-double moment_of_text(const std::string& time) {
-  constexpr double nanosecond = 1e-9;
-  const auto parsed = parse_iso_time(time);
-  return parsed ? std::floor(static_cast<double>(*parsed) * nanosecond) : 0.0;
-}
-
 std::string last_adjustment(const UnitRecord& record) {
   std::string last;
   for (const auto& step : record.steps)
@@ -224,7 +218,7 @@ FleetDrift fleet_of(const Archive& archive, const ArchivedSelection& what, Share
   const auto over = parameter_over_units(archive, what.parameter, what.unit.model);
   const auto occasions = occasions_of(over);
   errors = shared_errors(archive, what.parameter, occasions);
-  return drift_of_fleet(occasions, over.units.size(), errors);
+  return drift_of_fleet(occasions, adjustments_of(archive, over), errors);
 }
 
 }  // namespace
@@ -234,6 +228,7 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   Estimate estimate =
       answer_of("archive_drift", fmt::format("History of {} of {}", what.parameter, name_of(what.unit)), what);
   const UnitPast past = past_of(archive, request);
+  note_same_recordings(archive, past.over, estimate.findings);
   estimate.tables.push_back(history_table(past, what.parameter));
   state(estimate, {});
   if (past.occasions.size() < 2 || past.occasions.back().moment == past.occasions.front().moment) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 
 #include "tumble/math/population/spread.hpp"
 #include "tumble/math/square.hpp"
@@ -46,6 +48,25 @@ void take_trends(const std::vector<UnitHistory>& histories, FleetDrift& fleet) {
   fleet.rate_sd = std::hypot(spread.sd, spread.mean_sd);
 }
 
+/// The histories of all units, each anew from every adjustment of its unit on.
+std::vector<std::vector<Occasion>> histories_of(const std::vector<Occasion>& occasions,
+                                                const Adjustments& adjustments) {
+  std::vector<std::vector<Occasion>> last(adjustments.size()), all;
+  const auto adjusted = [&](std::size_t unit, double moment) {
+    return std::ranges::upper_bound(adjustments[unit], moment) - adjustments[unit].begin();
+  };
+  for (const auto& occasion : occasions) {
+    auto& open = last[occasion.unit];
+    if (!open.empty() && adjusted(occasion.unit, open.back().moment) != adjusted(occasion.unit, occasion.moment))
+      all.push_back(std::exchange(open, {}));
+    open.push_back(occasion);
+  }
+  all.insert(all.end(), last.begin(), last.end());
+  std::erase_if(all, [](const auto& history) { return history.size() < 2; });
+  std::ranges::stable_sort(all, {}, [](const auto& history) { return history.front().unit; });
+  return all;
+}
+
 }  // namespace
 
 UnitHistory history_of(const std::vector<Occasion>& occasions, double origin, double day_sd,
@@ -58,13 +79,14 @@ UnitHistory history_of(const std::vector<Occasion>& occasions, double origin, do
   return history;
 }
 
-FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, std::size_t units, const SharedBySource& errors) {
-  std::vector<std::vector<Occasion>> by_unit(units);
-  for (const auto& occasion : occasions) by_unit[occasion.unit].push_back(occasion);
-  std::erase_if(by_unit, [](const auto& history) { return history.size() < 2; });
+FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const Adjustments& adjustments,
+                          const SharedBySource& errors) {
+  auto by_unit = histories_of(occasions, adjustments);
   if (by_unit.size() > most_units) by_unit.resize(most_units);
   FleetDrift fleet;
-  fleet.units = by_unit.size();
+  std::set<std::size_t> units;
+  for (const auto& history : by_unit) units.insert(history.front().unit);
+  fleet.units = units.size();
   take_days(by_unit, fleet);
   std::vector<UnitHistory> histories;
   for (const auto& history : by_unit)

@@ -20,8 +20,9 @@ struct FleetDrift {
 UnitHistory history_of(const std::vector<Occasion>& occasions, double origin, double day_sd,
                        const SharedBySource& errors);
 
-/// From occasions [u] of all units. At most 60 units are taken, the first by the number of their row, which is a hash.
-/// Throws Error::bad_data where no unit has two days.
-FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, std::size_t units, const SharedBySource& errors);
+/// From occasions [u] of all units; the history of a unit begins anew with each adjustment. At most 60 histories are
+/// taken. Throws Error::bad_data where no unit has two days.
+FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const Adjustments& adjustments,
+                          const SharedBySource& errors);
 
 }  // namespace tumble::statistics

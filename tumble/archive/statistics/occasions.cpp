@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
+#include <utility>
 
+#include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/opened.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/math/square.hpp"
@@ -16,7 +17,6 @@ namespace tumble::statistics {
 namespace {
 
 constexpr double a_day = 24.0 * hour;
-constexpr std::size_t no_occasion = std::numeric_limits<std::size_t>::max();
 
 /// Takes one more value into the weighted mean. A value without private uncertainty is alone of its kind: plain mean.
 void take(Occasion& occasion, const ChartValue& value) {
@@ -37,7 +37,7 @@ void take(Occasion& occasion, const ChartValue& value) {
 std::vector<Occasion> occasions_of(const ParameterOverUnits& over, std::size_t* unused) {
   std::unordered_map<std::int64_t, std::size_t> number;
   for (std::size_t i = 0; i < over.units.size(); ++i) number.emplace(over.units[i].first, i);
-  std::vector<std::size_t> last(over.units.size(), no_occasion);
+  std::vector<std::vector<std::size_t>> open(over.units.size());  // of the newest day of each unit
   std::vector<Occasion> occasions;
   std::size_t skipped = 0;
   for (const auto& value : over.values) {
@@ -47,17 +47,86 @@ std::vector<Occasion> occasions_of(const ParameterOverUnits& over, std::size_t* 
       continue;
     }
     const auto day = static_cast<std::int64_t>(std::floor(value.moment / a_day));
-    std::size_t& open = last[unit->second];
-    if (open != no_occasion && occasions[open].day == day && occasions[open].sources == value.sources) {
-      take(occasions[open], value);
+    auto& of_day = open[unit->second];
+    if (!of_day.empty() && occasions[of_day.front()].day != day) of_day.clear();
+    const auto same = std::ranges::find(of_day, value.sources, [&](std::size_t i) { return occasions[i].sources; });
+    if (same != of_day.end()) {
+      take(occasions[*same], value);
       continue;
     }
-    open = occasions.size();
+    of_day.push_back(occasions.size());
     occasions.push_back(
         {unit->second, day, value.moment, value.value, value.private_sd, value.sources, value.result, 1});
   }
   if (unused) *unused = skipped;
+  std::ranges::stable_sort(occasions, {}, &Occasion::moment);
   return occasions;
+}
+
+Adjustments adjustments_of(const Archive& archive, const ParameterOverUnits& over) {
+  std::unordered_map<std::string, std::size_t> unit_of;
+  for (std::size_t i = 0; i < over.units.size(); ++i)
+    unit_of.emplace(schema::chain_of_unit(over.units[i].second.model, over.units[i].second.serial), i);
+  Adjustments adjustments(over.units.size());
+  const auto take_event = [&](const database::Row& row) {
+    if (const auto unit = unit_of.find(database::text(row, 0)); unit != unit_of.end())
+      adjustments[unit->second].push_back(moment_of_text(database::text(row, 1)));
+  };
+  schema::guarded(archive.address(), [&] {
+    auto& database = schema::opened(archive).database;
+    const std::string adjusted = "SELECT chain, detail FROM events WHERE action = 'adjusted'";
+    if (over.units.size() == 1)
+      database.visit(adjusted + " AND chain = ?", {unit_of.begin()->first}, take_event);
+    else
+      database.visit(adjusted, {}, take_event);
+  });
+  for (auto& times : adjustments) std::ranges::sort(times);
+  return adjustments;
+}
+
+std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over) {
+  const auto adjustments = adjustments_of(archive, over);
+  std::unordered_map<std::int64_t, double> begin;
+  for (std::size_t i = 0; i < over.units.size(); ++i)
+    if (!adjustments[i].empty()) begin.emplace(over.units[i].first, adjustments[i].back());
+  double last = -INFINITY;
+  std::erase_if(over.values, [&](const ChartValue& value) {
+    const auto known = begin.find(value.unit);
+    if (known == begin.end() || value.moment >= known->second) return false;
+    last = std::max(last, known->second);
+    return true;
+  });
+  return std::isfinite(last) ? time_of(last) : std::string();
+}
+
+/// The test of the same recordings ended at the same time: only such results are looked at.
+void note_same_recordings(const Archive& archive, const ParameterOverUnits& over, Findings& findings) {
+  std::map<std::pair<std::int64_t, double>, std::vector<std::int64_t>> by_time;
+  std::unordered_map<std::int64_t, const ChartValue*> last;
+  for (const auto& value : over.values) {
+    const auto* const before = std::exchange(last[value.unit], &value);
+    if (!before || before->moment != value.moment) continue;
+    auto& results = by_time[{value.unit, value.moment}];
+    if (results.empty()) results.push_back(before->result);
+    results.push_back(value.result);
+  }
+  std::size_t number = 0;
+  schema::guarded(archive.address(), [&] {
+    auto& database = schema::opened(archive).database;
+    for (const auto& [when, results] : by_time) {
+      std::map<std::string, std::size_t> known;
+      for (const auto result : results) {
+        std::string from;
+        database.visit(
+            "SELECT r.method, i.sha256 FROM inputs i JOIN results r ON r.id = i.result WHERE i.result = ? AND "
+            "i.role = 'recording' ORDER BY i.sha256",
+            {result},
+            [&](const database::Row& row) { from += database::text(row, 0) + " " + database::text(row, 1) + "\n"; });
+        if (!from.empty() && known[from]++ > 0) ++number;
+      }
+    }
+  });
+  if (number > 0) findings.push_back({Finding::Severity::warning, "archived_twice", {{"results", number}}});
 }
 
 std::vector<Occasion> first_of_each_unit(const std::vector<Occasion>& occasions, std::size_t units) {
@@ -94,6 +163,12 @@ Matrix shared_factors(const std::vector<Occasion>& occasions, const SharedBySour
     if (const auto known = errors.find(occasions[i].sources); known != errors.end())
       for (const auto& error : known->second) factors(i, column.at(error.name)) = error.factor;
   return factors;
+}
+
+double moment_of_text(const std::string& time) {
+  constexpr double nanosecond = 1e-9;
+  const auto parsed = parse_iso_time(time);
+  return parsed ? std::floor(static_cast<double>(*parsed) * nanosecond) : 0.0;
 }
 
 std::string time_of(double moment) {

@@ -7,6 +7,7 @@
 
 #include "tumble/archive/deposits/sources.hpp"
 #include "tumble/archive/history.hpp"
+#include "tumble/core/finding.hpp"
 #include "tumble/math/matrix.hpp"
 
 /// What charts, histories and summaries of an archive have in common.
@@ -27,6 +28,17 @@ struct Occasion {
 /// In order of time. Values without a finite value or uncertainty are not used; `unused`, where given, is their number.
 std::vector<Occasion> occasions_of(const ParameterOverUnits& over, std::size_t* unused = nullptr);
 
+/// [s] since 1970, in order: when each unit of ParameterOverUnits::units was adjusted.
+using Adjustments = std::vector<std::vector<double>>;
+Adjustments adjustments_of(const Archive& archive, const ParameterOverUnits& over);
+
+/// Removes the values of each unit from before its last adjustment; the time of the latest one that removed any.
+std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over);
+
+/// Adds a finding where results were made from the same recordings, by the same method, as another one of the unit:
+/// they tell nothing new, and count.
+void note_same_recordings(const Archive& archive, const ParameterOverUnits& over, Findings& findings);
+
 /// Of each unit the first occasion, in order of time: a chart of the production.
 std::vector<Occasion> first_of_each_unit(const std::vector<Occasion>& occasions, std::size_t units);
 
@@ -41,6 +53,7 @@ Matrix shared_factors(const std::vector<Occasion>& occasions, const SharedBySour
 /// The first day of an occasion as a date, "2026-03-01"; a moment [s] since 1970 as a time.
 std::string date_of(std::int64_t day);
 std::string time_of(double moment);
+double moment_of_text(const std::string& time);
 /// "model/serial" of a unit; SHA-256 of a result.
 std::string name_of(const UnitName& unit);
 std::string sha256_of_result(const Archive& archive, std::int64_t result);

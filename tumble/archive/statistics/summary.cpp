@@ -35,6 +35,8 @@ bool is_used(const ChartValue& value) { return std::isfinite(value.value) && std
 
 ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, Findings& findings) {
   ModelPast past{.over = parameter_over_units(archive, what.parameter, what.model), .occasions = {}, .errors = {}};
+  begin_at_adjustment(archive, past.over);
+  note_same_recordings(archive, past.over, findings);
   std::size_t unused = 0;
   past.occasions = occasions_of(past.over, &unused);
   if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});
@@ -214,6 +216,31 @@ std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means) {
   return {units};
 }
 
+/// [SI^2] Variance of the difference between the units before and after a change, of the errors that they share.
+double shared_variance_of_step(const ModelPast& past, const UnitMeans& means, std::size_t after) {
+  const Matrix factors = shared_factors(past.occasions, past.errors);
+  std::vector<double> days(past.over.units.size());
+  for (const auto& occasion : past.occasions) days[occasion.unit] += 1.0;
+  const double before = static_cast<double>(after), later = static_cast<double>(means.unit.size() - after);
+  std::vector<double> weight(past.over.units.size());
+  for (std::size_t i = 0; i < means.unit.size(); ++i)
+    weight[means.unit[i]] = (i < after ? -1.0 / before : 1.0 / later) / days[means.unit[i]];
+  double variance = 0.0;
+  for (std::size_t k = 0; k < factors.columns; ++k) {
+    double step = 0.0;
+    for (std::size_t i = 0; i < factors.rows; ++i) step += weight[past.occasions[i].unit] * factors(i, k);
+    variance += square(step);
+  }
+  return variance;
+}
+
+/// A change of the mean that neither chance nor the errors that the units share explain, such as another rig.
+bool is_significant(const BatchChange& change, double shared_variance) {
+  constexpr double significant = 0.01, normal_99 = 2.5758293035489;  // two-sided
+  return change.p < significant &&
+         std::abs(change.step) > normal_99 * std::hypot(change.step_sd, std::sqrt(shared_variance));
+}
+
 /// Of the units that belong together, where there are enough to say which.
 void add_population(const ModelPast& past, const UnitMeans& means, const SummaryRequest& request,
                     std::vector<Stated>& numbers, Estimate& estimate) {
@@ -229,9 +256,10 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
         if (!outliers.outlier[i]) kept.push_back(means.values[i]);
     }
     if (means.values.size() >= fewest_for_batches) {
-      const auto change = batch_change(means.values, square(outliers.kept.sd));
-      constexpr double significant = 0.01;
-      if (change.p < significant) {
+      auto change = batch_change(means.values, square(outliers.kept.sd));
+      const double shared = shared_variance_of_step(past, means, change.after);
+      if (is_significant(change, shared)) {
+        change.step_sd = std::hypot(change.step_sd, std::sqrt(shared));
         estimate.tables.push_back(batches_table(change, means, past.over.shown));
         estimate.findings.push_back({Severity::warning, "batch_changed", {{"units", change.after}}});
       }

@@ -46,7 +46,7 @@ void changed_cells_are_found(const ArchivePlace& place) {
       } catch (const database::Refusal&) {
         continue;  // a key that is there already
       }
-      EXPECT_FALSE(verify_archive(archive).problems.empty()) << shape->name << "." << column;
+      EXPECT_FALSE(changes_of(archive).empty()) << shape->name << "." << column;
       database.run(change, {before, after});
     }
   }
@@ -64,7 +64,25 @@ void missing_and_added_rows_are_found(const ArchivePlace& place) {
   database.script(database.server() ? "ALTER TABLE parameters DISABLE TRIGGER ALL"
                                     : "DROP TRIGGER parameters_no_DELETE");
   database.script("DELETE FROM parameters WHERE value = (SELECT MAX(value) FROM parameters)");
-  EXPECT_GT(verify_archive(archive).problems.size(), 1u);
+  EXPECT_GT(changes_of(archive).size(), 1u);
+}
+
+void triggers_that_are_missing_or_added_are_found(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  put_in(archive, fleet(place), sample_act());
+  EXPECT_TRUE(verify_archive(archive).problems.empty());
+  allow_changes(archive, "results");
+  const auto missing = verify_archive(archive).problems;
+  ASSERT_EQ(missing.size(), 1u);
+  EXPECT_NE(missing[0].find("table results"), std::string::npos) << missing[0];
+  auto& database = schema::opened(archive).database;
+  if (database.server())
+    database.script("CREATE TRIGGER other AFTER INSERT ON files EXECUTE FUNCTION tumble_refuse()");
+  else
+    database.script("CREATE TRIGGER other AFTER INSERT ON files BEGIN SELECT RAISE(IGNORE); END");
+  const auto added = verify_archive(archive).problems;
+  ASSERT_EQ(added.size(), 2u);
+  EXPECT_NE(added[1].find("other"), std::string::npos) << added[1];
 }
 
 /// One bit of each byte of a result and of each event, one after the other.
@@ -81,11 +99,11 @@ void every_byte_of_results_and_events_is_covered(const ArchivePlace& place) {
     auto changed = packed;
     changed[i] = static_cast<char>(changed[i] ^ (1 << i % 8));
     database.run("UPDATE results SET packed = ?", {database::Bytes{changed}});
-    EXPECT_FALSE(verify_archive(archive).problems.empty()) << "byte " << i << " of " << packed.size();
+    EXPECT_FALSE(changes_of(archive).empty()) << "byte " << i << " of " << packed.size();
   }
   for (const std::string& cut : {packed.substr(0, packed.size() - 1), packed.substr(0, packed.size() - 72)}) {
     database.run("UPDATE results SET packed = ?", {database::Bytes{cut}});
-    EXPECT_FALSE(verify_archive(archive).problems.empty()) << "a result without its end";
+    EXPECT_FALSE(changes_of(archive).empty()) << "a result without its end";
   }
   database.run("UPDATE results SET packed = ?", {database::Bytes{packed}});
   expect_sound(archive);
@@ -97,7 +115,7 @@ void every_byte_of_results_and_events_is_covered(const ArchivePlace& place) {
         std::string changed = *cell;
         changed[i] = static_cast<char>(changed[i] ^ 1);
         database.run(change, {changed, event[0], event[1]});
-        EXPECT_FALSE(verify_archive(archive).problems.empty()) << schema::events.columns[c] << ", byte " << i;
+        EXPECT_FALSE(changes_of(archive).empty()) << schema::events.columns[c] << ", byte " << i;
       }
       if (cell) database.run(change, {*cell, event[0], event[1]});
     }
@@ -122,7 +140,7 @@ void files_may_lie_in_the_database(const ArchivePlace& place) {
   auto part = database::bytes(database.ask("SELECT packed FROM contents WHERE part = 1").at(0), 0);
   part[1000] = static_cast<char>(part[1000] ^ 4);
   database.run("UPDATE contents SET packed = ? WHERE part = 1", {database::Bytes{part}});
-  EXPECT_EQ(verify_archive(archive).problems.size(), 1u);
+  EXPECT_EQ(changes_of(archive).size(), 1u);
 }
 
 }  // namespace
@@ -131,6 +149,7 @@ std::vector<ArchiveCase> cases_of_changes() {
   return {
       {"ChangedCellsAreFound", changed_cells_are_found},
       {"MissingAndAddedRowsAreFound", missing_and_added_rows_are_found},
+      {"TriggersThatAreMissingOrAddedAreFound", triggers_that_are_missing_or_added_are_found},
       {"EveryByteOfResultsAndEventsIsCovered", every_byte_of_results_and_events_is_covered},
       {"FilesMayLieInTheDatabase", files_may_lie_in_the_database},
   };

@@ -14,6 +14,8 @@ std::string write_file(const ArchivePlace& place, const std::string& name, const
 /// Three results of one unit, one of another, and the recording of the first.
 Deposit fleet(const ArchivePlace& place);
 void expect_sound(const Archive& archive);
+/// What verify_archive() finds, without the triggers that allow_changes() switches off.
+std::vector<std::string> changes_of(const Archive& archive);
 std::string problem_of(const std::function<void()>& work);
 /// So that rows of a table can be changed behind the back of the archive.
 void allow_changes(const Archive& archive, const std::string& table);

@@ -61,6 +61,47 @@ void hostile_names_are_kept_as_they_are(const ArchivePlace& place) {
   EXPECT_EQ(unit_record(Archive(file), {"gyro", names[0]}).results.size(), 1u);
 }
 
+/// "a/b" and "c" are not "a" and "b/c".
+void units_with_slashes_do_not_share_a_chain(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  const std::vector<UnitName> units{{"a/b", "c"}, {"a", "b/c"}, {"a%2Fb", "c"}};
+  Deposit deposit;
+  for (const auto& unit : units) {
+    deposit.results.push_back(sample_deposit({.serial = unit.serial + unit.model}));
+    deposit.results.back().unit = unit;
+  }
+  put_in(archive, deposit, sample_act());
+  for (const auto& unit : units) EXPECT_EQ(unit_record(archive, unit).steps.size(), 2u) << unit.model;
+  const std::string file = place.folder + "/slashes.db";
+  export_unit(archive, units[1], file, sample_act());
+  EXPECT_EQ(archived_units(Archive(file)).size(), 1u);
+  EXPECT_NE(problem_of([&] { find_unit(archive, "a/b/c"); }), "");
+  EXPECT_EQ(find_unit(archive, "b/c").model, "a");
+  expect_sound(archive);
+}
+
+void what_is_no_time_is_refused(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  for (const char* const time : {"yesterday", "2026-13-01T00:00:00Z", "2026-11-20T09:00:00+08:00"}) {
+    Deposit deposit;
+    deposit.results.push_back(sample_deposit({}));
+    deposit.results.back().ended = time;
+    EXPECT_NE(problem_of([&] { put_in(archive, deposit, sample_act()); }).find(time), std::string::npos);
+  }
+  EXPECT_TRUE(archived_units(archive).empty());
+}
+
+void a_replaced_result_replaces_none(const ArchivePlace& place) {
+  Archive archive = new_archive(place);
+  Deposit first, second;
+  first.results.push_back(sample_deposit({.bias = 1.0}));
+  second.results.push_back(sample_deposit({.bias = 2.0}));
+  second.results[0].corrects = put_in(archive, first, sample_act()).result_ids[0];
+  first.results[0].corrects = put_in(archive, second, sample_act("supply")).result_ids[0];
+  EXPECT_NE(problem_of([&] { put_in(archive, first, sample_act("other")); }).find("cannot replace"), std::string::npos);
+  EXPECT_EQ(parameter_over_units(archive, "bias", "").values.size(), 1u);
+}
+
 void notes_say_what_is_due(const ArchivePlace& place) {
   Archive archive = new_archive(place);
   Deposit deposit = fleet(place);
@@ -130,6 +171,9 @@ std::vector<ArchiveCase> cases_of_names_and_notes() {
   return {
       {"HostileNamesAreKeptAsTheyAre", hostile_names_are_kept_as_they_are},
       {"NamesThatNoIndexHoldsAreRefused", names_that_no_index_holds_are_refused},
+      {"UnitsWithSlashesDoNotShareAChain", units_with_slashes_do_not_share_a_chain},
+      {"WhatIsNoTimeIsRefused", what_is_no_time_is_refused},
+      {"AReplacedResultReplacesNone", a_replaced_result_replaces_none},
       {"NotesSayWhatIsDue", notes_say_what_is_due},
       {"WithdrawnResultsDoNotCount", withdrawn_results_do_not_count},
       {"AClockThatGoesBackwardsChangesNoOrder", a_clock_that_goes_backwards_changes_no_order},

@@ -222,6 +222,27 @@ Estimate components_estimate(const Parameter& of, const SpreadComponents& found,
   return out;
 }
 
+/// Leaves out results in which the parameter has another dimension than in most of them.
+void keep_dimension(const std::string& parameter, std::vector<OccasionResult>& results,
+                    std::vector<std::pair<std::string, std::string>>& not_used) {
+  const auto unit_of = [&](const OccasionResult& one) {
+    return one.estimate.parameters[place_of(one.estimate, parameter)].unit;
+  };
+  const auto as_many_as = [&](const Dimension& dimension) {
+    return std::ranges::count_if(results, [&](const auto& one) { return unit_of(one).dimension() == dimension; });
+  };
+  if (results.empty() || as_many_as(unit_of(results.front()).dimension()) == std::ssize(results)) return;
+  Unit most = unit_of(results.front());
+  for (const auto& one : results)
+    if (as_many_as(unit_of(one).dimension()) > as_many_as(most.dimension())) most = unit_of(one);
+  std::erase_if(results, [&](const OccasionResult& one) {
+    if (unit_of(one).dimension() == most.dimension()) return false;
+    not_used.emplace_back(
+        one.serial, fmt::format("{} is in {}, in most results in {}", parameter, unit_of(one).text(), most.text()));
+    return true;
+  });
+}
+
 }  // namespace
 
 Estimate components_of_results(const std::string& model, const std::string& parameter,
@@ -230,6 +251,7 @@ Estimate components_of_results(const std::string& model, const std::string& para
   for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("population", one.why));
   std::vector<std::string> others;
   keep_those_with(parameter, results, not_used, others);
+  keep_dimension(parameter, results, not_used);
   require_enough(model, parameter, results, others);
   std::ranges::sort(results, [](const OccasionResult& a, const OccasionResult& b) {
     return std::tie(a.serial, a.moment, a.sha256) < std::tie(b.serial, b.moment, b.sha256);

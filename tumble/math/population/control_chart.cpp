@@ -48,7 +48,10 @@ std::vector<int> rules_of(std::span<const double> away) {
 struct Running {
   double ewma = 0.0, variance = 0.0, share = 0.0, up = 0.0, down = 0.0;
 
-  void take(double away, double sigma, double lambda, double reference) {
+  /// `unknown` [u^2] of the expected value: shifts of up to twice its sd are none of the CUSUM.
+  void take(double away, double sigma, double unknown, const ChartSettings& settings) {
+    const double lambda = settings.lambda;
+    const double reference = std::hypot(settings.reference, 2.0 * std::sqrt(unknown) / sigma);
     ewma = (1.0 - lambda) * ewma + lambda * away;
     variance = square(1.0 - lambda) * variance + square(lambda * sigma);
     share = (1.0 - lambda) * share + lambda;
@@ -84,7 +87,7 @@ ControlChart control_chart(std::span<const ChartPoint> points, const ChartSettin
     state.beyond = std::abs(away) > state.limit;
     distances.push_back(state.away);
     state.notes = rules_of(distances);
-    if (i >= settings.baseline) running.take(away, state.sigma, settings.lambda, settings.reference);
+    if (i >= settings.baseline) running.take(away, state.sigma, unknown, settings);
     state.ewma = running.ewma, state.up = running.up, state.down = running.down;
     state.ewma_limit = limits.ewma * std::sqrt(running.variance + square(running.share) * unknown);
     state.drifting = i >= settings.baseline && std::abs(state.ewma) > state.ewma_limit;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/math/random.hpp"
@@ -48,11 +49,12 @@ std::vector<ChartPoint> history(std::size_t count, double day, std::uint64_t see
 
 TEST(ControlChart, FalseAlarmsAreAsRareAsStated) {
   for (const double day : {0.0, 1.0, 2.0}) {
-    int beyond = 0, drifting = 0;
+    int beyond = 0, drifting = 0, shifted = 0;
     constexpr int charts = 200, points = 50;
     for (std::uint64_t seed = 0; seed < charts; ++seed) {
       const auto chart = chart_of(history(30 + points, day, 50 + seed));
       bool any = false;
+      shifted += std::ranges::any_of(chart.points, &ChartState::shifted);
       for (std::size_t i = 30; i < chart.points.size(); ++i) {
         beyond += chart.points[i].beyond;
         any = any || chart.points[i].drifting;
@@ -62,6 +64,8 @@ TEST(ControlChart, FalseAlarmsAreAsRareAsStated) {
     // 0.0027 of 10 000 points are 27, four sd more are 48; of the EWMA 0.12 of 200 charts within 50 points
     EXPECT_LE(beyond, 48) << day;
     EXPECT_LE(drifting, 24 + 4 * 5) << day;
+    // of the CUSUM 1 - exp(-50/370) = 0.126 of 200 charts
+    EXPECT_LE(shifted, 25 + 4 * 5) << day;
   }
 }
 
@@ -74,6 +78,7 @@ TEST(ControlChart, ShiftsAndSharedErrors) {
   EXPECT_FALSE(shifted.points.back().notes.empty());
   for (auto& point : points) point.shared = 10.0;  // a rig that is not the same any more
   EXPECT_FALSE(chart_of(points).points.back().drifting);
+  EXPECT_FALSE(chart_of(points).points.back().shifted);
 }
 
 TEST(ControlChart, RefusesWhatIsNoChart) {

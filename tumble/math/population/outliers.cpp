@@ -72,6 +72,14 @@ void judge(std::span<const UnitValue> units, double t, double mean, double weigh
   }
 }
 
+/// More than a quarter of the units are a part of the population: the middle of a few units is narrow by chance.
+void keep_all(std::span<const UnitValue> units, OutlierUnits& out) {
+  out.outlier.assign(units.size(), false);
+  const double t = most_likely_spread(units);
+  const auto at = mean_at_spread(units, t);
+  judge(units, t, at.mean, at.weight, out);
+}
+
 struct Sides {
   double before = 0.0, after = 0.0, weight_before = 0.0, weight_after = 0.0;
 
@@ -148,6 +156,7 @@ OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discov
     const auto at = mean_at_spread(kept, t);
     judge(units, t, at.mean, at.weight, out);
   }
+  if (4 * static_cast<std::size_t>(std::ranges::count(out.outlier, true)) > units.size()) keep_all(units, out);
   const auto kept = without(units, out.outlier);
   out.kept = spread_of_units(kept.size() < 3 ? units : std::span<const UnitValue>(kept));
   return out;

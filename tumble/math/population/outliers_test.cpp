@@ -75,5 +75,17 @@ TEST(BatchChange, NeedsSixUnits) {
   EXPECT_THROW(outlier_units(fleet(4, 0, 1)), Error);
 }
 
+TEST(OutlierUnits, TheMiddleOfFewUnitsIsNoPopulation) {
+  // drawn from one normal law; six lie close together by chance
+  const std::vector<double> values{-0.849, 3.906, 4.458, -1.401, -1.664, -0.697, -1.020, -0.860, -7.631};
+  std::vector<UnitValue> units;
+  for (const double value : values) units.push_back({value, 0.1});
+  const auto found = outlier_units(units);
+  EXPECT_EQ(std::ranges::count(found.outlier, true), 0);
+  EXPECT_NEAR(found.kept.sd, 3.49, 0.1);
+  units[1].value = units[2].value = -1.0;
+  EXPECT_EQ(std::ranges::count(outlier_units(units).outlier, true), 1) << "one of nine";
+}
+
 }  // namespace
 }  // namespace tumble
