@@ -6,14 +6,19 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <limits>
 
+#include "tumble/archive/archive.hpp"
+#include "tumble/archive/deposit.hpp"
 #include "tumble/exchange/populations.hpp"
+#include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/prior_rows.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/recompute.hpp"
 #include "tumble/tasks/shorten.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -100,6 +105,25 @@ class PriorOfPlan : public ::testing::Test {
 
   ScratchFolder folder_;
 };
+
+TEST_F(PriorOfPlan, OfTheCommandLineIsThatOfTheResultWhenItIsRepeated) {
+  population_file(plan(""));
+  const auto by_file = load_plan(folder_.file("plan.toml"), {{"prior", folder_.file("population.json")}});
+  write_recording(simulate(by_file, 1, {}), folder_.file("data.h5"));
+  const auto estimate = identify(by_file, {folder_.file("data.h5")}, std::numeric_limits<std::uintmax_t>::max(), {});
+  ASSERT_TRUE(estimate.prior);
+  make_archive(folder_.file("lab.db"), "", {"Li Wei", "2026-03-02T09:00:00Z", {}});
+  Archive archive(folder_.file("lab.db"));
+  Deposit deposit;
+  deposit.results.push_back({.json = to_json(estimate), .file = "result.json"});
+  for (const char* const name : {"plan.toml", "data.h5"})
+    deposit.files.push_back({.path = folder_.file(name), .name = name});
+  const auto put = put_in(archive, deposit, {"Li Wei", "2026-03-02T09:00:00Z", {}});
+  const ScratchFolder scratch;
+  const auto again = recompute(archive, put.result_ids.front(), scratch.path.string(), {});
+  EXPECT_TRUE(again.same);
+  EXPECT_TRUE(again.differing.empty()) << again.differing.front();
+}
 
 TEST_F(PriorOfPlan, StandsInTheResultBesideTheEstimateWithoutIt) {
   const auto alone = result(plan(""));

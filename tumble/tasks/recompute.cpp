@@ -38,6 +38,7 @@ Workplace workplace_for(const Provenance& provenance, const std::string& scratch
   };
   for (const auto& input : provenance.inputs) count(input.file);
   for (const auto& plan : provenance.plans) count(plan.file);
+  if (const auto prior = provenance.settings.find("prior"); prior != provenance.settings.end()) count(prior->second);
   fs::path base = scratch;
   for (std::size_t i = 0; i <= most; ++i) base /= "d";
   return {scratch, base.string()};
@@ -87,10 +88,11 @@ Estimate made_again(const Estimate& archived, const Workplace& place, const Prog
   const Provenance& provenance = archived.provenance;
   const auto calibration = provenance.settings.find("calibration");
   Sets sets;
-  for (const auto& [key, value] : provenance.command_line)
-    sets.emplace_back(key, key == "calibration" && calibration != provenance.settings.end()
-                               ? place.path_of(calibration->second)
-                               : value);
+  for (const auto& [key, value] : provenance.command_line) {
+    const auto setting = provenance.settings.find(key);
+    const bool file = key == "calibration" || (key == "prior" && value != "archive");
+    sets.emplace_back(key, file && setting != provenance.settings.end() ? place.path_of(setting->second) : value);
+  }
   Plan plan = provenance.plans.empty() ? plan_for_method(archived.method, sets)
                                        : load_plan(place.path_of(provenance.plans.front().file), sets);
   if (archived.prior) plan.prior.population = archived.prior->population;  // the result holds its whole prior
