@@ -216,19 +216,30 @@ std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means) {
   return {units};
 }
 
+/// Factors [n x k] [SI] of the shared errors in the mean of each unit.
+Matrix shared_of_units(const ModelPast& past, const UnitMeans& means) {
+  const Matrix factors = shared_factors(past.occasions, past.errors);
+  std::vector<std::size_t> row(past.over.units.size());
+  for (std::size_t i = 0; i < means.unit.size(); ++i) row[means.unit[i]] = i;
+  std::vector<double> days(means.unit.size());
+  for (const auto& occasion : past.occasions) days[row[occasion.unit]] += 1.0;
+  Matrix out(means.unit.size(), factors.columns);
+  for (std::size_t i = 0; i < factors.rows; ++i)
+    for (std::size_t k = 0; k < factors.columns; ++k) {
+      const std::size_t unit = row[past.occasions[i].unit];
+      out(unit, k) += factors(i, k) / days[unit];
+    }
+  return out;
+}
+
 /// [SI^2] Variance of the difference between the units before and after a change, of the errors that they share.
 double shared_variance_of_step(const ModelPast& past, const UnitMeans& means, std::size_t after) {
-  const Matrix factors = shared_factors(past.occasions, past.errors);
-  std::vector<double> days(past.over.units.size());
-  for (const auto& occasion : past.occasions) days[occasion.unit] += 1.0;
-  const double before = static_cast<double>(after), later = static_cast<double>(means.unit.size() - after);
-  std::vector<double> weight(past.over.units.size());
-  for (std::size_t i = 0; i < means.unit.size(); ++i)
-    weight[means.unit[i]] = (i < after ? -1.0 / before : 1.0 / later) / days[means.unit[i]];
+  const Matrix factors = shared_of_units(past, means);
+  const auto before = static_cast<double>(after), later = static_cast<double>(factors.rows - after);
   double variance = 0.0;
   for (std::size_t k = 0; k < factors.columns; ++k) {
     double step = 0.0;
-    for (std::size_t i = 0; i < factors.rows; ++i) step += weight[past.occasions[i].unit] * factors(i, k);
+    for (std::size_t i = 0; i < factors.rows; ++i) step += factors(i, k) * (i < after ? -1.0 / before : 1.0 / later);
     variance += square(step);
   }
   return variance;
@@ -275,6 +286,28 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
       {name + "_capability_measured", "C_pk as measured", Unit(), able.measured, 0.0, std::nan(""), std::nan("")});
 }
 
+/// Mean and spread of the units where nothing else can be separated: each unit once. What rigs do is no spread of
+/// units.
+std::vector<Stated> unit_numbers(const ModelPast& past, const UnitMeans& means) {
+  constexpr std::size_t fewest_for_rigs = 4;
+  const std::string& name = past.over.parameter;
+  const Unit& unit = past.over.shown;
+  if (past.errors.size() > 1 && means.values.size() >= fewest_for_rigs) {
+    ManyResults results;
+    for (const auto& one : means.values) results.values.push_back(one.value), results.sds.push_back(one.sd);
+    results.shared = shared_of_units(past, means);
+    auto found = components_of_spread(results);
+    found.components.front().name = "unit";
+    return component_numbers(name, unit, found);
+  }
+  const auto spread = spread_of_units(means.values);
+  const double shared = shared_sd_of_mean(past), k = (spread.mean_upper - spread.mean_lower) / (2.0 * spread.mean_sd);
+  const double sd = std::hypot(spread.mean_sd, shared);
+  return {
+      {name + "_mean", "mean of the units", unit, spread.mean, sd, spread.mean - k * sd, spread.mean + k * sd},
+      {name + "_unit_sd", "standard deviation, unit", unit, spread.sd, std::nan(""), spread.sd_lower, spread.sd_upper}};
+}
+
 }  // namespace
 
 Estimate summary_of_model(const Archive& archive, const SummaryRequest& request) {
@@ -293,15 +326,7 @@ Estimate summary_of_model(const Archive& archive, const SummaryRequest& request)
       if (one.name == "day") day_sd = one.sd;
   }
   const UnitMeans means = unit_means(past, day_sd);
-  if (numbers.empty()) {
-    const auto spread = spread_of_units(means.values);
-    const double shared = shared_sd_of_mean(past), k = (spread.mean_upper - spread.mean_lower) / (2.0 * spread.mean_sd);
-    const double sd = std::hypot(spread.mean_sd, shared);
-    numbers = {{what.parameter + "_mean", "mean of the units", past.over.shown, spread.mean, sd, spread.mean - k * sd,
-                spread.mean + k * sd},
-               {what.parameter + "_unit_sd", "standard deviation, unit", past.over.shown, spread.sd, std::nan(""),
-                spread.sd_lower, spread.sd_upper}};
-  }
+  if (numbers.empty()) numbers = unit_numbers(past, means);
   add_population(past, means, request, numbers, estimate);
   state(estimate, numbers);
   estimate.provenance.settings["units"] = fmt::format("{}", past.units);
