@@ -285,6 +285,9 @@ TEST_F(ArchiveStatistics, AnotherRigIsNoOtherBatch) {
   EXPECT_TRUE(has(summary_of_model(*archive_, {.what = {"bias", "same rig", {}}}), "batch_changed"));
   const auto two = summary_of_model(*archive_, {.what = {"bias", "two rigs", {}}});
   EXPECT_FALSE(has(two, "batch_changed"));
+  const auto able = summary_of_model(
+      *archive_, {.what = {"bias", "two rigs", {}}, .limits = {shown_unit.to_si(4.0), shown_unit.to_si(7.0)}});
+  EXPECT_GT(find_parameter(able, "bias_capability")->value, 2.0) << "as for 0.1 and less, not for 0.8 between the rigs";
   // Noise of 0.1 is that of the results: what the rigs differ by is no spread of the units.
   EXPECT_LT(find_parameter(two, "bias_unit_sd")->value, shown_unit.to_si(0.1));
 }

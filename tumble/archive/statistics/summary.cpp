@@ -7,6 +7,7 @@
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/population/capability.hpp"
 #include "tumble/math/population/components.hpp"
 #include "tumble/math/population/outliers.hpp"
@@ -252,19 +253,50 @@ bool is_significant(const BatchChange& change, double shared_variance) {
          std::abs(change.step) > normal_99 * std::hypot(change.step_sd, std::sqrt(shared_variance));
 }
 
+/// The units without what is most probable of the errors that they share in different ways, such as two rigs: mu and
+/// these errors z, of variance 1, by least squares over units of this spread.
+std::vector<UnitValue> without_shared(const ModelPast& past, const UnitMeans& means, double spread) {
+  std::vector<UnitValue> values = means.values;
+  if (past.errors.size() < 2) return values;
+  const Matrix factors = shared_of_units(past, means);
+  const std::size_t n = factors.columns;
+  double weights = 0.0, sum = 0.0;
+  std::vector<double> of_mean(n), right(n);
+  Matrix normal(n, n);
+  for (std::size_t k = 0; k < n; ++k) normal(k, k) = 1.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double weight = 1.0 / std::max(square(spread) + square(values[i].sd), 1e-300);
+    weights += weight, sum += weight * values[i].value;
+    for (std::size_t k = 0; k < n; ++k) {
+      of_mean[k] += weight * factors(i, k), right[k] += weight * factors(i, k) * values[i].value;
+      for (std::size_t l = 0; l < n; ++l) normal(k, l) += weight * factors(i, k) * factors(i, l);
+    }
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    right[k] -= of_mean[k] * sum / weights;
+    for (std::size_t l = 0; l < n; ++l) normal(k, l) -= of_mean[k] * of_mean[l] / weights;
+  }
+  const auto errors = solve_symmetric(normal, right);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (std::size_t k = 0; k < n; ++k) values[i].value -= factors(i, k) * errors[k];
+  return values;
+}
+
 /// Of the units that belong together, where there are enough to say which.
 void add_population(const ModelPast& past, const UnitMeans& means, const SummaryRequest& request,
                     std::vector<Stated>& numbers, Estimate& estimate) {
-  std::vector<UnitValue> kept = means.values;
+  const auto spread = std::ranges::find(numbers, past.over.parameter + "_unit_sd", &Stated::name);
+  const auto values = without_shared(past, means, spread != numbers.end() ? spread->value : 0.0);
+  std::vector<UnitValue> kept = values;
   if (means.values.size() >= fewest_for_outliers) {
-    const auto outliers = outlier_units(means.values);
+    const auto outliers = outlier_units(values);
     const Table table = outliers_table(outliers, means, past);
     if (!table.rows.empty()) {
       estimate.tables.push_back(table);
       estimate.findings.push_back({Severity::warning, "outlier_units", {{"units", table.rows.size()}}});
       kept.clear();
       for (std::size_t i = 0; i < means.values.size(); ++i)
-        if (!outliers.outlier[i]) kept.push_back(means.values[i]);
+        if (!outliers.outlier[i]) kept.push_back(values[i]);
     }
     if (means.values.size() >= fewest_for_batches) {
       auto change = batch_change(means.values, square(outliers.kept.sd));
