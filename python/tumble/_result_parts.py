@@ -183,7 +183,7 @@ class WithPrior(NamedTuple):
 
 
 class Prior(Document):
-    """The prior of a result, as the result file has it: from, used, verdicts, belongs, population, results and numbers."""
+    """The prior of a result as its file has it: from, used, verdicts, belongs, population, results and numbers."""
 
     __slots__ = ()
 

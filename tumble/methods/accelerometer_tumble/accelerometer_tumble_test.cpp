@@ -115,7 +115,15 @@ TEST(AccelerometerTumble, FourPositionsAreTheFourPositionFormulas) {
   EXPECT_EQ(contains[0].name, "third_order_coefficient");
   const double g = gravity(*found.evidence.plan.site);
   EXPECT_NEAR(contains[0].weight, find_parameter(found.estimate, "scale_factor")->value * g * g, 1e-9 * g * g);
-  EXPECT_TRUE(find_parameter(found.estimate, "bias")->contains.empty());
+  // Along +-p the hinge's stiffness K_pp a_p^2 looks like bias, and in the quadratic term it is subtracted.
+  const auto& hinge = find_parameter(found.estimate, "bias")->contains;
+  ASSERT_EQ(hinge.size(), 1u);
+  EXPECT_EQ(hinge[0].name, "second_order_pp");
+  EXPECT_NEAR(hinge[0].weight, g * g, 1e-9 * g * g);
+  const auto& subtracted = find_parameter(found.estimate, "second_order_coefficient")->contains;
+  ASSERT_EQ(subtracted.size(), 1u);
+  EXPECT_EQ(subtracted[0].name, "second_order_pp");
+  EXPECT_NEAR(subtracted[0].weight, -1.0, 1e-9);
   EXPECT_EQ(text_of(findings, "not_shown", "terms"), "cross_coupling_io, cross_coupling_ip, misalignment_p");
   EXPECT_EQ(value_of(findings, "no_position_to_spare", "positions"), 4.0);
   EXPECT_EQ(value_of(findings, "no_position_to_spare", "parameters"), 4.0);
