@@ -1,5 +1,6 @@
 # The pages of the workbench (web/): TypeScript bundled by esbuild, packed by gzip. The list of files that the program
-# carries is returned; it is empty where esbuild is missing, and CMake says so. Nothing of npm is needed.
+# carries is returned; it is empty where esbuild is missing, and CMake says so. Nothing of npm is needed:
+# tsconfig.bundle.json leads to third_party/web, also where npm has put other copies beside the pages for their tests.
 function(tumble_web result)
   set(${result} "" PARENT_SCOPE)
   if(NOT TUMBLE_WEB)
@@ -15,13 +16,14 @@ function(tumble_web result)
   endif()
   set(web ${PROJECT_SOURCE_DIR}/web)
   set(output ${PROJECT_BINARY_DIR}/web)
-  file(GLOB sources CONFIGURE_DEPENDS ${web}/src/*.ts ${web}/src/*.tsx ${web}/src/*.css ${PROJECT_SOURCE_DIR}/third_party/web/*/*)
-  set(modules ${PROJECT_SOURCE_DIR}/third_party/web)
+  file(GLOB sources CONFIGURE_DEPENDS ${web}/src/*.ts ${web}/src/*.tsx ${web}/src/*.css)
+  file(GLOB_RECURSE vendored CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/third_party/web/*)
   add_custom_command(
-    OUTPUT ${output}/app.js ${output}/app.css VERBATIM DEPENDS ${sources} ${web}/tsconfig.json
-    COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${modules} ${TUMBLE_ESBUILD} ${web}/src/app.tsx --bundle --minify
+    OUTPUT ${output}/app.js ${output}/app.css VERBATIM DEPENDS ${sources} ${vendored} ${web}/tsconfig.bundle.json
+    COMMAND ${TUMBLE_ESBUILD} ${web}/src/app.tsx --bundle --minify
             --outfile=${output}/app.js --format=esm --target=es2020 --charset=utf8 --log-level=warning
-            --legal-comments=none --jsx=automatic --jsx-import-source=preact --tsconfig=${web}/tsconfig.json
+            --legal-comments=none --jsx=automatic --jsx-import-source=preact --tsconfig=${web}/tsconfig.bundle.json
+            --log-override:import-is-undefined=error
     COMMENT "Bundling the pages of the workbench")
   set(packed "")
   foreach(file ${output}/app.js ${output}/app.css ${web}/index.html ${web}/openapi.json)
