@@ -1,14 +1,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "archive_actions.hpp"
 #include "archive_views.hpp"
 #include "tumble/archive/statistics.hpp"
-#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/temporary_folder.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/recompute.hpp"
@@ -17,8 +15,6 @@
 
 namespace tumble::cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Units are found by SERIAL or MODEL/SERIAL.
 UnitName chosen_unit(const Archive& archive, const std::string& words) {
@@ -49,50 +45,18 @@ Unit unit_of(const Archive& archive, const std::string& parameter, const std::st
   return parameter_over_units(archive, parameter, model).shown;
 }
 
-/// FIGURE.svg, or FIGURE-1.svg, FIGURE-2.svg, ... for several.
-void write_figures(const std::vector<Figure>& figures, const ArchiveArguments& arguments, const Terminal& terminal) {
-  const fs::path path(arguments.figure);
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    const auto name = figures.size() == 1 ? path
-                                          : path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), i + 1,
-                                                                             path.extension().string());
-    write_file_atomically(name.string(), to_svg(figures[i]));
-    note(terminal, "wrote " + name.string() + ": " + figures[i].name);
-  }
-}
-
 /// An answer as results are shown: tables or JSON, and its figures. Its budget has one line, which says nothing to
 /// people.
 void show_answer(const Estimate& estimate, const ArchiveArguments& arguments, const Terminal& terminal) {
   Estimate shown = estimate;
   shown.budget.clear();
   print(arguments.json ? to_json(estimate) : to_text(shown, terminal.width));
-  if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments, terminal);
+  if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments.figure, terminal);
 }
 
 void check_figure(const ArchiveArguments& arguments) {
   if (!arguments.figure.empty()) check_output(arguments.figure, {}, {".svg"});
 }
-
-/// Removed with all that is in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "tumble-recompute-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(Error::Kind::bad_file, "cannot make a temporary folder '" + name + "'");
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 }  // namespace
 
@@ -196,11 +160,11 @@ int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) 
 int archive_recompute(const ArchiveArguments& arguments, const Terminal& terminal) {
   const std::string& digits = only_word(arguments, "RESULT");
   const Archive archive = open_archive(arguments.archive);
-  const ScratchFolder scratch;
+  const TemporaryFolder scratch;
   Recomputation again;
   {
     ProgressLine line(terminal);
-    again = recompute(archive, find_result(archive, digits), scratch.path(), line.progress());
+    again = recompute(archive, find_result(archive, digits), scratch.path().string(), line.progress());
   }
   print(arguments.json ? recomputation_json(again) : recomputation_text(again));
   return again.same ? 0 : 3;

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 
 #include "tumble/exchange/comparison.hpp"
-#include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 #include "verbs.hpp"
@@ -39,17 +37,6 @@ std::vector<Figure> figures_for(const Comparison& comparison, const Arguments& a
   return figures;
 }
 
-void write_drift(const std::vector<Figure>& figures, const Arguments& arguments, const Terminal& terminal) {
-  const std::filesystem::path path(arguments.figure);
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    const auto name = figures.size() == 1 ? path
-                                          : path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), i + 1,
-                                                                             path.extension().string());
-    write_file_atomically(name.string(), to_svg(figures[i]));
-    note(terminal, "wrote " + name.string() + ": " + figures[i].name);
-  }
-}
-
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.figure.empty()) check_output(arguments.figure, arguments.results, {".svg"});
   if (!arguments.parameters.empty() && arguments.figure.empty())
@@ -60,7 +47,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const Comparison comparison = compare(std::move(results));
   const auto figures = arguments.figure.empty() ? std::vector<Figure>{} : figures_for(comparison, arguments);
   print(arguments.json ? to_json(comparison) : to_text(comparison, terminal.width));
-  write_drift(figures, arguments, terminal);
+  write_figures(figures, arguments.figure, terminal);
   const auto changed = [](const ResultPair& pair) {
     return std::ranges::any_of(pair.differences, [](const Difference& one) { return std::abs(one.e_n) > 1.0; });
   };

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 
-#include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/image.hpp"
 #include "tumble/units/error.hpp"
@@ -18,23 +16,11 @@ struct Arguments {
   std::string result, page, figure, title, logo, language;
 };
 
-/// "noise.svg", or "noise-1.svg", "noise-2.svg" where there are several.
-std::string numbered(const std::string& name, std::size_t number, std::size_t count) {
-  const std::filesystem::path path(name);
-  if (count == 1) return name;
-  return (path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()))
-      .string();
-}
-
-void write_figures(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
+void write_figures_of(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
   const auto figures = figures_of(estimate);
   if (figures.empty())
     throw Error(Error::Kind::unsupported, arguments.result + ": a result of " + estimate.method + " has no figure");
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    const std::string name = numbered(arguments.figure, i + 1, figures.size());
-    write_file_atomically(name, to_svg(figures[i]));
-    note(terminal, "wrote " + name + ": " + figures[i].name);
-  }
+  write_figures(figures, arguments.figure, terminal);
 }
 
 PageOptions page_of(const Arguments& arguments) {
@@ -51,7 +37,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.page.empty()) {
     write_output(terminal, arguments.page, to_html(estimate, page_of(arguments)));
   }
-  if (!arguments.figure.empty()) write_figures(estimate, arguments, terminal);
+  if (!arguments.figure.empty()) write_figures_of(estimate, arguments, terminal);
   return 0;
 }
 

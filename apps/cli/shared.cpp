@@ -60,6 +60,17 @@ void write_output(const Terminal& terminal, const std::string& path, const std::
   note(terminal, "wrote " + path);
 }
 
+void write_figures(const std::vector<Figure>& figures, const std::string& path, const Terminal& terminal) {
+  const fs::path all(path);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const auto one = figures.size() == 1 ? all
+                                         : all.parent_path() / fmt::format("{}-{}{}", all.stem().string(), i + 1,
+                                                                           all.extension().string());
+    write_file_atomically(one.string(), to_svg(figures[i]));
+    note(terminal, "wrote " + one.string() + ": " + figures[i].name);
+  }
+}
+
 void check_output(const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions) {
   if (output == standard_output) return;

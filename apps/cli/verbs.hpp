@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "terminal.hpp"
+#include "tumble/report/figure.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble::cli {
@@ -81,6 +82,9 @@ Recording read_standard_input(const ReadOptions& options, const Progress& progre
 Estimate read_result(const std::string& path);
 /// To the file as a whole, or to standard output for "-"; a file is noted. Throws Error::bad_file.
 void write_output(const Terminal& terminal, const std::string& path, const std::string& content);
+/// To `path`, "noise.svg", or to "noise-1.svg", "noise-2.svg", ... where there are several; each is noted.
+/// Throws Error::bad_file.
+void write_figures(const std::vector<Figure>& figures, const std::string& path, const Terminal& terminal);
 
 /// Throws Error::bad_input when `output` is one of `inputs`, has none of the `extensions`, or lies in a folder that is
 /// not there: before any work is done.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/temporary_folder.hpp"
 #include "tumble/tasks/fleet/limits.hpp"
 #include "tumble/tasks/fleet/merge.hpp"
 #include "tumble/tasks/fleet/risk.hpp"
@@ -31,22 +31,6 @@ using Severity = Finding::Severity;
 constexpr std::size_t in_a_transaction = 100, fewest_units = 3;
 /// Of what has no date: the archive of a summary is made anew each time, and ends with it.
 constexpr const char* no_date = "2000-01-01T00:00:00Z";
-
-/// A folder that ends with this value.
-struct TemporaryFolder {
-  fs::path path;
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "tumble-fleet-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(Error::Kind::bad_file, name + ": cannot be made");
-    path = name;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-};
 
 /// The folder with the results of a fleet: those of the version that fleet.json names, or the folder itself.
 fs::path folder_of_results(const std::string& folder) {
@@ -154,7 +138,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
                                             ": holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes "
                                             "them");
   const TemporaryFolder temporary;
-  const std::string address = (temporary.path / "fleet.db").string();
+  const std::string address = (temporary.path() / "fleet.db").string();
   const ArchiveAct act{.who = "fleet summary", .when = no_date, .why = {}};
   make_archive(address, "", act);
   Archive archive(address, no_date);

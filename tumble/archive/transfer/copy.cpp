@@ -1,15 +1,11 @@
 #include "tumble/archive/transfer/copy.hpp"
 
-#include <stdlib.h>
-
 #include <algorithm>
-#include <filesystem>
 
+#include "tumble/formats/temporary_folder.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::transfer {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -86,26 +82,6 @@ void copy_event(const Way& way, const Row& event) {
   schema::insert(way.to, schema::events, {event});
 }
 
-/// In a folder that is removed.
-class TemporaryCopy {
- public:
-  TemporaryCopy() {
-    std::string name = (fs::temp_directory_path() / "tumble-copy-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(Error::Kind::bad_file, "cannot make a temporary folder '" + name + "'");
-    folder_ = name;
-  }
-  ~TemporaryCopy() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  TemporaryCopy(const TemporaryCopy&) = delete;
-  TemporaryCopy& operator=(const TemporaryCopy&) = delete;
-  std::string path() const { return (folder_ / "file").string(); }
-
- private:
-  fs::path folder_;
-};
-
 }  // namespace
 
 void copy_chain(const Way& way, const std::string& chain, Transferred& done) {
@@ -136,9 +112,10 @@ std::set<std::string> files_of_chain(database::Database& database, const std::st
 
 bool copy_file(const storage::Place& from, const storage::Place& to, const std::string& sha256) {
   if (storage::is_kept(to, sha256)) return false;
-  const TemporaryCopy copy;
-  storage::unpack_to(from, sha256, copy.path());
-  storage::keep(to, copy.path());
+  const TemporaryFolder folder;
+  const std::string copy = (folder.path() / "file").string();
+  storage::unpack_to(from, sha256, copy);
+  storage::keep(to, copy);
   return true;
 }
 

@@ -1,7 +1,5 @@
 #include "tumble/formats/file/temporary_file.hpp"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
@@ -22,32 +20,24 @@ std::string plain_name(const std::string& name) {
   return plain.empty() || plain.front() == '.' ? "file" + plain : plain;
 }
 
+std::string failure_of(const std::string& from) {
+  return "'" + from + "': it is unpacked into the folder for temporary files (TMPDIR), and that failed";
+}
+
 }  // namespace
 
-TemporaryFile::TemporaryFile(const std::string& name, std::string from) : from_(std::move(from)) {
-  std::error_code problem;
-  std::string pattern = (std::filesystem::temp_directory_path(problem) / "tumble-XXXXXX").string();
-  if (problem || mkdtemp(pattern.data()) == nullptr) refuse(problem ? problem.value() : errno);
-  folder_ = pattern;
-  path_ = folder_ / plain_name(name);
+TemporaryFile::TemporaryFile(const std::string& name, std::string from)
+    : from_(std::move(from)), folder_(failure_of(from_)), path_(folder_.path() / plain_name(name)) {
   file_ = std::fopen(path_.c_str(), "wbe");
-  if (file_ == nullptr) {
-    const int code = errno;
-    std::filesystem::remove_all(folder_, problem);
-    refuse(code);
-  }
+  if (file_ == nullptr) refuse(errno);
 }
 
 TemporaryFile::~TemporaryFile() {
   if (file_ != nullptr) static_cast<void>(std::fclose(file_));
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
 }
 
 void TemporaryFile::refuse(int code) const {
-  throw Error{Error::Kind::bad_file,
-              "'" + from_ + "': it is unpacked into the folder for temporary files (TMPDIR), and that failed: " +
-                  std::system_category().message(code)};
+  throw Error{Error::Kind::bad_file, failure_of(from_) + ": " + std::system_category().message(code)};
 }
 
 void TemporaryFile::write(std::string_view bytes) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "tumble/formats/temporary_folder.hpp"
+
 namespace tumble::file {
 
 /// A file in a folder of its own below the folder for temporary files, which vanishes with the object.
@@ -29,7 +31,8 @@ class TemporaryFile {
   [[noreturn]] void refuse(int code) const;
 
   std::string from_;
-  std::filesystem::path folder_, path_;
+  TemporaryFolder folder_;
+  std::filesystem::path path_;
   std::FILE* file_ = nullptr;
 };
 

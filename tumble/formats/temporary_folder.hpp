@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace tumble {
+
+/// A folder of its own below the folder for temporary files, which vanishes with the object and with all that is in it.
+class TemporaryFolder {
+ public:
+  /// Given   failing  what a message says where it cannot be made; the reason follows
+  /// Throws  Error::bad_file.
+  explicit TemporaryFolder(const std::string& failing = "a folder for temporary files (TMPDIR) cannot be made");
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace tumble
