@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <memory>
 
 #include "tumble/archive/deposit.hpp"
@@ -13,6 +12,7 @@
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
 namespace {
@@ -41,15 +41,6 @@ class PopulationArchive : public ::testing::Test {
     std::vector<ResultDeposit> results;
     for (const auto& one : testing::fleet_results({}, random_, units)) results.push_back(deposit_of(one.estimate));
     put(std::move(results));
-  }
-
-  static std::string problem_of(const std::function<void()>& work) {
-    try {
-      work();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "nothing was thrown";
   }
 
   ScratchFolder folder_;

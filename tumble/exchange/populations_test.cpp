@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 
 #include "tumble/core/budget.hpp"
@@ -13,6 +12,7 @@
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
 namespace {
@@ -32,15 +32,6 @@ std::vector<TestedUnit> tested(const std::vector<testing::FleetResult>& results)
 Estimate population_of_fleet(const FleetModel& model, const RandomStream& random, std::uint64_t count) {
   return population_of_units("pendulous_accelerometer", "accelerometer_tumble",
                              tested(fleet_results(model, random, count)));
-}
-
-std::string problem_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
 }
 
 double sd_of(const Estimate& estimate, const char* name) {

@@ -9,21 +9,13 @@
 #include <thread>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
 namespace {
 
 double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-std::string link_problem_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 /// What happens on both sides until `count` bytes came on `link`, or the link is lost.
@@ -72,8 +64,7 @@ TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
   for (const char* text :
        {"", "http:a:1", "udp:", "udp:0", "udp::5", "udp:host", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999",
         "tcp::5", "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
-    EXPECT_NE(link_problem_of([&] { parse_link(text); }).find("a link is written tcp:HOST:PORT, udp:"),
-              std::string::npos)
+    EXPECT_NE(problem_of([&] { parse_link(text); }).find("a link is written tcp:HOST:PORT, udp:"), std::string::npos)
         << text;
 }
 
@@ -203,11 +194,10 @@ TEST(Link, SaysWhatIsMissing) {
     Links other(steady_seconds);
     closed = other.listen(0);
   }
-  EXPECT_NE(link_problem_of([&] { links.open(port_here(closed)); }).find("nothing listens at this port"),
+  EXPECT_NE(problem_of([&] { links.open(port_here(closed)); }).find("nothing listens at this port"), std::string::npos);
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
             std::string::npos);
-  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
-            std::string::npos);
-  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
             std::string::npos);
 }
 
@@ -221,7 +211,7 @@ TEST(Link, CarriesBytesOverASerialLine) {
   EXPECT_EQ(received_by(links, line, bytes.size()), bytes);
   links.send(line, bytes);
   EXPECT_EQ(received_by(links, terminal.link, bytes.size()), bytes);
-  EXPECT_NE(link_problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
+  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
             std::string::npos);
 }
 

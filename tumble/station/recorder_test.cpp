@@ -11,6 +11,7 @@
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
 namespace {
@@ -20,15 +21,6 @@ RecorderOptions small_options(bool background) {
   options.reserve_bytes = 1 << 16;
   options.background = background;
   return options;
-}
-
-std::string recorder_reason(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(Recorder, HandsBackEveryItemInTheOrderInWhichItWasGiven) {
@@ -114,14 +106,13 @@ TEST(Recorder, RefusesASecondWriterAndAStoreThatIsThere) {
     Recorder recorder(folder.path, disk, options);
     begin_run(recorder);
     recorder.flush();
-    EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("still being recorded"), std::string::npos);
+    EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("still being recorded"), std::string::npos);
     options.resume = true;
-    EXPECT_NE(recorder_reason([&] { Recorder second(folder.path, disk, options); }).find("another process"),
+    EXPECT_NE(problem_of([&] { Recorder second(folder.path, disk, options); }).find("another process"),
               std::string::npos);
   }
   options.resume = false;
-  EXPECT_NE(recorder_reason([&] { Recorder second(folder.path, disk, options); }).find("tumble seal"),
-            std::string::npos);
+  EXPECT_NE(problem_of([&] { Recorder second(folder.path, disk, options); }).find("tumble seal"), std::string::npos);
 }
 
 TEST(Recorder, StopsWithAReasonWhenMoreWaitsThanMay) {
@@ -152,9 +143,8 @@ TEST(Recorder, RefusesToBeginWithoutRoom) {
   Disk disk;
   auto options = small_options(false);
   options.floor_bytes = std::uint64_t{1} << 60;
-  EXPECT_NE(recorder_reason([&] { Recorder recorder(folder.path, disk, options); }).find("has room for"),
-            std::string::npos);
-  EXPECT_NE(recorder_reason([&] { Recorder recorder(folder.file("none"), disk, options); }).find("no such folder"),
+  EXPECT_NE(problem_of([&] { Recorder recorder(folder.path, disk, options); }).find("has room for"), std::string::npos);
+  EXPECT_NE(problem_of([&] { Recorder recorder(folder.file("none"), disk, options); }).find("no such folder"),
             std::string::npos);
 }
 
@@ -176,9 +166,9 @@ TEST(Recorder, CopiesItsLogBackWhileItRuns) {
 
 TEST(Recorder, RefusesToReadWhatIsNoStore) {
   const ScratchFolder folder;
-  EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
+  EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
   { std::ofstream(folder.file("live.sqlite")) << std::string(5000, 'x'); }
-  EXPECT_NE(recorder_reason([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"),
+  EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"),
             std::string::npos);
 }
 

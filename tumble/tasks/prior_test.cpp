@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <limits>
 
 #include "tumble/archive/archive.hpp"
@@ -22,6 +21,7 @@
 #include "tumble/tasks/shorten.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
 namespace {
@@ -92,15 +92,6 @@ class PriorOfPlan : public ::testing::Test {
         population_of_units("pendulous_accelerometer", "accelerometer_tumble", units_like(result(plan), 15));
     std::ofstream(folder_.file("population.json")) << to_json(population);
     return "population.json";
-  }
-
-  static std::string problem_of(const std::function<void()>& work) {
-    try {
-      work();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "nothing was thrown";
   }
 
   ScratchFolder folder_;

@@ -45,15 +45,6 @@ void expect_sound(const Archive& archive) {
   EXPECT_TRUE(problems.empty()) << problems.front();
 }
 
-std::string problem_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
-}
-
 std::vector<std::string> changes_of(const Archive& archive) {
   auto problems = verify_archive(archive).problems;
   std::erase_if(problems, [](const std::string& problem) { return problem.find("trigger") != std::string::npos; });

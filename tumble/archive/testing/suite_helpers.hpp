@@ -1,10 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "tumble/archive/testing/samples.hpp"
 #include "tumble/archive/testing/suite.hpp"
+#include "tumble/units/testing/problem_of.hpp"
 
 /// What the cases of the suite have in common.
 namespace tumble::testing {
@@ -16,7 +16,6 @@ Deposit fleet(const ArchivePlace& place);
 void expect_sound(const Archive& archive);
 /// What verify_archive() finds, without the triggers that allow_changes() switches off.
 std::vector<std::string> changes_of(const Archive& archive);
-std::string problem_of(const std::function<void()>& work);
 /// So that rows of a table can be changed behind the back of the archive.
 void allow_changes(const Archive& archive, const std::string& table);
 
