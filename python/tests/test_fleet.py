@@ -42,10 +42,10 @@ def serial_table(units, tmp_path_factory):
     return fleet.run("allan_noise", units, tmp_path_factory.mktemp("serial") / "fleet", executor="serial").table()
 
 
-def computed(out: Path) -> list[str]:
-    """Keys of the results that workers finished, each time that they did."""
+def computed(out: Path, work: str = "ends") -> list[str]:
+    """Keys of the results that workers finished (or began), each time that they did."""
     lines = [json.loads(line) for log in (out / "log").glob("work-*.jsonl") for line in log.read_text().splitlines()]
-    return [line["key"] for line in lines if line["work"] == "ends"]
+    return [line["key"] for line in lines if line["work"] == work]
 
 
 def test_the_table_is_in_order_and_knows_no_time(units, serial_table):
@@ -163,11 +163,10 @@ fleet.run("allan_noise", sys.argv[1], sys.argv[2], workers=2)
 @pytest.mark.parametrize("rows", [0, 2, 5])
 def test_a_driver_that_is_killed_loses_nothing(units, serial_table, tmp_path, rows):
     out = tmp_path / "fleet"
-    driver = subprocess.Popen([sys.executable, "-c", DRIVER, str(units), str(out)])
+    driver = subprocess.Popen([sys.executable, "-c", DRIVER, str(units), str(out)], stdout=subprocess.PIPE)
     wait_for_rows(out, rows)
     driver.send_signal(signal.SIGKILL)
-    driver.wait()
-    wait_for_workers(out)
+    driver.communicate(timeout=60)  # until the workers too have ended, which hold the other end of this pipe
     before = computed(out)
     assert fleet.run("allan_noise", units, out, executor="serial").table().equals(serial_table)
     after = computed(out)
@@ -178,17 +177,6 @@ def wait_for_rows(out: Path, rows: int) -> None:
     deadline = time.monotonic() + 60
     while len(list(out.glob("rows/*/*/*.json"))) < rows and time.monotonic() < deadline:
         time.sleep(0.01)
-
-
-def wait_for_workers(out: Path) -> None:
-    """Until those that lost their driver have ended what they had begun."""
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline:
-        lines = [json.loads(line) for log in out.glob("log/work-*.jsonl") for line in log.read_text().splitlines()]
-        begun = {(line["process"], line["key"]) for line in lines if line["work"] == "begins"}
-        if begun == {(line["process"], line["key"]) for line in lines if line["work"] == "ends"}:
-            return
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("rows", [1, 4])
@@ -210,7 +198,8 @@ def test_a_worker_that_is_killed_costs_its_own_task_only(units, serial_table, tm
 
     table = fleet.run("allan_noise", units, tmp_path / "fleet", workers=2, progress=kill).table()
     assert table.equals(serial_table)
-    assert len(set(computed(tmp_path / "fleet"))) == UNITS
+    begun = computed(tmp_path / "fleet", "begins")
+    assert len(set(begun)) == UNITS and len(begun) <= UNITS + 1
 
 
 def test_what_data_are_to_blame_for_is_a_row(units, tmp_path):

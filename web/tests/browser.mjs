@@ -328,10 +328,11 @@ test("a job can be cancelled", async () => {
   const page = await newPage();
   const long = join(scratch, "long.csv");
   let random = 7;
-  writeFileSync(long, "gyro.x[deg/h]\n" + Array.from({ length: 400000 }, () => ((random = (random * 16807) % 2147483647) % 1000)).join("\n"));
+  writeFileSync(long, "gyro.x[deg/h]\n" + Array.from({ length: 2000000 }, () => ((random = (random * 16807) % 2147483647) % 1000)).join("\n"));
   execFileSync(program, ["--quiet", "convert", long, "-o", join(folder, "long.h5"), "--set", "rate=100"]);
+  writeFileSync(join(folder, "every tau.toml"), 'title = "Every tau"\nmethod = "allan_noise"\n[settings]\ntaus = "all"\ndeviations = "all"\n');
   await openRecording(page, "long.h5");
-  await page.getByLabel("Plan or method").selectOption("method:allan_noise");
+  await page.getByLabel("Plan or method").selectOption("plan:every tau.toml"); // some 10 s
   await page.getByRole("button", { name: "Identify", exact: true }).click();
   const job = page.locator(".tray .job", { hasText: "long.h5" });
   await job.getByText("running").waitFor();
