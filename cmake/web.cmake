@@ -16,7 +16,7 @@ function(tumble_web result)
   endif()
   set(web ${PROJECT_SOURCE_DIR}/web)
   set(output ${PROJECT_BINARY_DIR}/web)
-  file(GLOB sources CONFIGURE_DEPENDS ${web}/src/*.ts ${web}/src/*.tsx ${web}/src/*.css)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${web}/src/*.ts ${web}/src/*.tsx ${web}/src/*.css)
   file(GLOB_RECURSE vendored CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/third_party/web/*)
   add_custom_command(
     OUTPUT ${output}/app.js ${output}/app.css VERBATIM DEPENDS ${sources} ${vendored} ${web}/tsconfig.bundle.json

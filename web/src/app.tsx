@@ -3,12 +3,10 @@ import "./app.css";
 import "uplot/dist/uPlot.min.css";
 import { render } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { effect, useComputed } from "@preact/signals";
 import { get, Job, post, problemsOf, waiting } from "./api";
 import { cancel, connected, fileOfJob, jobs, start } from "./jobs";
-import { RecordingPage } from "./recording";
-import { RecordingsPage } from "./recordings";
-import { address, file, go, readAddress } from "./route";
+import { ROOMS } from "./rooms";
+import { addressOf, arrive, go, path, query } from "./route";
 import { language, loadTexts, setLanguage, t } from "./texts";
 
 const KEYS = ["left_right", "plus_minus", "zero", "a_b", "click", "drag", "z", "n_p", "escape"];
@@ -60,9 +58,19 @@ function JobTray() {
   );
 }
 
+function RoomLink({ room, name, current, children }: { room: string; name?: string; current?: boolean; children: string }) {
+  const enter = (event: MouseEvent) => {
+    if (event.ctrlKey || event.metaKey || event.shiftKey) return; // into another tab or window
+    event.preventDefault();
+    go(room);
+  };
+  return <a class={name} href={room} aria-current={current ? "page" : undefined} onClick={enter}>{children}</a>;
+}
+
 function Frame() {
   const [help, setHelp] = useState(false);
-  const shown = useComputed(() => file.value);
+  const room = ROOMS.find((one) => one.path === path.value) ?? ROOMS[0]!;
+  const first = addressOf(path.value, query.value) === room.path;
   useEffect(() => {
     const key = (event: KeyboardEvent) => {
       if (event.key === "?" && !(event.target as HTMLElement).closest("input, textarea")) setHelp(true);
@@ -70,16 +78,14 @@ function Frame() {
     document.addEventListener("keydown", key);
     return () => document.removeEventListener("keydown", key);
   }, []);
-  const home = (event: MouseEvent) => {
-    event.preventDefault();
-    go(null);
-  };
   return (
     <>
       <a class="skip" href="#content">{t("skip")}</a>
       <header class="top">
-        <a class="brand" href="/" onClick={home}>Tumble</a>
-        <nav aria-label={t("rooms")}><a href="/" aria-current={shown.value === null ? "page" : undefined} onClick={home}>{t("recordings")}</a></nav>
+        <RoomLink room="/" name="brand">Tumble</RoomLink>
+        <nav aria-label={t("rooms")}>
+          {ROOMS.map((one) => <RoomLink key={one.path} room={one.path} current={one === room && first}>{t(one.name)}</RoomLink>)}
+        </nav>
         <span class={connected.value ? "connection" : "connection lost"} role="status">
           {connected.value ? "" : `⚠ ${t("connection_lost")}`}
         </span>
@@ -89,7 +95,7 @@ function Frame() {
         </select>
         <button onClick={() => setHelp(true)} aria-label={t("help")} title={`${t("help")} (?)`}>?</button>
       </header>
-      <main id="content" tabIndex={-1} aria-busy={waiting.value > 0}>{shown.value === null ? <RecordingsPage /> : <RecordingPage key={shown.value} file={shown.value} />}</main>
+      <main id="content" tabIndex={-1} aria-busy={waiting.value > 0}><room.Page key={room.path} /></main>
       <JobTray />
       {help && <Help onClose={() => setHelp(false)} />}
     </>
@@ -116,7 +122,7 @@ async function openSession(): Promise<void> {
 
 async function begin(): Promise<void> {
   const place = document.getElementById("app")!;
-  readAddress();
+  arrive();
   await loadTexts();
   try {
     await openSession();
@@ -126,11 +132,7 @@ async function begin(): Promise<void> {
     render(<Closed problems={problemsOf(error)} />, place);
     return;
   }
-  window.addEventListener("popstate", readAddress);
-  effect(() => {
-    const now = address.value;
-    if (now !== location.pathname + location.search) history.replaceState(null, "", now);
-  });
+  window.addEventListener("popstate", arrive);
   await start();
   render(<Frame />, place);
 }

@@ -1,7 +1,7 @@
 // Movements along the recording: what keys, wheel and buttons do to the span in view.
 import { batch, signal } from "@preact/signals";
-import type { Recording } from "./api";
-import { cursors, selection, span, Span } from "./route";
+import type { Recording } from "../api";
+import { cursors, selection, span, Span } from "./view";
 
 /// Where the pointer is [s]; null: not on a plot.
 export const pointed = signal<number | null>(null);

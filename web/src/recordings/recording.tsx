@@ -1,14 +1,14 @@
 // One recording: overview, segments, stacked channels, and beside them what is known of the span.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useComputed, useSignalEffect } from "@preact/signals";
-import { Channel, get, Mark, problemsOf, Recording } from "./api";
+import { Channel, get, Mark, problemsOf, Recording } from "../api";
 import { Inspector } from "./inspector";
-import { jobs, listing } from "./jobs";
+import { jobs, listing } from "../jobs";
 import { look, pan, pointed, pressKey, seen, setCursor, whole, zoom } from "./navigate";
 import { Drawn, GUTTER, Plot } from "./plot";
-import { cursors, hidden, selection, sets, span, units } from "./route";
+import { cursors, hidden, selection, sets, span, units } from "./view";
 import { answered, forgetSpan, overview, showOverview, showSpan, viewProblems, views } from "./span_data";
-import { count, duration, t } from "./texts";
+import { count, duration, t } from "../texts";
 import { Clock, clock, timeText } from "./time_text";
 
 export function fileQuery(file: string): URLSearchParams {

@@ -1,12 +1,12 @@
 // What is known of the span: statistics, cursors, findings, noise, results.
 import { useEffect, useState } from "preact/hooks";
 import type { ComponentChildren } from "preact";
-import { Channel, Finding, get, post, Plans, problemsOf, Recording, StatisticsRow, ValuesRow } from "./api";
-import { fileOfJob, jobs } from "./jobs";
+import { Channel, Finding, get, post, Plans, problemsOf, Recording, StatisticsRow, ValuesRow } from "../api";
+import { fileOfJob, jobs } from "../jobs";
 import { seen, showPlace } from "./navigate";
-import { cursors, selection, sets } from "./route";
+import { cursors, selection, sets } from "./view";
 import { spanQuery } from "./recording";
-import { count, language, t } from "./texts";
+import { count, language, t } from "../texts";
 import { timeText } from "./time_text";
 
 /// Asks when the address has been the same for a moment, and shows the latest answer.

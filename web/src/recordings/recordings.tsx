@@ -1,9 +1,9 @@
 // The recordings of the folder, and how more come into it.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { get, ListedRecording, problemsOf, upload } from "./api";
-import { listing } from "./jobs";
-import { go } from "./route";
-import { bytes, count, date, duration, t } from "./texts";
+import { get, ListedRecording, problemsOf, upload } from "../api";
+import { listing } from "../jobs";
+import { openFile } from "./view";
+import { bytes, count, date, duration, t } from "../texts";
 
 interface Listing {
   recordings: ListedRecording[];
@@ -29,7 +29,7 @@ function Entry({ recording }: { recording: ListedRecording }) {
   const open = (event: MouseEvent) => {
     if (event.ctrlKey || event.metaKey || event.shiftKey) return;
     event.preventDefault();
-    go(recording.name);
+    openFile(recording.name);
   };
   return (
     <tr>
@@ -91,7 +91,7 @@ export function RecordingsPage() {
         state(0, problemsOf(error));
       }
     }
-    if (opened && files.length === 1) go(opened);
+    if (opened && files.length === 1) openFile(opened);
     else ++listing.value;
   };
 

@@ -1,6 +1,6 @@
 // What is drawn of the span in view, asked from the server: one question at a time, the latest next.
 import { signal } from "@preact/signals";
-import { ChannelView, getView, problemsOf } from "./api";
+import { ChannelView, getView, problemsOf } from "../api";
 
 export const views = signal<Record<string, ChannelView>>({});
 export const overview = signal<ChannelView | null>(null);

@@ -1,8 +1,8 @@
 // One channel over a span: bars from the least to the greatest value, or the samples themselves.
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import type { ChannelView, Finding, Mark } from "./api";
-import type { Span } from "./route";
+import type { ChannelView, Finding, Mark } from "../api";
+import type { Span } from "./view";
 
 /// Width of the axis of values: one for all rows, so that their times stand under each other.
 export const GUTTER = 78;
