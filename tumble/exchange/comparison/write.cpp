@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/message_in.hpp"
+#include "tumble/core/section_words.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -19,11 +21,14 @@ std::string e_n_text(double e_n) {
   return fmt::format("{:.2f}{}", e_n, std::abs(e_n) > 1.0 ? " *" : "  ");
 }
 
-std::string pair_text(const Comparison& comparison, const ResultPair& pair, std::size_t width) {
-  TextColumn names{.name = "parameter", .unit = "", .cells = {}, .align = TextColumn::Align::left};
-  TextColumn units{.name = "unit", .unit = "", .cells = {}, .align = TextColumn::Align::left};
-  TextColumn earlier{.name = "earlier", .unit = "", .cells = {}}, later{.name = "later", .unit = "", .cells = {}};
-  TextColumn difference{.name = "difference ± U", .unit = "", .cells = {}}, e_n{.name = "E_n", .unit = "", .cells = {}};
+std::string pair_text(const Comparison& comparison, const ResultPair& pair, const SectionWords& words,
+                      std::size_t width) {
+  TextColumn names{.name = words("parameter"), .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn units{.name = words("unit"), .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn earlier{.name = words("earlier"), .unit = "", .cells = {}};
+  TextColumn later{.name = words("later"), .unit = "", .cells = {}};
+  TextColumn difference{.name = words("difference_and_u"), .unit = "", .cells = {}};
+  TextColumn e_n{.name = "E_n", .unit = "", .cells = {}};
   for (const auto& one : pair.differences) {
     const double step = one.unit.difference_from_si(one.difference), u = one.unit.difference_from_si(one.expanded);
     const Rounding rounding = rounding_for(step, u);
@@ -38,9 +43,10 @@ std::string pair_text(const Comparison& comparison, const ResultPair& pair, std:
   }
   const auto& results = comparison.results;
   return fmt::format("{} -> {}\n", printable(results[pair.earlier].name), printable(results[pair.later].name)) +
-         text_table({names, earlier, later, difference, units, e_n}, width) +
-         fmt::format("  all together: chi-square {:.3g} with {} degrees of freedom, {}\n", pair.chi_square, pair.rank,
-                     pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
+         text_table({names, earlier, later, difference, units, e_n}, width) + "  " +
+         words.with("all_together", fmt::format("{:.3g}", pair.chi_square), pair.rank,
+                    pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability)) +
+         "\n";
 }
 
 ComparisonJson finite_or_null(double value) {
@@ -63,18 +69,15 @@ ComparisonJson difference_json(const Difference& one) {
 
 }  // namespace
 
-std::string to_text(const Comparison& comparison, std::size_t width) {
+std::string to_text(const Comparison& comparison, std::size_t width, Language language) {
+  const SectionWords words{language};
   std::string text;
-  for (const auto& pair : comparison.pairs) text += (text.empty() ? "" : "\n") + pair_text(comparison, pair, width);
-  text += "\n" + wrapped("",
-                         "U is the expanded uncertainty (95 %) of the difference; errors that both results share are "
-                         "subtracted. *: |E_n| is above 1, the change is significant. Without any change, 5 % of the "
-                         "parameters have |E_n| above 1.",
-                         width);
-  for (const auto& finding : comparison.findings) {
-    const char* severity = finding.severity == Finding::Severity::info ? "info     " : "warning  ";
-    text += wrapped(severity, finding.where.empty() ? finding.message : finding.where + ": " + finding.message, width);
-  }
+  for (const auto& pair : comparison.pairs)
+    text += (text.empty() ? "" : "\n") + pair_text(comparison, pair, words, width);
+  text += "\n" + wrapped("", words("comparison_note"), width);
+  for (const auto& finding : comparison.findings)
+    text += wrapped(padded(severity_in(language, finding.severity), 9, TextColumn::Align::left),
+                    placed_message_in(language, finding), width);
   return text;
 }
 

@@ -94,7 +94,7 @@ std::string to_html(const Estimate& estimate, const PageOptions& page) {
   require_shape(estimate);
   const auto& own = estimate.title.empty() ? estimate.method : estimate.title;
   const auto title = html::escaped(page.title.empty() ? own : page.title);
-  const html::Words words{page.language};
+  const html::Words words{page.language, "report"};
   const auto sections = html::verdicts(estimate, words) + html::parameters(estimate, words) +
                         html::with_prior(estimate, words) + html::findings(estimate, words) +
                         html::budget(estimate, words) + html::figures(estimate, words) + html::tables(estimate, words) +

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/message_in.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -284,10 +285,10 @@ std::string findings(const Estimate& estimate, const Words& words) {
   auto sorted = estimate.findings;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.severity > b.severity; });
   std::string text = "<section id=\"findings\">\n<h2>" + words("findings") + "</h2>\n";
-  if (const auto note = words("findings_note"); !note.empty()) text += "<p class=\"note\">" + note + "</p>\n";
   text += "<ul class=\"findings\">\n";
   for (const auto& finding : sorted) {
-    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity, words), escaped(finding.message));
+    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity, words),
+                        escaped(message_in(words.language, finding)));
     if (!finding.where.empty()) text += fmt::format("<span class=\"where\">{}</span>", escaped(finding.where));
     text += "</div></li>\n";
   }
@@ -297,6 +298,7 @@ std::string findings(const Estimate& estimate, const Words& words) {
 std::string tables(const Estimate& estimate, const Words& words) {
   if (estimate.tables.empty()) return {};
   std::string text = "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n";
+  if (const auto note = words("tables_note"); !note.empty()) text += "<p class=\"note\">" + note + "</p>\n";
   for (std::size_t i = 0; i < estimate.tables.size(); ++i) text += table_html(estimate.tables[i], i + 1, words);
   return text + "</section>\n";
 }
