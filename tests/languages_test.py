@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import tomllib
 import unicodedata
 import unittest
 
@@ -26,6 +27,10 @@ def tumble(*arguments, folder=None, **environment):
     if done.returncode != 0:
         raise AssertionError(f"{arguments}: status {done.returncode}: {done.stderr}")
     return done.stdout
+
+
+def entries_with_options():
+    return [(kind, entry) for kind in ("methods", "models", "rigs") for entry in json.loads(tumble("list", kind, "--json"))]
 
 
 def width(text):
@@ -72,26 +77,38 @@ class Reading(unittest.TestCase):
             self.assertIn(summary, tumble("help", verb, LANG="zh_CN.UTF-8"))
         self.assertNotIn("Options", text)
 
-    def test_options_of_every_method_and_the_line_of_every_entry(self):
+    def test_every_argument_of_every_verb(self):
+        argument = re.compile(r"^  (\S+)[^\n]*(?:\n {20,}[^\n]*)*", re.MULTILINE)
+        for verb in re.findall(r"^  ([a-z][a-z-]+) {2,}", tumble("--help"), re.MULTILINE):
+            english, chinese = tumble("help", verb), tumble("help", verb, "--lang", "zh")
+            for text in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2]):
+                if (verb, text[1]) != ("station", "WHAT"):  # "check", a word of the command
+                    self.assertRegex(text[0], HAN, f"{verb} {text[1]}")
+            self.assertEqual([m[1] for m in argument.finditer(english.partition("Example")[0].partition("\n\n")[2])],
+                             [m[1] for m in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2])])
+        for kinds in (r"one of ((?:\w+, )+\w+)", r"note: one of ((?:\w+, )+\w+)"):
+            for word in re.search(kinds, tumble("help", "archive"))[1].split(", "):
+                self.assertIn(word + "（", tumble("help", "archive", "--lang", "zh"))
+
+    def test_options_of_every_method_model_and_rig_and_the_line_of_every_entry(self):
         for kind in ("methods", "models", "rigs", "formats", "checks"):
             for line in tumble("list", kind, "--lang", "zh").splitlines():
                 self.assertRegex(line, HAN)
-        for method in json.loads(tumble("list", "methods", "--json")):
-            page = re.sub(r"\n {6,}", "", tumble("list", "methods", method["name"], "--lang", "zh").partition("选项：")[2])
-            said = dict(re.findall(r"^  (\w+)  (.*)$", page, re.MULTILINE))
-            for option in method["options"]:
-                self.assertRegex(said[option["name"]], HAN, f"option.{method['name']}.{option['name']} of text/zh.toml")
+        for kind, entry in entries_with_options():
+            page = re.sub(r"\n {6,}", "\t", tumble("list", kind, entry["name"], "--lang", "zh").partition("选项：")[2])
+            said = dict(re.findall(r"^  (\w+)  .*?\t(.*)$", page, re.MULTILINE))
+            for option in entry["options"]:
+                self.assertRegex(said[option["name"]], HAN, f"option.{entry['name']}.{option['name']} of text/zh.toml")
 
-    def test_a_text_for_all_methods_says_what_each_says_in_english(self):
-        import tomllib
+    def test_a_text_for_several_entries_says_what_each_says_in_english(self):
         chinese = tomllib.loads((ROOT / "text/zh.toml").read_text(encoding="utf-8"))["option"]
         english = {}
-        for method in json.loads(tumble("list", "methods", "--json")):
-            own = chinese.get(method["name"], {})
-            for option in method["options"]:
+        for _, entry in entries_with_options():
+            own = chinese.get(entry["name"], {})
+            for option in entry["options"]:
                 if option["name"] not in own:
                     english.setdefault(option["name"], set()).add(option["description"])
-            self.assertLessEqual(own.keys(), {option["name"] for option in method["options"]}, method["name"])
+            self.assertLessEqual(own.keys(), {option["name"] for option in entry["options"]}, entry["name"])
         self.assertEqual({name for name, texts in english.items() if len(texts) > 1}, set())
         self.assertEqual(set(chinese["common"]), set(english))
 

@@ -136,6 +136,12 @@ void speak(CLI::App& program, const std::vector<Verb>& verbs, Language language)
     speak_of(*app);
     app->group(words("subcommands"));
     if (const auto found = summaries.find(verb.name); found != summaries.end()) app->description(found->second);
+    for (const auto& argument : verb.arguments) {
+      auto text = find_text(language, "argument." + verb.name, argument.name);
+      if (!text) text = find_text(language, "argument.common", argument.name);
+      const auto name = argument.name.substr(argument.name.rfind(',') + 1);  // "--output" of "-o,--output"
+      if (text) app->get_option(name)->description(*text);
+    }
   }
 }
 
