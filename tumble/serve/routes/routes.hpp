@@ -45,6 +45,9 @@ std::vector<Route> session_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> archive_routes();
+std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
+std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
