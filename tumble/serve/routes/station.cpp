@@ -13,6 +13,7 @@
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/serve/routes/routes.hpp"
+#include "tumble/serve/routes/station.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/station/run_texts.hpp"
@@ -109,36 +110,21 @@ HttpResponse station(Context& context, const HttpRequest&) {
   return json_response({{"stations", stations}, {"runs", runs_json(context)}});
 }
 
-Json body_of(const HttpRequest& request) {
-  Json body = Json::parse(request.body, nullptr, false);
-  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
-  return body;
-}
-
-std::string text_in(const Json& body, const char* name) {
-  if (!body.contains(name)) return "";
-  if (!body[name].is_string()) throw Error{Error::Kind::bad_input, fmt::format("'{}' must be a text", name)};
-  auto text = body[name].get<std::string>();
-  if (text.size() > 1000 || !is_plain_name(text))
-    throw Error{Error::Kind::bad_input, fmt::format("'{}' is too long, or has characters that cannot be shown", name)};
-  return text;
-}
-
 /// What somebody wants to begin.
 struct Wanted {
   std::string mode, plan, station, who, accept_expired, speed;  ///< names in the folder
   std::map<std::string, std::string> units;
 };
 
-Wanted wanted_of(const HttpRequest& request) {
+Wanted wanted_of(const Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  Wanted wanted{text_in(body, "mode"), text_in(body, "plan"),           text_in(body, "station"),
-                text_in(body, "who"),  text_in(body, "accept_expired"), text_in(body, "speed")};
+  Wanted wanted{plain_text_in(body, "mode"), plain_text_in(body, "plan"),           plain_text_in(body, "station"),
+                who_of(context, request, body),  plain_text_in(body, "accept_expired"), plain_text_in(body, "speed")};
   if (wanted.mode != "run" && wanted.mode != "virtual" && wanted.mode != "rehearse")
     throw Error{Error::Kind::bad_input, "'mode' must be run, virtual or rehearse"};
   if (body.contains("units"))
     for (const auto& [slot, serial] : body["units"].items())
-      if (serial.is_string() && !serial.get<std::string>().empty()) wanted.units[slot] = text_in(body["units"], slot.c_str());
+      if (serial.is_string() && !serial.get<std::string>().empty()) wanted.units[slot] = plain_text_in(body["units"], slot.c_str());
   return wanted;
 }
 
@@ -202,7 +188,7 @@ std::pair<std::vector<std::string>, Json> checked(const Context& context, const 
 }
 
 HttpResponse dry_run(Context& context, const HttpRequest& request) {
-  auto [problems, json] = checked(context, wanted_of(request));
+  auto [problems, json] = checked(context, wanted_of(context, request));
   json["problems"] = problems;
   return json_response(json);
 }
@@ -238,13 +224,13 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
   close(alive);
   if (open || (ended && fs::exists(context.options.folder / run / live_store_name))) return {};
   if (!ended) return {"the run has not begun within 30 s; its messages are in " + run + ".log"};
-  auto problems = named_from(context.options.folder, problems_in_messages(read_text_file(log)));
+  auto problems = named_from(context.options.folder, problems_of_messages(read_text_file(log), ""));
   if (problems.empty()) problems.emplace_back("the program ended without a message");
   return problems;
 }
 
 HttpResponse start(Context& context, const HttpRequest& request) {
-  const Wanted wanted = wanted_of(request);
+  const Wanted wanted = wanted_of(context, request);
   if (auto [problems, timeline] = checked(context, wanted); !problems.empty())
     return json_response({{"problems", problems}}, 422);
   const std::string run = new_run(context, wanted.plan);
@@ -268,7 +254,7 @@ HttpResponse start(Context& context, const HttpRequest& request) {
 
 HttpResponse resume(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  const auto run = text_in(body, "run"), who = text_in(body, "who"), speed = text_in(body, "speed");
+  const auto run = plain_text_in(body, "run"), who = who_of(context, request, body), speed = plain_text_in(body, "speed");
   const auto folder = existing(context, run);
   if (who.empty()) throw Error{Error::Kind::bad_input, "the operator is missing: who carries it out"};
   if (process_at_desk(folder)) throw Error{Error::Kind::bad_input, "the run goes on"};
@@ -281,7 +267,7 @@ HttpResponse resume(Context& context, const HttpRequest& request) {
 
 /// Speaks to all devices and moves none, as a job.
 HttpResponse check(Context& context, const HttpRequest& request) {
-  const auto name = text_in(body_of(request), "station");
+  const auto name = plain_text_in(body_of(request), "station");
   Job job;
   job.kind = "check";
   job.title = name;
@@ -290,6 +276,17 @@ HttpResponse check(Context& context, const HttpRequest& request) {
 }
 
 }  // namespace
+
+std::string plain_text_in(const Json& body, const char* name) {
+  auto text = text_in(body, name);
+  if (text.size() <= 1000 && is_plain_name(text)) return text;
+  throw Error{Error::Kind::bad_input, fmt::format("'{}' is too long, or has characters that cannot be shown", name)};
+}
+
+std::string who_of(const Context& context, const HttpRequest& request, const Json& body) {
+  const auto session = context.guard.users ? context.guard.session_of(request) : std::nullopt;
+  return session ? session->user : plain_text_in(body, "who");
+}
 
 std::vector<Route> station_routes() {
   constexpr std::uint64_t small = 1 << 16;

@@ -2,7 +2,7 @@
 #include <filesystem>
 
 #include "tumble/serve/folder_paths.hpp"
-#include "tumble/serve/routes/routes.hpp"
+#include "tumble/serve/routes/station.hpp"
 #include "tumble/station/run_desk.hpp"
 
 namespace tumble::routes {
@@ -45,8 +45,28 @@ HttpResponse run_events(Context& context, const HttpRequest& request) {
   return response;
 }
 
-HttpResponse order(Context&, const HttpRequest&);
+/// Pause, resume, stop, abort, or the answer to a question. The run itself says whether it takes it.
+HttpResponse run_order(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto folder = existing(context, plain_text_in(body, "run"));
+  const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
+  Json asked{{"order", order}, {"who", who.empty() && order == "stop" ? "the workbench" : who}};
+  if (order == "answer") {
+    if (!body.contains("prompt") || !body["prompt"].is_number_integer())
+      throw Error{Error::Kind::bad_input, "'prompt' must be the number of a question"};
+    asked["prompt"] = body["prompt"];
+    asked["choice"] = plain_text_in(body, "choice");
+  }
+  return json_response(Json::parse(ask_desk(folder, asked.dump())));
+}
 
 }  // namespace
+
+std::vector<Route> station_run_routes() {
+  constexpr std::uint64_t small = 1 << 16;
+  return {{"GET", "/api/station/run", run_state},
+          {"GET", "/api/station/run/events", run_events},
+          {.method = "POST", .path = "/api/station/order", .answer = run_order, .body_limit = small}};
+}
 
 }  // namespace tumble::routes

@@ -78,8 +78,8 @@ Json json_of(const RunView& view, double speed) {
                          {"name", estimate.name},
                          {"unit", estimate.unit.text()},
                          {"text", with_uncertainty(value, sd)},
-                         {"value", drawn(value)},
-                         {"sd", drawn(sd)}});
+                         {"low", drawn(value - sd)},
+                         {"high", drawn(value + sd)}});
   }
   Json json{{"time", drawn(view.time)},
             {"time_text", hours_text(view.time)},
@@ -115,7 +115,7 @@ Json json_of(const EstimateHistory& history) {
   Json list = Json::array();
   for (const auto& curve : history.curves()) {
     Json points = Json::array();
-    for (const auto& point : curve.points) points.push_back({drawn(point.time), drawn(point.value), drawn(point.sd)});
+    for (const auto& point : curve.points) points.push_back({drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd)});
     list.push_back({{"slot", curve.slot}, {"name", curve.name}, {"unit", curve.unit}, {"points", points}});
   }
   return list;
