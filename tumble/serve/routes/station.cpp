@@ -26,10 +26,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t most_listed = 500;
+constexpr std::size_t most_stations = 500;
 
 /// "2026-11-24" and "20261124-093005" of now.
-std::string today(const Context& context, const char* form) {
+std::string date_text(const Context& context, const char* form) {
   const auto now = static_cast<std::time_t>(context.options.clock ? context.options.clock() : 0.0);
   std::tm parts{};
   localtime_r(&now, &parts);
@@ -40,7 +40,7 @@ std::string today(const Context& context, const char* form) {
 
 /// A walk through the folder that skips what is hidden, jobs, and what lies too deep.
 template <class Visit>
-void walk(const fs::path& root, int deepest, Visit visit) {
+void walk_folder(const fs::path& root, int deepest, Visit visit) {
   std::error_code failed;
   fs::recursive_directory_iterator place(root, fs::directory_options::skip_permission_denied, failed);
   for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
@@ -81,13 +81,13 @@ Json station_json(const fs::path& root, const std::string& name) {
 Json runs_json(Context& context) {
   std::vector<std::pair<fs::file_time_type, std::string>> runs;
   std::error_code failed;
-  walk(context.options.folder, 2, [&](const fs::directory_entry& entry, const std::string& name) {
+  walk_folder(context.options.folder, 2, [&](const fs::directory_entry& entry, const std::string& name) {
     const auto store = entry.path() / live_store_name;
     if (entry.is_directory(failed) && fs::exists(entry.path() / "plan.toml", failed) && fs::exists(store, failed))
       runs.emplace_back(fs::last_write_time(entry.path() / "plan.toml", failed), name);
   });
   std::ranges::sort(runs, std::greater<>{});
-  if (runs.size() > most_listed) runs.resize(most_listed);
+  if (runs.size() > most_stations) runs.resize(most_stations);
   Json list = Json::array();
   for (const auto& [when, name] : runs) {
     const auto begun = std::chrono::duration<double>(fs::file_time_type::clock::to_sys(when).time_since_epoch());
@@ -98,11 +98,11 @@ Json runs_json(Context& context) {
   return list;
 }
 
-HttpResponse station(Context& context, const HttpRequest&) {
+HttpResponse list_stations(Context& context, const HttpRequest&) {
   Json stations = Json::array();
   std::error_code failed;
-  walk(context.options.folder, 3, [&](const fs::directory_entry& entry, const std::string& name) {
-    if (stations.size() < most_listed && entry.path().extension() == ".toml" && entry.is_regular_file(failed) &&
+  walk_folder(context.options.folder, 3, [&](const fs::directory_entry& entry, const std::string& name) {
+    if (stations.size() < most_stations && entry.path().extension() == ".toml" && entry.is_regular_file(failed) &&
         !fs::exists(entry.path().parent_path() / live_store_name, failed) && entry.file_size(failed) < 1'000'000 &&
         looks_like_station(entry.path()))
       stations.push_back(station_json(context.options.folder, name));
@@ -111,14 +111,14 @@ HttpResponse station(Context& context, const HttpRequest&) {
 }
 
 /// What somebody wants to begin.
-struct Wanted {
+struct WantedRun {
   std::string mode, plan, station, who, accept_expired, speed;  ///< names in the folder
   std::map<std::string, std::string> units;
 };
 
-Wanted wanted_of(const Context& context, const HttpRequest& request) {
+WantedRun wanted_run_of(const Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  Wanted wanted{plain_text_in(body, "mode"), plain_text_in(body, "plan"),           plain_text_in(body, "station"),
+  WantedRun wanted{plain_text_in(body, "mode"), plain_text_in(body, "plan"),           plain_text_in(body, "station"),
                 who_of(context, request, body),  plain_text_in(body, "accept_expired"), plain_text_in(body, "speed")};
   if (wanted.mode != "run" && wanted.mode != "virtual" && wanted.mode != "rehearse")
     throw Error{Error::Kind::bad_input, "'mode' must be run, virtual or rehearse"};
@@ -129,7 +129,7 @@ Wanted wanted_of(const Context& context, const HttpRequest& request) {
 }
 
 template <class Work>
-void collect(std::vector<std::string>& problems, Work work) {
+void collect_problems(std::vector<std::string>& problems, Work work) {
   try {
     work();
   } catch (const Error& error) {
@@ -138,7 +138,7 @@ void collect(std::vector<std::string>& problems, Work work) {
 }
 
 /// Names in messages are those of the folder.
-std::vector<std::string> named_from(const fs::path& root, std::vector<std::string> problems) {
+std::vector<std::string> named_from_folder(const fs::path& root, std::vector<std::string> problems) {
   const std::string prefix = root.string() + "/";
   for (auto& problem : problems)
     for (auto place = problem.find(prefix); place != std::string::npos; place = problem.find(prefix))
@@ -147,12 +147,12 @@ std::vector<std::string> named_from(const fs::path& root, std::vector<std::strin
 }
 
 /// All reasons why it cannot be begun, and what it would do.
-std::pair<std::vector<std::string>, Json> checked(const Context& context, const Wanted& wanted) {
+std::pair<std::vector<std::string>, Json> checked_run(const Context& context, const WantedRun& wanted) {
   std::vector<std::string> problems;
   std::optional<Plan> plan;
   std::optional<Station> station;
-  collect(problems, [&] { plan = load_plan(existing(context, wanted.plan), {}); });
-  if (!wanted.station.empty() || wanted.mode != "rehearse") collect(problems, [&] {
+  collect_problems(problems, [&] { plan = load_plan(existing(context, wanted.plan), {}); });
+  if (!wanted.station.empty() || wanted.mode != "rehearse") collect_problems(problems, [&] {
       station = load_station(existing(context, wanted.station));
       parts_of(*station);
     });
@@ -163,8 +163,8 @@ std::pair<std::vector<std::string>, Json> checked(const Context& context, const 
     auto units = wanted.units;
     if (rehearsed)
       for (const auto& instrument : station->instruments) units.try_emplace(instrument.slot, "rehearsed " + instrument.slot);
-    const StationRequest request{units, today(context, "%Y-%m-%d"), rehearsed, wanted.accept_expired};
-    collect(problems, [&] {
+    const StationRequest request{units, date_text(context, "%Y-%m-%d"), rehearsed, wanted.accept_expired};
+    collect_problems(problems, [&] {
       const auto found = check_station(*plan, *station, request);
       problems.insert(problems.end(), found.begin(), found.end());
     });
@@ -183,12 +183,12 @@ std::pair<std::vector<std::string>, Json> checked(const Context& context, const 
       total += segment.duration;
     }
   }
-  return {named_from(context.options.folder, problems),
+  return {named_from_folder(context.options.folder, problems),
           {{"timeline", timeline}, {"total", total}, {"total_text", hours_text(total)}}};
 }
 
-HttpResponse dry_run(Context& context, const HttpRequest& request) {
-  auto [problems, json] = checked(context, wanted_of(context, request));
+HttpResponse dry_run_at_station(Context& context, const HttpRequest& request) {
+  auto [problems, json] = checked_run(context, wanted_run_of(context, request));
   json["problems"] = problems;
   return json_response(json);
 }
@@ -200,7 +200,7 @@ std::string new_run(const Context& context, const std::string& plan) {
   inside(context.options.folder, "runs");
   std::string stem = fs::path(plan).stem().string();
   std::ranges::replace(stem, '.', '-');
-  const std::string base = fmt::format("{}-{}", stem, today(context, "%Y%m%d-%H%M%S"));
+  const std::string base = fmt::format("{}-{}", stem, date_text(context, "%Y%m%d-%H%M%S"));
   std::string name = base;
   for (int n = 2; fs::exists(folder / name) || fs::exists(folder / (name + ".log")); ++n)
     name = fmt::format("{}-{}", base, n);
@@ -224,14 +224,14 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
   close(alive);
   if (open || (ended && fs::exists(context.options.folder / run / live_store_name))) return {};
   if (!ended) return {"the run has not begun within 30 s; its messages are in " + run + ".log"};
-  auto problems = named_from(context.options.folder, problems_of_messages(read_text_file(log), ""));
+  auto problems = named_from_folder(context.options.folder, problems_of_messages(read_text_file(log), ""));
   if (problems.empty()) problems.emplace_back("the program ended without a message");
   return problems;
 }
 
-HttpResponse start(Context& context, const HttpRequest& request) {
-  const Wanted wanted = wanted_of(context, request);
-  if (auto [problems, timeline] = checked(context, wanted); !problems.empty())
+HttpResponse start_run(Context& context, const HttpRequest& request) {
+  const WantedRun wanted = wanted_run_of(context, request);
+  if (auto [problems, timeline] = checked_run(context, wanted); !problems.empty())
     return json_response({{"problems", problems}}, 422);
   const std::string run = new_run(context, wanted.plan);
   const std::string folder = (context.options.folder / run).string();
@@ -252,7 +252,7 @@ HttpResponse start(Context& context, const HttpRequest& request) {
   return json_response({{"run", run}}, 201);
 }
 
-HttpResponse resume(Context& context, const HttpRequest& request) {
+HttpResponse resume_run(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
   const auto run = plain_text_in(body, "run"), who = who_of(context, request, body), speed = plain_text_in(body, "speed");
   const auto folder = existing(context, run);
@@ -266,7 +266,7 @@ HttpResponse resume(Context& context, const HttpRequest& request) {
 }
 
 /// Speaks to all devices and moves none, as a job.
-HttpResponse check(Context& context, const HttpRequest& request) {
+HttpResponse check_devices(Context& context, const HttpRequest& request) {
   const auto name = plain_text_in(body_of(request), "station");
   Job job;
   job.kind = "check";
@@ -290,11 +290,11 @@ std::string who_of(const Context& context, const HttpRequest& request, const Jso
 
 std::vector<Route> station_routes() {
   constexpr std::uint64_t small = 1 << 16;
-  return {{"GET", "/api/station", station},
-          {.method = "POST", .path = "/api/station/check", .answer = check, .body_limit = small},
-          {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run, .body_limit = small},
-          {.method = "POST", .path = "/api/station/start", .answer = start, .body_limit = small},
-          {.method = "POST", .path = "/api/station/resume", .answer = resume, .body_limit = small}};
+  return {{"GET", "/api/station", list_stations},
+          {.method = "POST", .path = "/api/station/check", .answer = check_devices, .body_limit = small},
+          {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run_at_station, .body_limit = small},
+          {.method = "POST", .path = "/api/station/start", .answer = start_run, .body_limit = small},
+          {.method = "POST", .path = "/api/station/resume", .answer = resume_run, .body_limit = small}};
 }
 
 }  // namespace tumble::routes
