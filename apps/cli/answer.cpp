@@ -34,7 +34,9 @@ Json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
   if (const auto* answer = std::get_if<PromptAnswer>(&order))
     return {{"order", "answer"}, {"prompt", answer->prompt}, {"choice", answer->choice}, {"who", who}};
   const auto kind = std::get<RunOrder>(order).kind;
-  const char* const word = kind == RunOrder::Kind::abort ? "abort" : kind == RunOrder::Kind::resume ? "resume" : "pause";
+  const char* const word = kind == RunOrder::Kind::abort    ? "abort"
+                           : kind == RunOrder::Kind::resume ? "resume"
+                                                            : "pause";
   return {{"order", word}, {"who", who}};
 }
 
@@ -58,7 +60,8 @@ int run(const Arguments& arguments) {
     print(state_text(state) + (open ? question_text(*open) : "no question is open\n"));
     return 0;
   }
-  if (arguments.who.empty()) throw Error(Error::Kind::bad_input, "--operator: an answer needs the name of who gives it");
+  if (arguments.who.empty())
+    throw Error(Error::Kind::bad_input, "--operator: an answer needs the name of who gives it");
   const auto order = order_of_line(arguments.word, open, arguments.who);
   if (!order)
     throw Error(Error::Kind::bad_input,
@@ -73,17 +76,18 @@ int run(const Arguments& arguments) {
 
 Verb answer_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"answer",
-          "Answer the question of a run, pause it or let it go on, from another terminal",
-          {{"RUN", &arguments->run, "folder of the run", true},
-           {"ANSWER", &arguments->word,
-            "what would be typed at the terminal of the run: an answer to its question, pause, resume or abort; without "
-            "it the state and the open question are shown"},
-           {"--operator", &arguments->who, "who answers"}},
-          "Examples:\n"
-          "  tumble answer run-0173\n"
-          "  tumble answer run-0173 done --operator \"Li Wei\"\n",
-          [arguments](const Terminal&) { return run(*arguments); }};
+  return {
+      "answer",
+      "Answer the question of a run, pause it or let it go on, from another terminal",
+      {{"RUN", &arguments->run, "folder of the run", true},
+       {"ANSWER", &arguments->word,
+        "what would be typed at the terminal of the run: an answer to its question, pause, resume or abort; without "
+        "it the state and the open question are shown"},
+       {"--operator", &arguments->who, "who answers"}},
+      "Examples:\n"
+      "  tumble answer run-0173\n"
+      "  tumble answer run-0173 done --operator \"Li Wei\"\n",
+      [arguments](const Terminal&) { return run(*arguments); }};
 }
 
 }  // namespace tumble::cli

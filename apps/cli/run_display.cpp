@@ -70,7 +70,8 @@ void RunDisplay::show(const RunView& view) {
 }
 
 std::string note_line(const Note& note, double time) {
-  return is_everyday(note.kind, note.text) ? "" : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
+  return is_everyday(note.kind, note.text) ? ""
+                                           : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
 }
 
 void RunDisplay::tell(const Note& note, double time) {

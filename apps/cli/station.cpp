@@ -82,13 +82,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb station_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"station",
-          "Speak to all devices of a station, and move none",
-          {{"WHAT", &arguments->what, "check", true}, {"STATION", &arguments->station, "station file (.toml)", true},
-           {"-o,--output", &arguments->output, "write the answers as JSON in place of the table; - is standard output"}},
-          "Example:\n"
-          "  tumble station check bench.toml\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "station",
+      "Speak to all devices of a station, and move none",
+      {{"WHAT", &arguments->what, "check", true},
+       {"STATION", &arguments->station, "station file (.toml)", true},
+       {"-o,--output", &arguments->output, "write the answers as JSON in place of the table; - is standard output"}},
+      "Example:\n"
+      "  tumble station check bench.toml\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -82,8 +82,8 @@ std::string LiveRuns::state_of(const std::string& run) {
   }
   const fs::path store = fs::path(run) / live_store_name;
   std::error_code failed;
-  const auto when = fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(),
-                                fs::file_size(store, failed));
+  const auto when =
+      fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(), fs::file_size(store, failed));
   {
     const std::lock_guard lock(mutex_);
     if (const auto known = ended_.find(run); known != ended_.end() && known->second.when == when)
@@ -92,9 +92,9 @@ std::string LiveRuns::state_of(const std::string& run) {
   auto state = state_of_ended_run(run);
   const std::lock_guard lock(mutex_);
   if (ended_.size() > 200) ended_.clear();
-  ended_[run] = {fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(),
-                             fs::file_size(store, failed)),
-                 state};
+  ended_[run] = {
+      fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(), fs::file_size(store, failed)),
+      state};
   return state;
 }
 

@@ -41,8 +41,8 @@ struct RunView {
   RunPhase phase = RunPhase::idle;
   std::size_t segment = 0, segments = 0;
   std::string label;
-  double left = 0.0;      ///< [s] of the schedule, without ways and waiting
-  double recorded = 0.0;  ///< [s] of this segment
+  double left = 0.0;                      ///< [s] of the schedule, without ways and waiting
+  double recorded = 0.0;                  ///< [s] of this segment
   std::vector<SegmentProgress> progress;  ///< by segment of the course
   struct AxisView {
     std::string name;

@@ -95,7 +95,7 @@ struct RunDesk::Inner {
   std::string facts;
   double speed = 1.0;
   std::deque<std::pair<std::uint64_t, std::string>> events;  ///< with their sequence numbers
-  std::uint64_t last = 0;                                     ///< sequence number up to which all has been said
+  std::uint64_t last = 0;                                    ///< sequence number up to which all has been said
   std::optional<RunView> view;
   std::string ending, ending_text;
   desk::Curves curves;
@@ -137,12 +137,12 @@ void RunDesk::Inner::accept() {
 void RunDesk::Inner::read(const SharedVisitor& visitor) {
   asio::async_read_until(visitor->socket, asio::dynamic_buffer(visitor->input, most_request), '\n',
                          [this, visitor](Code code, std::size_t size) {
-    if (code) return hang_up(*visitor);
-    const std::string line = visitor->input.substr(0, size);
-    visitor->input.erase(0, size);
-    if (auto text = answer(visitor, line); !text.empty()) say(visitor, std::move(text));
-    read(visitor);
-  });
+                           if (code) return hang_up(*visitor);
+                           const std::string line = visitor->input.substr(0, size);
+                           visitor->input.erase(0, size);
+                           if (auto text = answer(visitor, line); !text.empty()) say(visitor, std::move(text));
+                           read(visitor);
+                         });
 }
 
 std::string RunDesk::Inner::answer(const SharedVisitor& visitor, const std::string& line) {
@@ -160,10 +160,8 @@ std::string RunDesk::Inner::answer(const SharedVisitor& visitor, const std::stri
 
 std::string RunDesk::Inner::take_order(const Json& request) {
   using Kind = RunOrder::Kind;
-  static const std::map<std::string, Kind> kinds{{"pause", Kind::pause_at_checkpoint},
-                                                 {"resume", Kind::resume},
-                                                 {"stop", Kind::stop},
-                                                 {"abort", Kind::abort}};
+  static const std::map<std::string, Kind> kinds{
+      {"pause", Kind::pause_at_checkpoint}, {"resume", Kind::resume}, {"stop", Kind::stop}, {"abort", Kind::abort}};
   const auto order = request.value("order", ""), who = request.value("who", "");
   if (who.empty() || who.size() > 200) return problem("an order needs a name: who gives it");
   if (!ending.empty()) return problem("the run has ended");
@@ -172,7 +170,8 @@ std::string RunDesk::Inner::take_order(const Json& request) {
     orders.push_back(RunOrder{kind->second, who});
     return "{\"taken\":true}\n";
   }
-  if (order != "answer") return problem(fmt::format("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
+  if (order != "answer")
+    return problem(fmt::format("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
   const int number = request.value("prompt", 0);
   const auto choice = request.value("choice", "");
   if (!open_prompt || open_prompt->id != number) return problem(fmt::format("question {} is closed", number));

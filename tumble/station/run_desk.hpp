@@ -61,8 +61,8 @@ class RunDesk {
 /// Gives a desk the events that a run which is carried on recorded before. Throws Error::bad_file.
 void remember_run(RunDesk& desk, const std::string& folder);
 
-/// Opens the desk of a run, and the company beside which it is. Where the folder can have no socket, the run goes on
-/// without, and a note says so.
+/// Opens the desk of a run, whose clock has this speed [1] as in open(), and gives the company beside which it is.
+/// Where the folder can have no socket, the run goes on without, and a note says so.
 RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& facts, double speed,
                    const RunCompany& company);
 

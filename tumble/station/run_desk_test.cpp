@@ -135,11 +135,9 @@ TEST(RunDesk, ARunIsPausedCarriedOnAndStoppedFromElsewhere) {
   WatchedRun run;
   const Json open = run.state_when(asks);
   ask_desk(run.folder, Json{{"order", "pause"}, {"who", "Li Wei"}}.dump());
-  ask_desk(run.folder, Json{{"order", "answer"},
-                            {"prompt", open["view"]["prompt"]["id"]},
-                            {"choice", "done"},
-                            {"who", "Li Wei"}}
-                           .dump());
+  ask_desk(run.folder,
+           Json{{"order", "answer"}, {"prompt", open["view"]["prompt"]["id"]}, {"choice", "done"}, {"who", "Li Wei"}}
+               .dump());
   run.state_when([](const Json& now) { return is_in(now, "paused"); });
   ask_desk(run.folder, R"({"order":"resume","who":"Li Wei"})");
   run.state_when([](const Json& now) { return !is_in(now, "paused"); });
@@ -157,11 +155,9 @@ TEST(RunDesk, TheStateOfARunIsTheSameWhenItHasEnded) {
   struct stat socket {};
   ASSERT_EQ(stat((std::filesystem::path(run.folder) / desk_name).c_str(), &socket), 0);
   EXPECT_EQ(socket.st_mode & 0777, 0600u) << "for the user of the run alone";
-  ask_desk(run.folder, Json{{"order", "answer"},
-                            {"prompt", open["view"]["prompt"]["id"]},
-                            {"choice", "done"},
-                            {"who", "Li Wei"}}
-                           .dump());
+  ask_desk(run.folder,
+           Json{{"order", "answer"}, {"prompt", open["view"]["prompt"]["id"]}, {"choice", "done"}, {"who", "Li Wei"}}
+               .dump());
   const Json live =
       run.state_when([](const Json& now) { return is_in(now, "recording") && now["view"]["segment"] == 1; });
   EXPECT_EQ(live["view"]["segments"][0]["state"], "done");

@@ -1,4 +1,6 @@
 // The station: what is there, what would be refused, and runs that are begun.
+#include "tumble/serve/routes/station.hpp"
+
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -13,7 +15,6 @@
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/serve/routes/routes.hpp"
-#include "tumble/serve/routes/station.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/station/run_texts.hpp"
@@ -61,6 +62,15 @@ bool looks_like_station(const fs::path& path) {
   }
 }
 
+/// Names in messages are those of the folder.
+std::vector<std::string> named_from_folder(const fs::path& root, std::vector<std::string> problems) {
+  const std::string prefix = root.string() + "/";
+  for (auto& problem : problems)
+    for (auto place = problem.find(prefix); place != std::string::npos; place = problem.find(prefix))
+      problem.erase(place, prefix.size());
+  return problems;
+}
+
 Json station_json(const fs::path& root, const std::string& name) {
   Json json{{"file", name}};
   try {
@@ -72,7 +82,7 @@ Json station_json(const fs::path& root, const std::string& name) {
       devices.push_back({{"name", device.name}, {"controller", device.controller}, {"link", device.link}});
     json.update({{"name", station.name}, {"slots", slots}, {"devices", devices}});
   } catch (const Error& error) {
-    json["problems"] = error.problems;
+    json["problems"] = named_from_folder(root, error.problems);
   }
   return json;
 }
@@ -118,13 +128,15 @@ struct WantedRun {
 
 WantedRun wanted_run_of(const Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  WantedRun wanted{plain_text_in(body, "mode"), plain_text_in(body, "plan"),           plain_text_in(body, "station"),
-                who_of(context, request, body),  plain_text_in(body, "accept_expired"), plain_text_in(body, "speed")};
+  WantedRun wanted{plain_text_in(body, "mode"),           plain_text_in(body, "plan"),
+                   plain_text_in(body, "station"),        who_of(context, request, body),
+                   plain_text_in(body, "accept_expired"), plain_text_in(body, "speed")};
   if (wanted.mode != "run" && wanted.mode != "virtual" && wanted.mode != "rehearse")
     throw Error{Error::Kind::bad_input, "'mode' must be run, virtual or rehearse"};
   if (body.contains("units"))
     for (const auto& [slot, serial] : body["units"].items())
-      if (serial.is_string() && !serial.get<std::string>().empty()) wanted.units[slot] = plain_text_in(body["units"], slot.c_str());
+      if (serial.is_string() && !serial.get<std::string>().empty())
+        wanted.units[slot] = plain_text_in(body["units"], slot.c_str());
   return wanted;
 }
 
@@ -137,22 +149,14 @@ void collect_problems(std::vector<std::string>& problems, Work work) {
   }
 }
 
-/// Names in messages are those of the folder.
-std::vector<std::string> named_from_folder(const fs::path& root, std::vector<std::string> problems) {
-  const std::string prefix = root.string() + "/";
-  for (auto& problem : problems)
-    for (auto place = problem.find(prefix); place != std::string::npos; place = problem.find(prefix))
-      problem.erase(place, prefix.size());
-  return problems;
-}
-
 /// All reasons why it cannot be begun, and what it would do.
 std::pair<std::vector<std::string>, Json> checked_run(const Context& context, const WantedRun& wanted) {
   std::vector<std::string> problems;
   std::optional<Plan> plan;
   std::optional<Station> station;
   collect_problems(problems, [&] { plan = load_plan(existing(context, wanted.plan), {}); });
-  if (!wanted.station.empty() || wanted.mode != "rehearse") collect_problems(problems, [&] {
+  if (!wanted.station.empty() || wanted.mode != "rehearse")
+    collect_problems(problems, [&] {
       station = load_station(existing(context, wanted.station));
       parts_of(*station);
     });
@@ -162,7 +166,8 @@ std::pair<std::vector<std::string>, Json> checked_run(const Context& context, co
     const bool rehearsed = wanted.mode == "rehearse";
     auto units = wanted.units;
     if (rehearsed)
-      for (const auto& instrument : station->instruments) units.try_emplace(instrument.slot, "rehearsed " + instrument.slot);
+      for (const auto& instrument : station->instruments)
+        units.try_emplace(instrument.slot, "rehearsed " + instrument.slot);
     const StationRequest request{units, date_text(context, "%Y-%m-%d"), rehearsed, wanted.accept_expired};
     collect_problems(problems, [&] {
       const auto found = check_station(*plan, *station, request);
@@ -240,8 +245,8 @@ HttpResponse start_run(Context& context, const HttpRequest& request) {
     arguments = {"rehearse", existing(context, wanted.plan), "-o", folder + ".h5"};
     if (!wanted.station.empty()) arguments.push_back("--station=" + existing(context, wanted.station));
   } else {
-    arguments = {"run", existing(context, wanted.plan), "--station=" + existing(context, wanted.station), "-o", folder,
-                 "--operator=" + wanted.who};
+    arguments = {"run",  existing(context, wanted.plan), "--station=" + existing(context, wanted.station), "-o",
+                 folder, "--operator=" + wanted.who};
     for (const auto& [slot, serial] : wanted.units) arguments.push_back("--unit=" + slot + "=" + serial);
     if (wanted.mode == "virtual") arguments.emplace_back("--virtual-rig");
     if (!wanted.accept_expired.empty()) arguments.push_back("--accept-expired=" + wanted.accept_expired);
@@ -254,7 +259,8 @@ HttpResponse start_run(Context& context, const HttpRequest& request) {
 
 HttpResponse resume_run(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  const auto run = plain_text_in(body, "run"), who = who_of(context, request, body), speed = plain_text_in(body, "speed");
+  const auto run = plain_text_in(body, "run"), who = who_of(context, request, body),
+             speed = plain_text_in(body, "speed");
   const auto folder = existing(context, run);
   if (who.empty()) throw Error{Error::Kind::bad_input, "the operator is missing: who carries it out"};
   if (process_at_desk(folder)) throw Error{Error::Kind::bad_input, "the run goes on"};

@@ -115,14 +115,15 @@ Json json_of(const EstimateHistory& history) {
   Json list = Json::array();
   for (const auto& curve : history.curves()) {
     Json points = Json::array();
-    for (const auto& point : curve.points) points.push_back({drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd)});
+    for (const auto& point : curve.points)
+      points.push_back({drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd)});
     list.push_back({{"slot", curve.slot}, {"name", curve.name}, {"unit", curve.unit}, {"points", points}});
   }
   return list;
 }
 
 Json json_of(std::uint64_t sequence, const StoreEvent& event) {
-  Json json{{"id", sequence},   {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
+  Json json{{"id", sequence},     {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
             {"kind", event.kind}, {"who", event.who},          {"text", event.text}};
   if (is_everyday(event.kind, event.text)) json["everyday"] = true;
   if (event.kind != "journal") return json;

@@ -217,7 +217,7 @@ function Log({ now }: { now: Run }) {
         <h2>{t("station_log")}</h2>
         <label><input type="checkbox" checked={all} onChange={(event) => setAll(event.currentTarget.checked)} /> {t("station_log_all")}</label>
       </div>
-      <ol class="log" data-testid="log">
+      <ol class="log" data-testid="log" tabIndex={0} aria-label={t("station_log")}>
         {shown.map((event, i) => (
           <li key={event.id > 0 ? event.id : `x${i}`} data-id={event.id} class={`kind-${event.kind.replace(/\W/g, "-")}`}>
             <span class="number">{event.time_text}</span> <b>{event.kind}</b> <span>{textOf(event, now)}</span>

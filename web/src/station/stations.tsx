@@ -40,7 +40,7 @@ function Timeline({ dry }: { dry: DryRun }) {
   return (
     <details open>
       <summary>{t("station_would_take", { time: dry.total_text, count: dry.timeline.length })}</summary>
-      <div class="scroll timeline-table">
+      <div class="scroll timeline-table" tabIndex={0} role="region" aria-label={t("station_timeline")}>
         <table class="numbers">
           <thead><tr><th scope="col">{t("station_begins")}</th><th scope="col">{t("duration")}</th><th scope="col">{t("station_segment")}</th></tr></thead>
           <tbody>
