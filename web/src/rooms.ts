@@ -2,6 +2,7 @@
 import type { ComponentType } from "preact";
 import { ArchiveRoom } from "./archive/room";
 import { RecordingsRoom } from "./recordings/room";
+import { StationRoom } from "./station/room";
 
 export interface Room {
   path: string;
@@ -13,4 +14,5 @@ export interface Room {
 export const ROOMS: Room[] = [
   { path: "/", name: "recordings", Page: RecordingsRoom },
   { path: "/archive", name: "archive", Page: ArchiveRoom },
+  { path: "/station", name: "station", Page: StationRoom },
 ];

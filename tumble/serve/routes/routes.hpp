@@ -8,6 +8,7 @@
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
+#include "tumble/serve/live_runs.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
@@ -23,6 +24,7 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  LiveRuns runs = {};
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -48,6 +50,8 @@ std::vector<Route> job_routes();
 std::vector<Route> archive_routes();
 std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
 std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
+std::vector<Route> station_routes();
+std::vector<Route> station_run_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
