@@ -30,8 +30,8 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some :
-       {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
+  for (const auto& some : {routes::page_routes(), routes::recording_routes(), routes::view_routes(),
+                           routes::job_routes(), routes::result_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

@@ -1,6 +1,7 @@
 // The rooms of the workbench, in the order of the menu. The server knows their paths (page_routes).
 import type { ComponentType } from "preact";
 import { RecordingsRoom } from "./recordings/room";
+import { ResultsRoom } from "./results/room";
 
 export interface Room {
   path: string;
@@ -9,4 +10,7 @@ export interface Room {
   Page: ComponentType;
 }
 
-export const ROOMS: Room[] = [{ path: "/", name: "recordings", Page: RecordingsRoom }];
+export const ROOMS: Room[] = [
+  { path: "/", name: "recordings", Page: RecordingsRoom },
+  { path: "/results", name: "results", Page: ResultsRoom },
+];

@@ -8,6 +8,7 @@
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/result_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -22,6 +23,7 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  ResultCache results;
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -39,6 +41,7 @@ std::vector<Route> page_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> result_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
