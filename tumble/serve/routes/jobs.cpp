@@ -20,12 +20,6 @@ namespace {
 
 constexpr std::size_t most_plans = 1000;
 
-Json body_of(const HttpRequest& request) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
-  return body;
-}
-
 /// A member of the body; `fallback` where it is absent. Throws Error::bad_input where it is of another kind.
 template <class Value>
 Value member(const Json& body, const char* name, Value fallback) {
