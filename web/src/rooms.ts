@@ -3,6 +3,7 @@ import type { ComponentType } from "preact";
 import { ArchiveRoom } from "./archive/room";
 import { RecordingsRoom } from "./recordings/room";
 import { StationRoom } from "./station/room";
+import { ResultsRoom } from "./results/room";
 
 export interface Room {
   path: string;
@@ -15,4 +16,5 @@ export const ROOMS: Room[] = [
   { path: "/", name: "recordings", Page: RecordingsRoom },
   { path: "/archive", name: "archive", Page: ArchiveRoom },
   { path: "/station", name: "station", Page: StationRoom },
+  { path: "/results", name: "results", Page: ResultsRoom },
 ];

@@ -2,6 +2,7 @@
 import "./recordings.mjs";
 import "./archive.mjs";
 import "./station.mjs";
+import "./results.mjs";
 import { runAll } from "./harness.mjs";
 
 await runAll();
