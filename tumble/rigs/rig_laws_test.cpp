@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
 
@@ -165,6 +166,53 @@ TEST_P(RigLaws, SteadyMeansThatNothingChanges) {
   }
   EXPECT_GT(steady, 20);
   EXPECT_EQ(reference.steady_until(1e6), std::numeric_limits<double>::infinity());
+}
+
+/// The vector [rad] about and by which a small rotation turns the axes.
+Vector3 axial(const Rotation& r) { return {0.5 * (r.y.z - r.z.y), 0.5 * (r.z.x - r.x.z), 0.5 * (r.x.y - r.y.x)}; }
+
+// The picture moves as the instrument feels it: its turning and its path, by differences over 2 h = 2 ms, give what is
+// felt, with all errors of the rig and with tremor. Over smooth motions the differences are off by h^2/6 of the third
+// derivative and rounding/h^2: 1e-5 rad/s and 1e-4 m/s^2 are ten times what the fastest of these motions give. Instants
+// at which the acceleration jumps within h are skipped, and so is the shake, whose path is not drawn.
+TEST_P(RigLaws, PartsMoveAsTheInstrumentFeels) {
+  const Rig& rig = *GetParam();
+  const auto options = defaults(rig.options());
+  const auto schedule = exercise(rig);
+  RigRun run = run_of(schedule, options);
+  const auto errors = rig.errors(options, run.site);
+  run.errors = Matrix(errors.size(), schedule.size());
+  for (std::size_t e = 0; e < errors.size(); ++e)
+    for (std::size_t s = 0; s < schedule.size(); ++s)
+      if (errors[e].name != error_names::gravity && errors[e].name != error_names::latitude)
+        run.errors(e, s) = errors[e].sd * (e % 2 == 0 ? 1.0 : -1.0);
+  const auto reference = rig.reference(run);
+  ASSERT_FALSE(reference.parts.empty());
+  const RigPart& instrument = reference.parts.back();
+  EXPECT_EQ(instrument.name, "instrument");
+  const double h = 1e-3;
+  const Vector3 earth = earth_rate_in_level(site), up{0.0, 0.0, gravity(site)};
+  int compared = 0, turning = 0;
+  for (double time = 0.41; time < 159.0; time += 0.177) {
+    const auto felt_then = felt(reference, time - h, h, 3);
+    if (norm(felt_then[2].angular_acceleration - felt_then[0].angular_acceleration) > 0.02) continue;
+    const auto before = instrument.at(time - h), now = instrument.at(time), after = instrument.at(time + h);
+    if (norm((after.part_from_level * inverse(before.part_from_level)).x - Vector3{1.0, 0.0, 0.0}) > 0.1) continue;
+    const Vector3 turn = (0.5 / h) * axial(after.part_from_level * inverse(before.part_from_level));
+    EXPECT_LT(norm(now.part_from_level * earth + turn - felt_then[1].rate), 1e-5) << time;
+    if (norm(turn) > 1e-3) ++turning;
+    if (std::string(rig.name) != "shaker") {
+      const Vector3 path = (1.0 / (h * h)) * (after.origin - 2.0 * now.origin + before.origin);
+      const Vector3 speed = (0.5 / h) * (after.origin - before.origin);
+      const Vector3 force = now.part_from_level * (up + path + 2.0 * cross(earth, speed));
+      EXPECT_LT(norm(force - felt_then[1].specific_force), 1e-4) << time;
+    }
+    ++compared;
+  }
+  EXPECT_GT(compared, 600);
+  if (std::string(rig.name) != "shaker") {
+    EXPECT_GT(turning, 3);
+  }
 }
 
 // Every error moves something: a budget can difference it. (A lever along an upward axis acts through the Earth alone,

@@ -22,7 +22,8 @@ Context::Context(const WorkbenchOptions& given)
       guard{given.token, given.host, given.port, given.tls, given.computer},
       feed(given.first_event),
       jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
-      recordings(given.cache, jobs) {}
+      recordings(given.cache, jobs),
+      predictions(given.program, 2) {}
 
 }  // namespace routes
 
@@ -30,8 +31,8 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some :
-       {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
+  for (const auto& some : {routes::page_routes(), routes::recording_routes(), routes::view_routes(),
+                           routes::job_routes(), routes::plan_routes(), routes::plan_view_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

@@ -1,5 +1,6 @@
 // The rooms of the workbench, in the order of the menu. The server knows their paths (page_routes).
 import type { ComponentType } from "preact";
+import { PlansRoom } from "./plans/room";
 import { RecordingsRoom } from "./recordings/room";
 
 export interface Room {
@@ -9,4 +10,7 @@ export interface Room {
   Page: ComponentType;
 }
 
-export const ROOMS: Room[] = [{ path: "/", name: "recordings", Page: RecordingsRoom }];
+export const ROOMS: Room[] = [
+  { path: "/", name: "recordings", Page: RecordingsRoom },
+  { path: "/plans", name: "plans_room", Page: PlansRoom },
+];

@@ -20,6 +20,10 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
                     const std::function<void(int)>& started,
                     const std::function<void(double, const std::string&)>& progress);
 
+/// Starts a program that reads `input` and answers on standard output, which `output` gets.
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments, const std::string& input,
+                    std::string& output, const std::function<void(int)>& started);
+
 /// Ends a process and what it started.
 void end_process(int process);
 

@@ -45,6 +45,19 @@ std::string required(const HttpRequest& request, std::string_view name) {
   throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' is missing", name)};
 }
 
+Json body_of(const HttpRequest& request) {
+  Json body = Json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
+  return body;
+}
+
+std::string text_in(const Json& body, const char* name) {
+  const auto found = body.find(name);
+  if (found == body.end()) return "";
+  if (!found->is_string()) throw Error{Error::Kind::bad_input, fmt::format("'{}' must be a text", name)};
+  return found->get<std::string>();
+}
+
 double required_number(const HttpRequest& request, std::string_view name) {
   const auto text = required(request, name);
   double value = 0.0;

@@ -104,6 +104,7 @@ HttpResponse workbench(Context& context, const HttpRequest&) {
 std::vector<Route> page_routes() {
   constexpr std::uint64_t small = 4096;
   return {{.method = "GET", .path = "/", .answer = index, .open = true},
+          {.method = "GET", .path = "/plans", .answer = index, .open = true},
           {.method = "GET", .path = "/app.js", .answer = script, .open = true},
           {.method = "GET", .path = "/app.css", .answer = style, .open = true},
           {.method = "GET", .path = "/openapi.json", .answer = description, .open = true},

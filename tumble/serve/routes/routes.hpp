@@ -7,6 +7,7 @@
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
+#include "tumble/serve/predictions.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
@@ -22,6 +23,7 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  Predictions predictions;
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -39,11 +41,18 @@ std::vector<Route> page_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> plan_routes();
+std::vector<Route> plan_view_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
+
+/// The body as an object of JSON. Throws Error::bad_input.
+Json body_of(const HttpRequest& request);
+/// A text of the body; empty where it is absent. Throws Error::bad_input where it is no text.
+std::string text_in(const Json& body, const char* name);
 
 /// A parameter of the query [as written]. Throws Error::bad_input where it is missing, or is no number.
 std::string required(const HttpRequest& request, std::string_view name);
@@ -53,6 +62,9 @@ std::vector<std::string> all_of(const HttpRequest& request, std::string_view nam
 
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);
+/// The file that a plan is or will be: in the folder or in one below it, "x.toml". Throws Error::bad_input.
+std::string place_of_plan(const Context& context, const std::string& name);
+
 /// How a file is to be read: the parameters set=key=value. Throws Error::bad_input for a key that is not about columns
 /// and times of a file.
 Sets sets_of(const std::vector<std::string>& texts);
