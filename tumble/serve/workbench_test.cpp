@@ -119,19 +119,32 @@ TEST(Guard, RefusesPagesOfOthers) {
   EXPECT_FALSE(asked({{"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "navigate"}}, "GET", "/"));
 }
 
+TEST(Guard, RolesAreWhatTheySay) {
+  const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
+  EXPECT_FALSE(guard.session_of(from({})));
+  const auto session = guard.session_of(from({{"authorization", "Bearer secret"}}));
+  ASSERT_TRUE(session);
+  for (const Right right : all_rights()) EXPECT_TRUE(session->may(right)) << name(right);
+  const Session operator_only{"a", {Right::operate}}, approver{"b", {Right::approve}}, nobody{"c", {}};
+  EXPECT_TRUE(operator_only.may(Right::read) && operator_only.may(Right::operate) &&
+              !operator_only.may(Right::approve));
+  EXPECT_TRUE(approver.may(Right::read) && !approver.may(Right::operate) && approver.may(Right::approve));
+  EXPECT_FALSE(nobody.may(Right::read));
+}
+
 TEST(Guard, TheCookieIsNotTheToken) {
   const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
   const std::string cookie = guard.cookie(), pair = cookie.substr(0, cookie.find(';'));
   EXPECT_EQ(cookie.find("secret"), std::string::npos);
-  EXPECT_TRUE(guard.has_token(from({{"cookie", pair}})));
-  EXPECT_TRUE(guard.has_token(from({{"cookie", "a=b; " + pair + "; c=d"}})));
-  EXPECT_TRUE(guard.has_token(from({{"authorization", "Bearer secret"}})));
+  EXPECT_TRUE(guard.session_of(from({{"cookie", pair}})));
+  EXPECT_TRUE(guard.session_of(from({{"cookie", "a=b; " + pair + "; c=d"}})));
+  EXPECT_TRUE(guard.session_of(from({{"authorization", "Bearer secret"}})));
   for (const auto& headers : std::vector<std::map<std::string, std::string>>{{},
                                                                              {{"cookie", pair + "x"}},
                                                                              {{"cookie", "x" + pair}},
                                                                              {{"authorization", "Bearer "}},
                                                                              {{"authorization", "secret"}}})
-    EXPECT_FALSE(guard.has_token(from(headers)));
+    EXPECT_FALSE(guard.session_of(from(headers)));
 }
 
 }  // namespace

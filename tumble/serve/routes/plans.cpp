@@ -280,8 +280,8 @@ std::vector<Route> plan_routes() {
   constexpr std::uint64_t one_plan = 2 * longest_plan;
   return {{"GET", "/api/plans", plans},
           {"GET", "/api/plan", plan},
-          {.method = "POST", .path = "/api/plan/look", .answer = look, .body_limit = one_plan},
-          {.method = "POST", .path = "/api/plan/edit", .answer = edit, .body_limit = one_plan},
+          {.method = "POST", .path = "/api/plan/look", .answer = look, .body_limit = one_plan, .role = Right::read},
+          {.method = "POST", .path = "/api/plan/edit", .answer = edit, .body_limit = one_plan, .role = Right::read},
           {.method = "POST", .path = "/api/plan/save", .answer = save, .body_limit = one_plan},
           {.method = "POST", .path = "/api/jobs/plan", .answer = plan_job, .body_limit = 1 << 16}};
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,9 +36,14 @@ struct Route {
   bool open = false;             ///< without the token
   std::uint64_t body_limit = 0;  ///< [bytes]
   bool body_to_file = false;     ///< into the folder of uploads
+  std::optional<Right> role{};   ///< what its user must be allowed to do; not given: read for GET, operate for POST
 };
 
+/// What a user must be allowed to do at this route. The workbench asks it before any body is read.
+Right role_of(const Route& route);
+
 std::vector<Route> page_routes();
+std::vector<Route> session_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
@@ -49,6 +55,9 @@ HttpResponse json_response(const Json& json, unsigned status = 200);
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
 
+/// Why a password did not let somebody in, for people.
+HttpResponse password_refusal(const PasswordCheck& check);
+
 /// The body as an object of JSON. Throws Error::bad_input.
 Json body_of(const HttpRequest& request);
 /// A text of the body; empty where it is absent. Throws Error::bad_input where it is no text.
@@ -56,6 +65,8 @@ std::string text_in(const Json& body, const char* name);
 
 /// A parameter of the query [as written]. Throws Error::bad_input where it is missing, or is no number.
 std::string required(const HttpRequest& request, std::string_view name);
+/// One that may be absent; empty then.
+std::string optional(const HttpRequest& request, std::string_view name);
 /// One that is a number [as written].
 double required_number(const HttpRequest& request, std::string_view name);
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
