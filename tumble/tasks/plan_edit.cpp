@@ -325,9 +325,12 @@ std::string without_table(const std::string& plan, const std::string& file, cons
   auto& list = *wanted[which.name].as_array();
   list.erase(list.cbegin() + static_cast<std::ptrdiff_t>(which.index));
   if (list.empty()) wanted.erase(which.name);
-  std::size_t end = lines.end;
-  if (end < text.text().size() && text.text()[end] == '\n') ++end;  // the blank line between it and the next
-  return text.checked(text.replaced(lines.begin, end, ""), wanted);
+  std::size_t begin = lines.begin, end = lines.end;  // with the blank line between it and the next, or the one before
+  if (end < text.text().size() && text.text()[end] == '\n')
+    ++end;
+  else if (begin >= 2 && text.text().compare(begin - 2, 2, "\n\n") == 0)
+    --begin;
+  return text.checked(text.replaced(begin, end, ""), wanted);
 }
 
 std::string with_next_before(const std::string& plan, const std::string& file, const PlanList& which) {

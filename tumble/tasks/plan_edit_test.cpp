@@ -58,7 +58,7 @@ TEST(PlanEdit, AddsAValueBelowTheOthersOfItsSection) {
   EXPECT_EQ(set(plan, {"rig", "ideal"}, "true"), with(plan, "measured in May\n", "measured in May\nideal    = true\n"));
   EXPECT_EQ(set(plan, {"prior"}, "\"archive\""),
             with(plan, "\"imu_turntable\"\n", "\"imu_turntable\"\nprior  = \"archive\"\n"));
-  EXPECT_EQ(set(plan, {"schedule", "1", "run"}, "[1, 2]"), with(plan, "\"1 min\"\n", "\"1 min\"\nrun = [1, 2]\n"));
+  EXPECT_EQ(set(plan, {"schedule", "1", "run"}, "[1, 2]"), with(plan, "\"1 min\"\n", "\"1 min\"\nrun      = [1, 2]\n"));
   EXPECT_EQ(set(plan, {"schedule", "0", "axis", "to"}, "1"), with(plan, "other = 1}", "other = 1, to = 1}"));
 }
 

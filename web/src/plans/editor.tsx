@@ -6,7 +6,7 @@ import { duration, language, t } from "../texts";
 import { PlanForm } from "./form";
 import { Predicted } from "./prediction";
 import { Stage } from "./stage";
-import { file, history, lastSchedule, load, look, lookAt, openPlan, saved, shown, tag, template, text, trouble, undo, unsaved, write } from "./state";
+import { file, history, lastSchedule, load, loaded, look, lookAt, openPlan, restored, saved, shown, tag, template, text, trouble, undo, unsaved, write } from "./state";
 import { PlanText } from "./text";
 import { batch } from "@preact/signals";
 
@@ -110,6 +110,9 @@ function Head() {
         </span>
       </div>
       {refused.map((problem) => <p class="problem" role="alert" key={problem}>{problem}</p>)}
+      {restored.value && unsaved.value && (
+        <p class="notice">{t("plans_restored")} <button class="quiet" onClick={() => void load(true)}>{t("plans_discard")}</button></p>
+      )}
       <PlanJobs />
     </header>
   );
@@ -117,7 +120,7 @@ function Head() {
 
 export function PlanEditor() {
   useEffect(() => void load(), []);
-  useEffect(() => (text.value === "" && saved.value === null && template.value === null ? undefined : lookAt(text.value)), [text.value]);
+  useEffect(() => (loaded.value ? lookAt(text.value) : undefined), [text.value, loaded.value]);
   useEffect(() => {
     const warn = (event: BeforeUnloadEvent) => {
       if (unsaved.value && history.value.length > 0) event.preventDefault();
@@ -128,7 +131,7 @@ export function PlanEditor() {
   useEffect(() => { // somebody else may have saved it meanwhile
     if (!file.value || unsaved.value) return;
     get<{ tag: string }>("/api/plan?file=" + encodeURIComponent(file.value)).then((answer) => {
-      if (tag.value && answer.body.tag !== tag.value && !unsaved.value) void load();
+      if (loaded.value && answer.body.tag !== tag.value && !unsaved.value) void load();
     }, () => undefined);
   }, [listing.value]);
   return (

@@ -72,7 +72,7 @@ export function PlanList() {
         {templates.map((plan) => (
           <li key={plan.name}>
             <PlanLink to={{ template: plan.name }}>{plan.title}</PlanLink>
-            <small>{plan.method || plan.name}</small>
+            <small>{plan.name}</small>
           </li>
         ))}
       </ul>

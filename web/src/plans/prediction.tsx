@@ -67,7 +67,7 @@ export function Predicted() {
       </p>
       {!working.value && problems.value.map((problem) => <p class="problem" key={problem}>{problem}</p>)}
       {answer && answer.rows.length > 0 && (
-        <div class={stale ? "scroll stale" : "scroll"} tabIndex={0} role="region" aria-label={t("plans_predicted")}>
+        <div class={stale ? "scroll stale" : "scroll"} tabIndex={0} role="region" aria-label={t("plans_sd")}>
           <table class="numbers">
             <thead>
               <tr>
@@ -81,7 +81,7 @@ export function Predicted() {
             <tbody>
               {answer.rows.map((row) => (
                 <tr key={row.name} class={row.change} data-parameter={row.name}>
-                  <th scope="row" title={row.description}>{row.name}</th>
+                  <th scope="row" title={row.description}>{row.name.split("_").map((part, i) => <>{i > 0 && <>_<wbr /></>}{part}</>)}</th>
                   <td>{row.sd}</td>
                   <td>{row.unit}</td>
                   {compared && <td>{row.saved}</td>}

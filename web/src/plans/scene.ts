@@ -175,21 +175,21 @@ export function pictureOf(motion: Motion, at: number, camera: Camera, words: Wor
     body.push(...arrow(instrument.origin, along, name, 0.015));
     labels.push({ text: name, at: plus(instrument.origin, times(1.15, along)), paint: name });
   });
-  const floor: Vector = [0, 0, -0.95];
-  body.push(...ring(floor, [1, 0, 0], [0, 1, 0], 1.1, 0.02, "compass"));
-  body.push(...arrow(floor, [0, 1.1, 0], "compass", 0.01), ...arrow(floor, [1.1, 0, 0], "compass", 0.01));
-  labels.push({ text: words.north, at: plus(floor, [0, 1.22, 0]), paint: "compass" }, { text: words.east, at: plus(floor, [1.22, 0, 0]), paint: "compass" });
-  const aside: Vector = [-1.05, -0.75, 0.35];
-  body.push(...arrow(aside, times(0.7, unit(motion.gravity)), "gravity", 0.02));
-  labels.push({ text: words.gravity, at: plus(aside, times(0.82, unit(motion.gravity))), paint: "gravity" });
-  if (length(motion.earth_rate) > 0) {
-    body.push(...arrow(aside, times(0.7, unit(motion.earth_rate)), "earth", 0.02));
-    labels.push({ text: words.earthRate, at: plus(aside, times(0.82, unit(motion.earth_rate))), paint: "earth" });
-  }
+  const floor: Vector = [0, 0, -0.92];
+  body.push(...ring(floor, [1, 0, 0], [0, 1, 0], 0.95, 0.015, "compass"));
+  body.push(...arrow(floor, [0, 0.95, 0], "compass", 0.01), ...arrow(floor, [0.95, 0, 0], "compass", 0.01));
+  labels.push({ text: words.north, at: plus(floor, [0, 1.05, 0]), paint: "compass" }, { text: words.east, at: plus(floor, [1.05, 0, 0]), paint: "compass" });
   const right: Vector = [Math.cos(camera.azimuth), Math.sin(camera.azimuth), 0];
   const eye: Vector = [Math.sin(camera.azimuth) * Math.cos(camera.elevation), -Math.cos(camera.azimuth) * Math.cos(camera.elevation), Math.sin(camera.elevation)];
   const up = cross(eye, right);
-  const seen = (v: Vector): Vector => [dot(v, right) / 1.55, dot(v, up) / 1.55, dot(v, eye) / 3];
+  const aside: Vector = plus(times(-1, right), times(0.25, up));
+  body.push(...arrow(aside, times(0.55, unit(motion.gravity)), "gravity", 0.02));
+  labels.push({ text: words.gravity, at: plus(aside, times(0.64, unit(motion.gravity))), paint: "gravity" });
+  if (length(motion.earth_rate) > 0) {
+    body.push(...arrow(aside, times(0.55, unit(motion.earth_rate)), "earth", 0.02));
+    labels.push({ text: words.earthRate, at: plus(aside, times(0.64, unit(motion.earth_rate))), paint: "earth" });
+  }
+  const seen = (v: Vector): Vector => [dot(v, right) / 1.3, dot(v, up) / 1.3, dot(v, eye) / 3];
   const lamp = unit(plus(plus(times(0.4, right), times(0.75, up)), times(0.6, eye)));
   return {
     faces: body.map(({ corners, paint }) => {

@@ -28,6 +28,11 @@ export const lastSchedule = signal<Look["schedule"]>(null);
 export const trouble = signal<string[]>([]);
 export const history = signal<string[]>([]);
 
+/// The text is that of the address.
+export const loaded = signal(false);
+/// It is what was written here before, and not saved.
+export const restored = signal(false);
+
 export const unsaved = computed(() => text.value !== (saved.value ?? ""));
 
 function read(query: URLSearchParams): void {
@@ -72,22 +77,49 @@ effect(() => {
     if (place.peek() === PLANS) show(now);
   }, since > 500 ? 0 : 500);
 });
-/// Opens what the address says.
-export async function load(): Promise<void> {
+const draftKey = () => `plan ${file.value || ""} ${file.value ? "" : (template.value ?? "")}`;
+
+/// What is written and not saved stays in this tab, whatever is opened meanwhile.
+effect(() => {
+  if (!loaded.value || file.peek() === null) return;
+  if (unsaved.value && history.value.length > 0) sessionStorage.setItem(draftKey(), JSON.stringify({ text: text.value, tag: tag.value }));
+  else sessionStorage.removeItem(draftKey());
+});
+
+function draft(): { text: string; tag: string } | null {
+  try {
+    return JSON.parse(sessionStorage.getItem(draftKey()) ?? "null");
+  } catch {
+    return null;
+  }
+}
+
+/// Opens what the address says; with what was written before and not saved, unless `anew`.
+export async function load(anew = false): Promise<void> {
   const name = file.value, ready = template.value;
+  batch(() => {
+    loaded.value = false;
+    restored.value = false;
+    text.value = "";
+    saved.value = null;
+    history.value = [];
+    trouble.value = [];
+    look.value = null;
+    lastDocument.value = null;
+    lastSchedule.value = null;
+  });
   const asked = name ? "file=" + encodeURIComponent(name) : "template=" + encodeURIComponent(ready ?? "");
   try {
     const { body } = await get<{ text: string; tag: string }>("/api/plan?" + asked);
     if (file.value !== name || template.value !== ready) return;
+    const kept = anew ? null : draft();
     batch(() => {
-      text.value = body.text;
+      text.value = kept?.text ?? body.text;
       saved.value = name ? body.text : null;
-      tag.value = body.tag;
-      history.value = [];
-      trouble.value = [];
-      look.value = null;
-      lastDocument.value = null;
-      lastSchedule.value = null;
+      tag.value = kept?.tag ?? body.tag;
+      history.value = kept && kept.text !== body.text ? [body.text] : [];
+      restored.value = history.value.length > 0;
+      loaded.value = true;
     });
   } catch (error) {
     trouble.value = problemsOf(error);
