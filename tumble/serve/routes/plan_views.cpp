@@ -176,9 +176,10 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
 }  // namespace
 
 std::vector<Route> plan_view_routes() {
-  return {{"GET", "/api/catalogue", catalogue},
-          {.method = "POST", .path = "/api/plan/motion", .answer = motion, .body_limit = two_plans, .role = Right::read},
-          {.method = "POST", .path = "/api/plan/predict", .answer = predict, .body_limit = two_plans, .role = Right::read}};
+  return {
+      {"GET", "/api/catalogue", catalogue},
+      {.method = "POST", .path = "/api/plan/motion", .answer = motion, .body_limit = two_plans, .role = Right::read},
+      {.method = "POST", .path = "/api/plan/predict", .answer = predict, .body_limit = two_plans, .role = Right::read}};
 }
 
 }  // namespace tumble::routes
