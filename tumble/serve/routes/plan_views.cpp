@@ -158,10 +158,7 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
   if (!ready) return json_response({{"ready", false}}, 202);
   if (!answers[0].estimate) {
     Json problems = Json::array();
-    for (auto problem : answers[0].problems) {
-      if (problem.starts_with(path)) problem.erase(0, path.size() + 1);
-      problems.push_back(problem);
-    }
+    for (const auto& problem : answers[0].problems) problems.push_back(named_from_folder(context, problem));
     return json_response({{"ready", true},
                           {"rows", Json::array()},
                           {"lost", Json::array()},

@@ -162,7 +162,11 @@ HttpResponse look(Context& context, const HttpRequest& request) {
     answer["document"] = json_of(document)["table"];
     answer["schedule"] = timeline_of(plan_of_text(text, path));
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) answer["problems"].push_back(placed_problem(problem, path));
+    for (const auto& problem : error.problems) {
+      auto placed = placed_problem(problem, path);
+      placed["message"] = named_from_folder(context, placed["message"].get<std::string>());
+      answer["problems"].push_back(std::move(placed));
+    }
   }
   return json_response(answer);
 }
@@ -261,6 +265,13 @@ HttpResponse plan_job(Context& context, const HttpRequest& request) {
 }
 
 }  // namespace
+
+std::string named_from_folder(const Context& context, std::string message) {
+  const std::string prefix = context.options.folder.string() + "/";
+  for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix))
+    message.erase(at, prefix.size());
+  return message;
+}
 
 std::string place_of_plan(const Context& context, const std::string& name) {
   if (name.empty()) return (context.options.folder / "plan.toml").string();
