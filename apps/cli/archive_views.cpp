@@ -96,6 +96,21 @@ std::string certificates_table(const UnitRecord& record, const View& view) {
   return titled("certificates", {number, format, issued, who, result}, view);
 }
 
+std::string signatures_table(const UnitRecord& record, const View& view) {
+  TextColumn meaning = view.left("signature"), kind = view.left("of"), id{"SHA-256", "", {}, Align::left};
+  TextColumn when = view.left("time"), who = view.left("by"), reason = view.left("why"), note = blank();
+  for (const auto& one : record.signatures) {
+    meaning.cells.push_back(one.meaning);
+    kind.cells.push_back(one.kind);
+    id.cells.push_back(one.sha256.substr(0, digits));
+    when.cells.push_back(one.when);
+    who.cells.push_back(one.who);
+    reason.cells.push_back(one.why);
+    note.cells.push_back(one.problem.empty() ? "" : view.words.with("does_not_hold", one.problem));
+  }
+  return titled("signatures", {meaning, kind, id, when, who, reason, note}, view);
+}
+
 std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t longest, const View& view) {
   TextColumn number{"", "", {}}, when = view.left("time"), who = view.left("by"), action = view.left("what"),
                                  subject = view.left("which"), reason = view.left("why");
@@ -108,19 +123,6 @@ std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t long
     reason.cells.push_back(step.reason);
   }
   return titled("events", {number, when, who, action, subject, reason}, view);
-}
-
-Json steps_json(const std::vector<ArchivedStep>& steps) {
-  Json all = Json::array();
-  for (const auto& one : steps)
-    all.push_back({{"number", one.number},
-                   {"time", one.when},
-                   {"by", one.who},
-                   {"what", one.action},
-                   {"which", one.subject},
-                   {"why", one.reason},
-                   {"detail", one.detail}});
-  return all;
 }
 
 }  // namespace
@@ -140,66 +142,11 @@ std::string units_text(const std::vector<ArchivedUnit>& units, const Terminal& t
   return text_table({model, serial, count, first, last}, view.width);
 }
 
-std::string units_json(const std::vector<ArchivedUnit>& units) {
-  Json all = Json::array();
-  for (const auto& unit : units)
-    all.push_back({{"model", unit.name.model},
-                   {"serial", unit.name.serial},
-                   {"results", unit.results},
-                   {"first", unit.first},
-                   {"last", unit.last}});
-  return written(all);
-}
-
 std::string record_text(const UnitRecord& record, const Terminal& terminal) {
   const View view(terminal);
   return fmt::format("{}/{}\n", record.name.model, record.name.serial) + results_table(record, view) +
          runs_table(record, view) + files_table(record, view) + certificates_table(record, view) +
-         steps_table(record.steps, digits, view);
-}
-
-std::string record_json(const UnitRecord& record) {
-  Json json{{"model", record.name.model}, {"serial", record.name.serial}};
-  for (const char* const name : {"results", "runs", "files", "certificates", "events"}) json[name] = Json::array();
-  for (const auto& one : record.results)
-    json["results"].push_back({{"sha256", one.sha256},
-                               {"method", one.method},
-                               {"title", one.title},
-                               {"verdict", one.verdict},
-                               {"by", one.who},
-                               {"begun", one.begun},
-                               {"ended", one.ended},
-                               {"archived", one.archived},
-                               {"tumble", one.program_version},
-                               {"run", one.run},
-                               {"simulated", one.simulated},
-                               {"replaced_by", one.replaced_by},
-                               {"reason", one.correction}});
-  for (const auto& one : record.runs)
-    json["runs"].push_back({{"id", one.id},
-                            {"title", one.title},
-                            {"station", one.station},
-                            {"slot", one.slot},
-                            {"operator", one.who},
-                            {"started", one.started},
-                            {"ended", one.ended},
-                            {"ending", one.ending}});
-  for (const auto& one : record.files)
-    json["files"].push_back({{"sha256", one.sha256},
-                             {"role", one.role},
-                             {"name", one.name},
-                             {"bytes", one.bytes},
-                             {"run", one.run},
-                             {"slot", one.slot}});
-  for (const auto& one : record.certificates)
-    json["certificates"].push_back({{"number", one.number},
-                                    {"format", one.format},
-                                    {"sha256", one.sha256},
-                                    {"result", one.result},
-                                    {"issued_by", one.issued_by},
-                                    {"issued", one.issued}});
-  json["events"] = steps_json(record.steps);
-  return written(json);
+         signatures_table(record, view) + steps_table(record.steps, digits, view);
 }
 
 std::string run_text(const RunRecord& record, const Terminal& terminal) {
@@ -214,20 +161,6 @@ std::string run_text(const RunRecord& record, const Terminal& terminal) {
     text += words.with("equipment_is", name) +
             (certificate.empty() ? "" : words.with("with_certificate", certificate)) + "\n";
   return text + steps_table(record.steps, longest, view);
-}
-
-std::string run_json(const RunRecord& record) {
-  const auto& run = record.run;
-  Json json{{"id", run.id},           {"title", run.title}, {"station", run.station}, {"operator", run.who},
-            {"started", run.started}, {"ended", run.ended}, {"ending", run.ending}};
-  json["units"] = Json::array();
-  for (const auto& [slot, unit] : record.units)
-    json["units"].push_back({{"slot", slot}, {"model", unit.model}, {"serial", unit.serial}});
-  json["equipment"] = Json::array();
-  for (const auto& [name, certificate] : record.equipment)
-    json["equipment"].push_back({{"equipment", name}, {"certificate", certificate}});
-  json["events"] = steps_json(record.steps);
-  return written(json);
 }
 
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
@@ -249,28 +182,6 @@ std::string due_text(const std::vector<DueCalibration>& due, const std::vector<D
     note.cells.emplace_back(line.day < today ? view.words("has_ended") : "");
   }
   return text_table({day, what, last, note}, view.width);
-}
-
-std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
-  Json all{{"equipment", Json::array()}, {"units", Json::array()}};
-  for (const auto& one : due)
-    all["equipment"].push_back({{"due", one.due},
-                                {"equipment", one.equipment},
-                                {"certificate", one.certificate},
-                                {"laboratory", one.laboratory}});
-  for (const auto& one : units)
-    all["units"].push_back(
-        {{"due", one.due}, {"model", one.unit.model}, {"serial", one.unit.serial}, {"last_result", one.last}});
-  return written(all);
-}
-
-std::string check_json(const ArchiveCheck& check) {
-  return written({{"chains", check.chains},
-                  {"events", check.events},
-                  {"results", check.results},
-                  {"files", check.files},
-                  {"problems", check.problems},
-                  {"heads", check.heads}});
 }
 
 std::string recomputation_text(const Recomputation& again, const Terminal& terminal) {

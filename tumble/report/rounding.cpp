@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/core/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/utf8.hpp"
@@ -144,6 +145,22 @@ ValueAndSd value_and_sd(double value, double sd) {
   const auto split = text.find(sign);
   if (split == std::string::npos) return {text, ""};
   return {text.substr(0, split), text.substr(split + sign.size())};
+}
+
+std::string measured_text(const Estimate& estimate, std::string_view name, Language language) {
+  const SectionWords words{language};
+  const auto unit_after = [](const Unit& unit) { return unit.text() == "1" ? "" : " " + printable(unit.text()); };
+  const auto* parameter = find_parameter(estimate, name);
+  if (parameter == nullptr) {
+    const auto limit = find_upper_limit(estimate, name);
+    if (!limit) return {};
+    return words.with("below", fmt::format("{:.3g}", limit->unit.from_si(limit->value)), unit_after(limit->unit));
+  }
+  const auto [value, sd] = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
+  const auto halves = value_and_sd(value, sd);
+  if (language == Language::english || halves.sd.empty())
+    return with_uncertainty(value, sd) + unit_after(parameter->unit);
+  return words.with("measured_apart", halves.value, halves.sd, unit_after(parameter->unit));
 }
 
 BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {

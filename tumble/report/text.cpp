@@ -163,22 +163,6 @@ std::string findings_text(const Findings& findings, const Words& words, std::siz
   return text;
 }
 
-/// "6.660 ± 0.011 deg/h" of the parameter of that name, in Chinese "6.660 deg/h，u = 0.011"; empty when there is none.
-std::string measured_text(const Estimate& estimate, std::string_view name, const Words& words) {
-  const auto unit_after = [](const Unit& unit) { return unit.text() == "1" ? "" : " " + printable(unit.text()); };
-  const auto* parameter = find_parameter(estimate, name);
-  if (parameter == nullptr) {
-    const auto limit = find_upper_limit(estimate, name);
-    if (!limit) return {};
-    return words.with("below", fmt::format("{:.3g}", limit->unit.from_si(limit->value)), unit_after(limit->unit));
-  }
-  const auto [value, sd] = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-  const auto halves = value_and_sd(value, sd);
-  if (words.language == Language::english || halves.sd.empty())
-    return with_uncertainty(value, sd) + unit_after(parameter->unit);
-  return words.with("measured_apart", halves.value, halves.sd, unit_after(parameter->unit));
-}
-
 std::string verdicts_text(const Estimate& estimate, const Words& words, std::size_t width) {
   if (estimate.verdicts.empty()) return {};
   constexpr std::array keys{"pass", "fail", "undecided"};
@@ -188,7 +172,7 @@ std::string verdicts_text(const Estimate& estimate, const Words& words, std::siz
     outcome.cells.push_back(words(keys[static_cast<std::size_t>(verdict.outcome)]));
     parameter.cells.push_back(printable(verdict.parameter));
     limit.cells.push_back(printable(verdict.limit));
-    measured.cells.push_back(measured_text(judged(estimate), verdict.parameter, words));
+    measured.cells.push_back(measured_text(judged(estimate), verdict.parameter, words.language));
   }
   return "\n" + words("verdicts") + "\n" + text_table({outcome, parameter, limit, measured}, width);
 }
