@@ -87,7 +87,8 @@ std::string budget_text(const Estimate& estimate, const Words& words, std::size_
   for (const auto& part : budget_to_show(estimate)) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-      const auto [sd, share] = budget_cell(estimate, part, i);
+      auto [sd, share] = budget_cell(estimate, part, i);
+      if (words.language == Language::chinese && share.ends_with(" %")) share.erase(share.size() - 2, 1);
       column.cells.push_back(fmt::format("{} {:>5}", sd, share));
     }
   }
