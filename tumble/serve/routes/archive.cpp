@@ -117,9 +117,9 @@ HttpResponse verify(Context& context, const HttpRequest&) {
 std::vector<FileDeposit> inputs_in_folder(const Context& context, const fs::path& result, const Estimate& estimate) {
   std::vector<FileDeposit> files;
   for (const auto& input : estimate.provenance.inputs) {
-    const auto name = fs::path(input.name).filename().string();
+    const auto name = fs::path(input.file).filename().string();
     for (const fs::path& place : {result.parent_path() / name, context.options.folder / name,
-                                  context.options.folder / "uploads" / name, fs::path(input.name)}) {
+                                  context.options.folder / "uploads" / name, fs::path(input.file)}) {
       const auto relative = place.lexically_relative(context.options.folder).generic_string();
       std::error_code failed;
       if (relative.empty() || relative.starts_with("..") || !fs::is_regular_file(place, failed)) continue;
