@@ -163,6 +163,7 @@ WorkbenchOptions options_of(const Arguments& arguments, const std::string& host)
   options.steady = steady;
   options.users = arguments.users;
   options.archive = archive_of(arguments);
+  options.person = act_of(arguments.archive).who;
   return options;
 }
 

@@ -7,6 +7,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/archive.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 
@@ -61,6 +62,7 @@ HttpResponse identify(Context& context, const HttpRequest& request) {
   for (const auto& name : names) step.push_back(existing(context, name));
   if (names.empty()) throw Error{Error::Kind::bad_input, "'recordings' names none"};
   step.insert(step.end(), {"--quiet", "-o", "{folder}/result.json"});
+  if (!context.options.archive.empty()) step.push_back("--by=" + person_of(context, request));
   add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
   job.title = fmt::format("{}: {}", fs::path(step[1]).filename().string(), names.front());
   job.steps = {step, {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};

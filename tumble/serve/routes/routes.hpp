@@ -8,8 +8,10 @@
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
+#include "tumble/serve/live_runs.hpp"
 #include "tumble/serve/predictions.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/result_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -24,6 +26,8 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  LiveRuns runs = {};
+  ResultCache results;
   Predictions predictions;
 
   explicit Context(const WorkbenchOptions& given);
@@ -47,6 +51,12 @@ std::vector<Route> session_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> archive_routes();
+std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
+std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
+std::vector<Route> station_routes();
+std::vector<Route> station_run_routes();
+std::vector<Route> result_routes();
 std::vector<Route> plan_routes();
 std::vector<Route> plan_view_routes();
 
