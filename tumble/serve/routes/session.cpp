@@ -64,9 +64,10 @@ HttpResponse sign_in(Context& context, const Json& body) {
 }
 
 HttpResponse open_session(Context& context, const HttpRequest& request) {
-  const Json body = body_of(request);
-  if (context.guard.users) return sign_in(context, body);
-  return open_by_token(context, text_in(body, "token"));
+  if (context.guard.users) return sign_in(context, body_of(request));
+  const Json body = Json::parse(request.body, nullptr, false);
+  const bool shown = body.is_object() && body.contains("token") && body["token"].is_string();
+  return open_by_token(context, shown ? body["token"].get<std::string>() : std::string());
 }
 
 HttpResponse end_session(Context& context, const HttpRequest& request) {
