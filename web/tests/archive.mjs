@@ -107,7 +107,7 @@ test("charts of a unit and of a model are those of the command line", async () =
   const image = page.locator("img.figure").first();
   assert.ok(await image.evaluate((one) => one.complete && one.naturalWidth > 100));
   await choice(page, "View").selectOption("chart");
-  await page.getByTestId("chart").waitFor();
+  await page.getByTestId("points").waitFor();
   await drawn(page);
   assert.match(await page.getByTestId("numbers").innerText(), /bias_expected/);
   await assertAccessible(page, "chart");
