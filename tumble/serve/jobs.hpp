@@ -84,6 +84,9 @@ class Jobs {
   std::vector<std::thread> runners_;
 };
 
+/// What the program said on standard error, problem by problem, without its notes. Files are named from `root` on.
+std::vector<std::string> problems_of_messages(std::string messages, const std::string& root);
+
 /// A job as one line of JSON.
 std::string to_json(const Job& job);
 

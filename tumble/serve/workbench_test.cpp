@@ -52,6 +52,25 @@ TEST(EventFeed, SaysWhereItCannotGoOn) {
   }
 }
 
+/// Ids of a journal grow with gaps; a reader who names one gets exactly what is behind it.
+TEST(EventFeed, GoesOnBehindAnIdOfAJournal) {
+  EventFeed feed(1);
+  for (const std::uint64_t id : {10, 10, 25, 40}) feed.publish("happened", "{}", id);
+  const auto text_after = [&](std::uint64_t id) {
+    auto seen = feed.seen_by_id(id);
+    return feed.after(seen);
+  };
+  const std::string of_25 = "id: 25\nevent: happened\ndata: {}\n\n", of_40 = "id: 40\nevent: happened\ndata: {}\n\n";
+  EXPECT_EQ(text_after(10), of_25 + of_40);
+  EXPECT_EQ(text_after(24), of_25 + of_40);
+  EXPECT_EQ(text_after(25), of_40);
+  EXPECT_EQ(text_after(40), "");
+  EXPECT_EQ(text_after(99), "") << "the server was started again, and has not come so far";
+  for (std::uint64_t id = 41; id < 3000; ++id) feed.publish("view", "{}", id);
+  EXPECT_EQ(text_after(25), "id: 2999\nevent: reset\ndata: {}\n\n") << "some are no longer kept";
+  EXPECT_EQ(text_after(2998), "id: 2999\nevent: view\ndata: {}\n\n");
+}
+
 TEST(EventFeed, WakesThoseWhoSubscribed) {
   EventFeed feed(1);
   int woken = 0;

@@ -2,6 +2,8 @@
 import type { ComponentType } from "preact";
 import { ArchiveRoom } from "./archive/room";
 import { RecordingsRoom } from "./recordings/room";
+import { StationRoom } from "./station/room";
+import { ResultsRoom } from "./results/room";
 
 export interface Room {
   path: string;
@@ -13,4 +15,6 @@ export interface Room {
 export const ROOMS: Room[] = [
   { path: "/", name: "recordings", Page: RecordingsRoom },
   { path: "/archive", name: "archive", Page: ArchiveRoom },
+  { path: "/station", name: "station", Page: StationRoom },
+  { path: "/results", name: "results", Page: ResultsRoom },
 ];

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <utility>
 
 namespace tumble::jobs {
 namespace {
@@ -53,6 +54,23 @@ struct Pipe {
   dup2(kept, progress_descriptor);
   close_range(progress_descriptor + 1, ~0u, 0);
   execve(program, arguments, environment);
+  _exit(127);
+}
+
+/// As become(), without a leader: no terminal, no signal and no end of this process reaches it.
+[[noreturn]] void become_detached(const char* program, char* const* arguments, int messages, int alive) {
+  for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  const int nothing = open("/dev/null", O_RDWR);
+  const int kept = fcntl(alive, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
+  dup2(nothing, STDIN_FILENO);
+  dup2(told, STDOUT_FILENO);
+  dup2(told, STDERR_FILENO);
+  dup2(kept, progress_descriptor);
+  close_range(progress_descriptor + 1, ~0u, 0);
+  execv(program, arguments);
   _exit(127);
 }
 
@@ -142,6 +160,30 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   started(0);
   outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return outcome;
+}
+
+int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages) {
+  Pipe alive;
+  const int told = open(messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  if (alive.write < 0 || told < 0) return close(told), -1;
+  std::vector<std::string> words{program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const auto argument_pointers = pointers(words);
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t child = fork();
+  if (child == 0) {
+    setsid();
+    // The child of a child that ends at once belongs to the first process of the system, which buries it.
+    if (fork() == 0) become_detached(program.c_str(), argument_pointers.data(), told, alive.write);
+    _exit(0);
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  close(told);
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  return child > 0 ? std::exchange(alive.read, -1) : -1;
 }
 
 void end_process(int process) {

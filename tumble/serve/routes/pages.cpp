@@ -92,6 +92,8 @@ HttpResponse workbench(Context& context, const HttpRequest&) {
 std::vector<Route> page_routes() {
   return {{.method = "GET", .path = "/", .answer = index, .open = true},
           {.method = "GET", .path = "/archive", .answer = index, .open = true},
+          {.method = "GET", .path = "/station", .answer = index, .open = true},
+          {.method = "GET", .path = "/results", .answer = index, .open = true},
           {.method = "GET", .path = "/app.js", .answer = script, .open = true},
           {.method = "GET", .path = "/app.css", .answer = style, .open = true},
           {.method = "GET", .path = "/openapi.json", .answer = description, .open = true},

@@ -8,7 +8,9 @@
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
+#include "tumble/serve/live_runs.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/result_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -23,6 +25,8 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  LiveRuns runs = {};
+  ResultCache results;
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -48,6 +52,9 @@ std::vector<Route> job_routes();
 std::vector<Route> archive_routes();
 std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
 std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
+std::vector<Route> station_routes();
+std::vector<Route> station_run_routes();
+std::vector<Route> result_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
