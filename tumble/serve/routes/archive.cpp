@@ -157,6 +157,7 @@ HttpResponse put(Context& context, const HttpRequest& request) {
     deposit.results.front().corrects = find_result(archive, replaced);
   deposit.files = inputs_in_folder(context, path, estimate);
   const auto done = put_in(archive, deposit, {person_of(context, request), utc_now(context), text_in(body, "reason")});
+  context.feed.publish("recordings", "{}");
   return json_response({{"results", done.results},
                         {"files", done.files},
                         {"known", done.known},
@@ -179,7 +180,7 @@ HttpResponse sign_thing(Context& context, const HttpRequest& request) {
   const auto digits = text_in(body, "sha256");
   if (digits.size() != 64) throw Error{Error::Kind::bad_input, "'sha256' must be that of a whole file: 64 digits"};
   sign(archive, digits, text_in(body, "meaning"), {session->user, utc_now(context), text_in(body, "reason")});
-  context.feed.publish("archive", "{}");
+  context.feed.publish("recordings", "{}");
   return json_response({{"signed", digits}, {"wrong_before", check.before}}, 201);
 }
 
