@@ -3,6 +3,7 @@ import "./recordings.mjs";
 import "./archive.mjs";
 import "./station.mjs";
 import "./results.mjs";
+import "./plans.mjs";
 import { runAll } from "./harness.mjs";
 
 await runAll();

@@ -94,6 +94,7 @@ std::vector<Route> page_routes() {
           {.method = "GET", .path = "/archive", .answer = index, .open = true},
           {.method = "GET", .path = "/station", .answer = index, .open = true},
           {.method = "GET", .path = "/results", .answer = index, .open = true},
+          {.method = "GET", .path = "/plans", .answer = index, .open = true},
           {.method = "GET", .path = "/app.js", .answer = script, .open = true},
           {.method = "GET", .path = "/app.css", .answer = style, .open = true},
           {.method = "GET", .path = "/openapi.json", .answer = description, .open = true},
