@@ -9,15 +9,18 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 
 #include "archive_options.hpp"
 #include "inspect.hpp"
 #include "password.hpp"
+#include "tumble/report/report.hpp"
 #include "tumble/serve/passwords.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/users.hpp"
 #include "tumble/serve/workbench.hpp"
+#include "tumble/tasks/plan_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
@@ -27,7 +30,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string folder = ".", host, port = "8321", certificate, key;
-  std::string users, added, changed;
+  std::string users, added, changed, predict;
   std::vector<std::string> prepare, sets, roles;
   ArchiveOptions archive;
   bool no_token = false;
@@ -99,6 +102,17 @@ int prepare(const Arguments& arguments, const Terminal& terminal) {
   return 0;
 }
 
+/// For the workbench, which ends this process when somebody writes on: the plan on standard input as if it stood in the
+/// file.
+int predict(const Arguments& arguments) {
+  constexpr rlim_t most = 60;  // [s] of processor time
+  const rlimit limit{most, most};
+  setrlimit(RLIMIT_CPU, &limit);
+  const std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+  print(to_json(tumble::predict(plan_of_text(text, arguments.predict))));
+  return 0;
+}
+
 /// Adds a user, or gives one another password.
 int change_users(const Arguments& arguments, const Terminal& terminal) {
   std::vector<std::string> problems;
@@ -149,6 +163,7 @@ WorkbenchOptions options_of(const Arguments& arguments, const std::string& host)
   options.steady = steady;
   options.users = arguments.users;
   options.archive = archive_of(arguments);
+  options.person = act_of(arguments.archive).who;
   return options;
 }
 
@@ -163,6 +178,7 @@ std::string link(const WorkbenchOptions& options, unsigned port) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.prepare.empty()) return prepare(arguments, terminal);
+  if (!arguments.predict.empty()) return predict(arguments);
   if (!(arguments.added + arguments.changed).empty() || !arguments.roles.empty())
     return change_users(arguments, terminal);
   const std::string host = arguments.host.empty() ? "127.0.0.1" : arguments.host;
@@ -226,6 +242,10 @@ Verb serve_verb() {
         .value = &arguments->prepare,
         .description = "prepare this recording for quick views, and end; repeatable",
         .type = "RECORDING"},
+       {.name = "--predict",
+        .value = &arguments->predict,
+        .description = "predict the plan that standard input holds as if it stood in this file, and end",
+        .type = "PLAN"},
        reading_sets(arguments->sets, "with --prepare: information that the file")},
       "Examples:\n"
       "  tumble serve measurements\n"

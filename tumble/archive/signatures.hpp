@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "tumble/archive/deposit.hpp"
+#include "tumble/archive/history.hpp"
 
 /// Signatures of people under results and certificates: events in the chain of the unit, which hold the SHA-256 of what
 /// was signed. They prove as much as the chain does (docs/archive.md); who asks for the password is the front end.
@@ -22,12 +21,6 @@ struct SignedThing {
 };
 /// The result or certificate of this SHA-256, or of the only one that begins so (six digits or more).
 SignedThing find_signable(const Archive& archive, const std::string& digits);
-
-struct Signature {
-  std::int64_t number = 0;  ///< of its event
-  std::string kind, sha256, meaning, who, when, why;
-  std::string problem;  ///< why it does not hold; empty: the archive has exactly what was signed
-};
 
 /// Appends a signature.
 ///

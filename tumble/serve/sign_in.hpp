@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tumble/serve/users.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 
@@ -40,7 +41,7 @@ class SignIn {
 
   static constexpr unsigned free_attempts = 5;
   static constexpr double first_pause = 30.0, longest_pause = 900.0;  ///< [s]
-  static constexpr double longest_session = 12.0 * 3600.0;            ///< [s]
+  static constexpr double longest_session = 12.0 * hour;              ///< [s]
 
  private:
   struct Attempts {

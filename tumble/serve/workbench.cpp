@@ -24,7 +24,8 @@ Context::Context(const WorkbenchOptions& given)
             given.computer, given.users.empty() ? nullptr : std::make_shared<SignIn>(given.users, given.steady)},
       feed(given.first_event),
       jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
-      recordings(given.cache, jobs) {}
+      recordings(given.cache, jobs),
+      predictions(given.program, 2) {}
 
 }  // namespace routes
 
@@ -32,9 +33,10 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some :
-       {routes::page_routes(), routes::session_routes(), routes::recording_routes(), routes::view_routes(),
-        routes::job_routes(), routes::station_routes(), routes::station_run_routes()})
+  for (const auto& some : {routes::page_routes(), routes::session_routes(), routes::recording_routes(),
+                           routes::view_routes(), routes::job_routes(), routes::plan_routes(),
+                           routes::plan_view_routes(), routes::result_routes(), routes::station_routes(),
+                           routes::station_run_routes(), routes::archive_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

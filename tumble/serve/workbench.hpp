@@ -18,6 +18,7 @@ struct WorkbenchOptions {
   std::string token;             ///< empty: everybody who reaches the server may
   std::string users;             ///< file of users, who sign in; empty: the token decides
   std::string archive;           ///< address of the archive; empty: none
+  std::string person;            ///< who acts where there are no users: the login that started the program
   std::string host = "127.0.0.1";
   unsigned port = 0;
   bool tls = false;

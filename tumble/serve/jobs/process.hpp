@@ -27,6 +27,10 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
 /// Returned  a descriptor, to be closed by the caller, that reads its end when the process ends; -1: not started
 int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages);
 
+/// Starts a program that reads `input` and answers on standard output, which `output` gets.
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments, const std::string& input,
+                    std::string& output, const std::function<void(int)>& started);
+
 /// Ends a process and what it started.
 void end_process(int process);
 

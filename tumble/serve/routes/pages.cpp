@@ -83,6 +83,7 @@ HttpResponse workbench(Context& context, const HttpRequest&) {
                         {"version", version},
                         {"folder", context.options.folder.filename().string()},
                         {"languages", language_codes()},
+                        {"archive", !context.options.archive.empty()},
                         {"upload_limit", context.options.upload_limit}});
 }
 
@@ -90,7 +91,10 @@ HttpResponse workbench(Context& context, const HttpRequest&) {
 
 std::vector<Route> page_routes() {
   return {{.method = "GET", .path = "/", .answer = index, .open = true},
+          {.method = "GET", .path = "/archive", .answer = index, .open = true},
           {.method = "GET", .path = "/station", .answer = index, .open = true},
+          {.method = "GET", .path = "/results", .answer = index, .open = true},
+          {.method = "GET", .path = "/plans", .answer = index, .open = true},
           {.method = "GET", .path = "/app.js", .answer = script, .open = true},
           {.method = "GET", .path = "/app.css", .answer = style, .open = true},
           {.method = "GET", .path = "/openapi.json", .answer = description, .open = true},

@@ -9,7 +9,9 @@
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
 #include "tumble/serve/live_runs.hpp"
+#include "tumble/serve/predictions.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/result_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -25,6 +27,8 @@ struct Context {
   Jobs jobs;
   RecordingCache recordings;
   LiveRuns runs = {};
+  ResultCache results;
+  Predictions predictions;
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -47,8 +51,14 @@ std::vector<Route> session_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> archive_routes();
+std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
+std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
 std::vector<Route> station_routes();
 std::vector<Route> station_run_routes();
+std::vector<Route> result_routes();
+std::vector<Route> plan_routes();
+std::vector<Route> plan_view_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
@@ -73,6 +83,12 @@ std::vector<std::string> all_of(const HttpRequest& request, std::string_view nam
 
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);
+/// A message with files named from the folder of the workbench on.
+std::string named_from_folder(const Context& context, std::string message);
+
+/// The file that a plan is or will be: in the folder or in one below it, "x.toml". Throws Error::bad_input.
+std::string place_of_plan(const Context& context, const std::string& name);
+
 /// How a file is to be read: the parameters set=key=value. Throws Error::bad_input for a key that is not about columns
 /// and times of a file.
 Sets sets_of(const std::vector<std::string>& texts);
