@@ -5,7 +5,7 @@ import { post, problemsOf } from "../api";
 import { Plot } from "../recordings/plot";
 import { duration, t } from "../texts";
 import { again, Bar, Happened, lostSince, Point, problems, Progress, Prompt, run, Run, View } from "./run_data";
-import { setWho, who } from "./who";
+import { named, setWho, who } from "./who";
 
 const ALARM = ["stopping", "aborting", "faulted"];
 const LOUD = ["faulted", "interrupted"];
@@ -68,7 +68,7 @@ function Who() {
   return (
     <label class="who">
       {t("station_your_name")}
-      <input value={who.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} />
+      <input value={who.value} readOnly={named.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} />
     </label>
   );
 }
