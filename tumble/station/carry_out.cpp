@@ -80,6 +80,7 @@ class Conductor {
       if (!end_) look_around();
     }
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
+    tell_recorded();
     return *end_;
   }
 
@@ -198,8 +199,11 @@ class Conductor {
           [&](const Note& note) { perform(note); });
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
+    tell_recorded();
     if (company_.show && now >= next_show_) {
       show_to_company([&] { company_.show(view(now)); });
+      for (const auto& stream : streams_)
+        if (stream) stream->begin_bar();
       next_show_ = now + company_.show_every;
     }
   }
@@ -209,6 +213,19 @@ class Conductor {
     for (std::size_t i = 0; i < starts_.size(); ++i)
       if (const std::string missing = starts_[i].at(now); !missing.empty())
         perform(Note{"stream", fmt::format("slot {}: {}", state_.course->station.instruments[i].slot, missing)});
+  }
+
+  /// An event of the store, which others hear of when it is on the disk.
+  void record(StoreEvent event) {
+    const std::uint64_t sequence = recorder_.event(event);
+    if (company_.event) unheard_.emplace_back(sequence, std::move(event));
+  }
+
+  void tell_recorded() {
+    if (unheard_.empty()) return;
+    const std::uint64_t on_disk = recorder_.acknowledged().sequence;
+    for (; !unheard_.empty() && unheard_.front().first <= on_disk; unheard_.pop_front())
+      show_to_company([&] { company_.event(unheard_.front().first, unheard_.front().second); });
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -319,7 +336,7 @@ class Conductor {
       note_step(step);
     }
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
+    record({now, "journal", {}, row.label, conduct::text_of(row)});
     if (store_failed_) return;  // nothing waits for it any more
     if (recorder_.flush(company_.longest_commit) || recorder_.failure()) return;
     store_failed_ = row_waits_ = true;
@@ -337,14 +354,14 @@ class Conductor {
       start.stop();
   }
   void perform(const Prompt& prompt) {
-    recorder_.event({wires_.now(), "prompt", {}, prompt.text, {}});
+    record({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
     if (company_.ask) show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    recorder_.event({wires_.now(), note.kind, {}, note.text, {}});
+    record({wires_.now(), note.kind, {}, note.text, {}});
     tell(note);
   }
   void tell(const Note& note) {
@@ -366,6 +383,7 @@ class Conductor {
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
   std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;
+  std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
@@ -384,7 +402,11 @@ RunView Conductor::view(double now) const {
   view.segments = course.schedule.size();
   if (state_.segment < course.schedule.size()) view.label = course.schedule[state_.segment].label;
   for (std::size_t s = state_.segment; s < course.schedule.size(); ++s) view.left += course.schedule[s].duration;
-  if (state_.recording) view.left -= std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
+  if (state_.recording) {
+    view.recorded = std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
+    view.left -= view.recorded;
+  }
+  view.progress = state_.segments;
   for (std::size_t a = 0; a < state_.axes.size(); ++a) {
     const AxisProgress& axis = state_.axes[a];
     view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
@@ -398,11 +420,14 @@ RunView Conductor::view(double now) const {
     view.damaged += counts.damaged.count;
     for (const auto& shown : streams_[i]->shown())
       view.channels.push_back({course.station.instruments[i].slot, shown.channel.name, shown.channel.unit,
-                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan()});
+                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan(), shown.low, shown.high});
   }
   view.estimates = estimates_.view();
   view.prompt = prompt_;
-  view.acknowledged = recorder_.acknowledged().time - begin_;
+  const Acknowledged on_disk = recorder_.acknowledged();
+  view.acknowledged = on_disk.time - begin_;
+  view.sequence = on_disk.sequence;
+  if (!unheard_.empty()) view.sequence = std::min(view.sequence, unheard_.front().first - 1);
   return view;
 }
 

@@ -56,6 +56,10 @@ void InstrumentRecorder::begin_noise() {
   for (Shown& shown : shown_) shown.noise = LiveNoise();
 }
 
+void InstrumentRecorder::begin_bar() {
+  for (Shown& shown : shown_) shown.low = shown.high = std::nan("");
+}
+
 void InstrumentRecorder::restart() {
   link_ = recorder_.add_link(description_);
   stream_ = FrameStream(codec_);
@@ -84,6 +88,8 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     values_.push_back(value);
     shown_[i].noise.add(time, value);
     shown_[i].last = value;
+    shown_[i].low = std::fmin(shown_[i].low, value);
+    shown_[i].high = std::fmax(shown_[i].high, value);
     shown_[i].seen = shown_[i].seen || !std::isnan(value);
   }
   const StoreSample sample{time, frame.time, frame.sequence, values_};

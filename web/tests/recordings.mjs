@@ -86,7 +86,7 @@ test("the list says what is in each recording", async () => {
   await page.getByLabel("Search").fill("");
   await assertAccessible(page, "list");
   await picture(page, "list");
-  assert.deepEqual(await page.getByRole("navigation").getByRole("link").allInnerTexts(), ["Recordings"], "rooms that exist");
+  assert.deepEqual(await page.getByRole("navigation").getByRole("link").allInnerTexts(), ["Recordings", "Plans", "Results", "Station", "Archive"]);
 });
 
 test("channels are stacked under each other with one gutter", async () => {

@@ -226,7 +226,8 @@ function Identify({ recording }: { recording: Recording }) {
   const [started, setStarted] = useState<string | null>(null);
   const [problems, setProblems] = useState<string[]>([]);
   const job = started ? jobs.value[started] : undefined;
-  const choices = answer ? [...answer.plans.map((plan) => `plan:${plan.name}`), ...answer.methods.map((method) => `method:${method.name}`)] : [];
+  const plans = answer?.plans.filter((plan) => plan.method !== "") ?? [];
+  const choices = answer ? [...plans.map((plan) => `plan:${plan.name}`), ...answer.methods.map((method) => `method:${method.name}`)] : [];
   const chosen = what || choices[0] || "";
   const begin = async () => {
     const at = chosen.indexOf(":");
@@ -246,9 +247,9 @@ function Identify({ recording }: { recording: Recording }) {
         <label>
           {t("plan_or_method")}
           <select value={chosen} onChange={(event) => setWhat(event.currentTarget.value)}>
-            {answer && answer.plans.length > 0 && (
+            {plans.length > 0 && (
               <optgroup label={t("plans")}>
-                {answer.plans.map((plan) => <option key={plan.name} value={`plan:${plan.name}`}>{plan.title} ({plan.name})</option>)}
+                {plans.map((plan) => <option key={plan.name} value={`plan:${plan.name}`}>{plan.title} ({plan.name})</option>)}
               </optgroup>
             )}
             <optgroup label={t("methods")}>
