@@ -84,8 +84,8 @@ class Reading(unittest.TestCase):
             for text in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2]):
                 if (verb, text[1]) != ("station", "WHAT"):  # "check", a word of the command
                     self.assertRegex(text[0], HAN, f"{verb} {text[1]}")
-            self.assertEqual([m[1] for m in argument.finditer(english.partition("Example")[0].partition("\n\n")[2])],
-                             [m[1] for m in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2])])
+            names = [sorted(m[1] for m in argument.finditer(text.partition("Example")[0].partition("\n\n")[2])) for text in (english, chinese)]
+            self.assertEqual(*names)
         for kinds in (r"one of ((?:\w+, )+\w+)", r"note: one of ((?:\w+, )+\w+)"):
             for word in re.search(kinds, tumble("help", "archive"))[1].split(", "):
                 self.assertIn(word + "（", tumble("help", "archive", "--lang", "zh"))
