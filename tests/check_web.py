@@ -39,7 +39,7 @@ def faults_of_languages(english, chinese):
 
 
 def faults_of_use(root, english):
-    sources = {path: path.read_text(encoding="utf-8") for path in sorted((root / "web/src").glob("*.ts*"))}
+    sources = {path: path.read_text(encoding="utf-8") for path in sorted((root / "web/src").rglob("*.ts*"))}
     words = {word for text in sources.values() for word in WORD.findall(text)}
     made = {prefix for text in sources.values() for prefix in MADE.findall(text)}
     faults = [f"text/en.toml: no page asks for web.{key}" for key in sorted(english)
