@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/desk/run_json.hpp"
+#include "tumble/station/lease.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/station/run_folder.hpp"
@@ -101,6 +103,22 @@ std::optional<long> process_at_desk(const std::string& run) {
   return known ? std::optional<long>(who.pid) : std::nullopt;
 }
 
+void stop_run(const std::string& run, const std::string& who) {
+  try {
+    ask_desk(run, desk::dumped({{"order", "stop"}, {"who", who}}));
+    return;
+  } catch (const Error& error) {
+    if (error.kind == Error::Kind::bad_input) throw;
+  }
+  const auto all = runs_going_on();
+  const auto path = std::filesystem::absolute(run).lexically_normal().string();
+  const auto leased = std::ranges::find(all, path, &LeaseHolder::run);
+  const auto process = process_at_desk(run);
+  if (!process && leased == all.end()) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  if (kill(static_cast<pid_t>(process ? *process : leased->process), SIGTERM) != 0)
+    throw Error(Error::Kind::bad_file, "the run '" + run + "' cannot be stopped from here: go to the rig");
+}
+
 DeskWatch::DeskWatch(const std::string& run) : socket_(connection_to(run)) { say_all(socket_, R"({"ask":"watch"})"); }
 
 DeskWatch::~DeskWatch() { ::close(socket_); }
@@ -130,13 +148,16 @@ std::string state_of_ended_run(const std::string& run) {
   using desk::Json;
   Json events = Json::array();
   std::vector<RunRow> rows;
-  std::string ending;
+  std::string ending, reason;
   std::uint64_t last = 0;
   const StoreContent content = visit_events(run, [&](std::uint64_t sequence, const StoreEvent& event) {
     last = sequence;
     if (event.kind == "end") ending = event.text;
-    if (event.kind == "journal") rows.push_back(conduct::row_of(event.json));
-    if (event.kind == "journal" && rows.back().kind == RunRow::Kind::segment_begins) ending.clear();  // carried on
+    if (event.kind == "journal") {
+      rows.push_back(conduct::row_of(event.json));
+      if (rows.back().kind == RunRow::Kind::segment_begins) ending.clear(), reason.clear();  // carried on
+      if (rows.back().kind == RunRow::Kind::run_ends) reason = rows.back().reason;
+    }
     events.push_back(desk::json_of(sequence, event));
   });
   const auto fact = [&](const std::string& name) {
@@ -162,7 +183,7 @@ std::string state_of_ended_run(const std::string& run) {
   return desk::dumped({{"alive", false},
                        {"last", last},
                        {"ending", ending.empty() ? "interrupted" : ending},
-                       {"ending_text", ""},
+                       {"ending_text", reason},
                        {"facts", desk::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
                        {"view", nullptr},
                        {"segments", desk::json_of(progress, progress.size())},

@@ -75,6 +75,11 @@ RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& fac
 /// Throws    Error::unsupported: the run does not go on; Error::bad_input: the run refuses, with its reason
 std::string ask_desk(const std::string& run, const std::string& request);
 
+/// Stops a run by its desk, or where that does not answer by a signal to its process, as `tumble stop` does.
+/// Throws Error::unsupported: the run does not go on; Error::bad_input: it refuses; Error::bad_file: it belongs to
+/// another user.
+void stop_run(const std::string& run, const std::string& who);
+
 /// The process that a desk belongs to; nothing where the run does not go on.
 std::optional<long> process_at_desk(const std::string& run);
 

@@ -113,25 +113,35 @@ HttpResponse verify(Context& context, const HttpRequest&) {
   return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
 }
 
-/// Files of the folder that a result was made from: those beside it, or where its names lead, whose bytes are the same.
-std::vector<FileDeposit> inputs_in_folder(const Context& context, const fs::path& result, const Estimate& estimate) {
-  std::vector<FileDeposit> files;
-  for (const auto& input : estimate.provenance.inputs) {
-    const auto name = fs::path(input.name).filename().string();
-    for (const fs::path& place : {result.parent_path() / name, context.options.folder / name,
-                                  context.options.folder / "uploads" / name, fs::path(input.name)}) {
-      const auto relative = place.lexically_relative(context.options.folder).generic_string();
-      std::error_code failed;
-      if (relative.empty() || relative.starts_with("..") || !fs::is_regular_file(place, failed)) continue;
-      try {
-        if (sha256_of_file(inside(context.options.folder, relative).string()) != input.sha256) continue;
-      } catch (const Error&) {
-        continue;  // its name leads elsewhere
-      }
-      files.push_back({.path = place.string(), .name = name, .role = {}, .unit = {}});
-      break;
+/// The file of this SHA-256 that is called so: beside the result, in the folder, among the uploads, or where it was.
+/// Empty where none is in the folder.
+std::string input_in_folder(const Context& context, const fs::path& result, const std::string& file,
+                            const std::string& sha256) {
+  const auto& root = context.options.folder;
+  const auto name = fs::path(file).filename();
+  for (const fs::path& place : {result.parent_path() / name, root / name, root / "uploads" / name, fs::path(file)}) {
+    const auto relative = place.lexically_relative(root).generic_string();
+    std::error_code failed;
+    if (relative.empty() || relative.starts_with("..") || !fs::is_regular_file(place, failed)) continue;
+    try {
+      const auto path = inside(root, relative).string();
+      if (sha256_of_file(path) == sha256) return path;
+    } catch (const Error&) {
+      continue;  // its name leads elsewhere
     }
   }
+  return "";
+}
+
+/// Files of the folder that a result was made from, with the bytes that they had.
+std::vector<FileDeposit> inputs_in_folder(const Context& context, const fs::path& result, const Estimate& estimate) {
+  std::vector<FileDeposit> files;
+  const auto add = [&](const std::string& file, const std::string& sha256) {
+    const auto path = input_in_folder(context, result, file, sha256);
+    if (!path.empty()) files.push_back({.path = path, .name = fs::path(path).filename().string()});
+  };
+  for (const auto& input : estimate.provenance.inputs) add(input.file, input.sha256);
+  for (const auto& plan : estimate.provenance.plans) add(plan.file, plan.sha256);
   return files;
 }
 
@@ -147,6 +157,7 @@ HttpResponse put(Context& context, const HttpRequest& request) {
     deposit.results.front().corrects = find_result(archive, replaced);
   deposit.files = inputs_in_folder(context, path, estimate);
   const auto done = put_in(archive, deposit, {person_of(context, request), utc_now(context), text_in(body, "reason")});
+  context.feed.publish("recordings", "{}");
   return json_response({{"results", done.results},
                         {"files", done.files},
                         {"known", done.known},
@@ -169,7 +180,7 @@ HttpResponse sign_thing(Context& context, const HttpRequest& request) {
   const auto digits = text_in(body, "sha256");
   if (digits.size() != 64) throw Error{Error::Kind::bad_input, "'sha256' must be that of a whole file: 64 digits"};
   sign(archive, digits, text_in(body, "meaning"), {session->user, utc_now(context), text_in(body, "reason")});
-  context.feed.publish("archive", "{}");
+  context.feed.publish("recordings", "{}");
   return json_response({{"signed", digits}, {"wrong_before", check.before}}, 201);
 }
 

@@ -35,7 +35,7 @@ Sets sets_of_certificate(const Context& context, const std::string& number, cons
 }
 
 /// The certificate of a result, of the folder or of the archive, as `tumble certificate` makes it.
-Certificate previewed(const Context& context, const HttpRequest& request) {
+Certificate made_from(const Context& context, const HttpRequest& request) {
   const auto lab = required(request, "lab");
   CertificateDetails details =
       load_lab(existing(context, lab), sets_of_certificate(context, optional(request, "number"),
@@ -55,6 +55,18 @@ Certificate previewed(const Context& context, const HttpRequest& request) {
   Certificate certificate = certificate_on(existing(context, file), details);
   certificate.result_file = file;
   return certificate;
+}
+
+/// Problems name files as their user knows them: from the folder on.
+Certificate previewed(const Context& context, const HttpRequest& request) {
+  try {
+    return made_from(context, request);
+  } catch (Error& error) {
+    const std::string root = context.options.folder.string() + "/";
+    for (auto& problem : error.problems)
+      if (const auto place = problem.find(root); place != std::string::npos) problem.erase(place, root.size());
+    throw;
+  }
 }
 
 /// What its author should look at, before the page is shown: all that is missing comes as one answer.

@@ -52,11 +52,14 @@ HttpResponse open_by_token(const Context& context, const std::string& token) {
   return response;
 }
 
-HttpResponse sign_in(Context& context, const Json& body) {
+/// Who signs in again, or as somebody else, leaves the session before.
+HttpResponse sign_in(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
   SignIn& users = *context.guard.users;
   const auto user = text_in(body, "name");
   const auto check = users.check(user, text_in(body, "password"));
   if (check.state != PasswordCheck::State::right) return password_refusal(check);
+  users.end(context.guard.secret_of(request));
   const auto secret = users.begin(user);
   auto response = json_response({{"open", true}, {"wrong_before", check.before}});
   response.headers.emplace_back("Set-Cookie", context.guard.cookie(secret));
@@ -64,9 +67,10 @@ HttpResponse sign_in(Context& context, const Json& body) {
 }
 
 HttpResponse open_session(Context& context, const HttpRequest& request) {
-  const Json body = body_of(request);
-  if (context.guard.users) return sign_in(context, body);
-  return open_by_token(context, text_in(body, "token"));
+  if (context.guard.users) return sign_in(context, request);
+  const Json body = Json::parse(request.body, nullptr, false);
+  const bool shown = body.is_object() && body.contains("token") && body["token"].is_string();
+  return open_by_token(context, shown ? body["token"].get<std::string>() : std::string());
 }
 
 HttpResponse end_session(Context& context, const HttpRequest& request) {

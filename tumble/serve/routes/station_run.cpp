@@ -50,7 +50,11 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
   const auto folder = existing(context, plain_text_in(body, "run"));
   const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
-  Json asked{{"order", order}, {"who", who.empty() && order == "stop" ? "the workbench" : who}};
+  if (order == "stop") {
+    stop_run(folder, who.empty() ? "the workbench" : who);
+    return json_response({{"taken", true}});
+  }
+  Json asked{{"order", order}, {"who", who}};
   if (order == "answer") {
     if (!body.contains("prompt") || !body["prompt"].is_number_integer())
       throw Error{Error::Kind::bad_input, "'prompt' must be the number of a question"};

@@ -47,7 +47,7 @@ export function CertificatePage() {
           {choice("lab", listed.labs)}
           {choice("rule", RULES, (rule) => (rule === "" ? t("archive_rule_of_lab") : rule))}
           {choice("language", ["en", "zh"], (code) => (code === "zh" ? "中文" : "English"))}
-          <label>{t("archive_number")}<input value={chosen.number} placeholder={body?.number} onChange={(event) => change("number", event.currentTarget.value)} /></label>
+          <label>{t("archive_choose_number")}<input value={chosen.number} placeholder={body?.number} onChange={(event) => change("number", event.currentTarget.value)} /></label>
         </div>
       )}
       {problems.length > 0 && (

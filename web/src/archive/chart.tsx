@@ -96,7 +96,7 @@ export function ChartPage() {
       {body && (
         <>
           <ul class="findings">
-            {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="sign">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
+            {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="ask">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
           </ul>
           {body.figures.map((figure) => <Figure key={figure.name} figure={figure} />)}
           <dl class="about" data-testid="numbers">

@@ -39,7 +39,7 @@ export function PutPage() {
       {!may("operate") && <p class="notice">{t("archive_put_needs_role")}</p>}
       {body && body.results.length === 0 && <p class="notice">{t("archive_no_results")}</p>}
       {body && body.results.length > 0 && may("operate") && (
-        <form class="sign" onSubmit={(event) => void submit(event)}>
+        <form class="ask" onSubmit={(event) => void submit(event)}>
           <label>{t("archive_result")}<select name="result">{body.results.map((name) => <option key={name} value={name}>{name}</option>)}</select></label>
           <label>{t("archive_replaces")}<input name="replaces" placeholder="1f0c3a…" /></label>
           <label>{t("archive_why")}<input name="reason" maxLength={500} /></label>

@@ -48,7 +48,7 @@ export function SignForm({ sha256 }: { sha256: string }) {
     setBusy(false);
   };
   return (
-    <form class="sign" onSubmit={(event) => void submit(event)} aria-label={t("archive_sign")}>
+    <form class="ask" onSubmit={(event) => void submit(event)} aria-label={t("archive_sign")}>
       <p>{t("archive_sign_as", { name: session.value.user })} <code>{short(sha256)}</code></p>
       <label>{t("archive_meaning")}
         <select name="meaning">

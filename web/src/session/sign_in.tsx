@@ -22,7 +22,7 @@ export function SignIn({ onOpen }: { onOpen: () => void }) {
   return (
     <main class="closed">
       <h1>Tumble</h1>
-      <form class="sign" onSubmit={(event) => void submit(event)}>
+      <form class="ask" onSubmit={(event) => void submit(event)}>
         <label>{t("session_name")}<input name="name" autocomplete="username" required /></label>
         <label>{t("session_password")}<input name="password" type="password" autocomplete="current-password" required /></label>
         {problems.map((problem) => <p class="problem" role="alert" key={problem}>{problem}</p>)}

@@ -1,13 +1,14 @@
 // One run: is it running well, and what must I do now?
-import { useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import type { ChannelView } from "../api";
 import { post, problemsOf } from "../api";
 import { Plot } from "../recordings/plot";
 import { duration, t } from "../texts";
 import { again, Bar, Happened, lostSince, Point, problems, Progress, Prompt, run, Run, View } from "./run_data";
-import { setWho, who } from "./who";
+import { named, setWho, who } from "./who";
 
 const ALARM = ["stopping", "aborting", "faulted"];
+const LOUD = ["faulted", "interrupted"];
 const WAITING = ["holding", "pausing", "paused"];
 const SIGN: Record<Progress["state"], string> = { done: "✓", skipped: "–", now: "▶", next: "○" };
 
@@ -23,7 +24,7 @@ async function order(name: string, body: Record<string, unknown>, say: (found: s
 /// The word of the state: of the run while it goes on, else how it ended.
 function stateOf(now: Run): { text: string; kind: string } {
   if (now.ending !== "")
-    return { text: t(`station_ending_${now.ending}`), kind: now.ending === "complete" ? "good" : "alarm" };
+    return { text: t(`station_ending_${now.ending}`), kind: now.ending === "complete" ? "good" : LOUD.includes(now.ending) ? "alarm" : "waiting" };
   const phase = now.view?.phase ?? "preparing";
   const kind = ALARM.includes(phase) ? "alarm" : WAITING.includes(phase) || now.view?.prompt ? "waiting" : "running";
   return { text: t(`station_phase_${phase}`), kind };
@@ -36,9 +37,14 @@ function RunBar({ name, now }: { name: string; now: Run }) {
   const view = now.view;
   const active = now.alive && now.ending === "";
   const stopping = view !== null && ALARM.includes(view.phase);
+  useEffect(() => {
+    const before = document.title;
+    document.title = `${state.kind === "alarm" ? "⚠ " : ""}${state.text} · ${before}`;
+    return () => void (document.title = before);
+  }, [state.text]);
   return (
     <section class={`run-bar ${state.kind}`} aria-label={t("station_controls")}>
-      <p class="run-state" role="status" data-testid="state">{state.kind === "alarm" ? "⚠ " : ""}{state.text}</p>
+      <p class="run-state" role={state.kind === "alarm" ? "alert" : "status"} data-testid="state">{state.kind === "alarm" ? "⚠ " : ""}{state.text}</p>
       {active && view && (
         <p class="run-left">
           {view.label} <span class="number">{t("station_left", { time: view.left_text })}</span>
@@ -62,7 +68,7 @@ function Who() {
   return (
     <label class="who">
       {t("station_your_name")}
-      <input value={who.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} />
+      <input value={who.value} readOnly={named.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} />
     </label>
   );
 }

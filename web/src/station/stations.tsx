@@ -3,7 +3,7 @@ import { useEffect, useState } from "preact/hooks";
 import { get, Plans, post, problemsOf } from "../api";
 import { fileOfJob, jobs } from "../jobs";
 import { date, t } from "../texts";
-import { setWho, who } from "./who";
+import { named, setWho, who } from "./who";
 
 interface Listed {
   file: string;
@@ -114,7 +114,7 @@ function Begin({ listing, onRun }: { listing: Listing; onRun: (run: string) => v
             <input value={units[slot] ?? ""} onInput={(event) => setUnits({ ...units, [slot]: event.currentTarget.value })} />
           </label>
         ))}
-        {real && <label>{t("station_operator")}<input value={who.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} /></label>}
+        {real && <label>{t("station_operator")}<input value={who.value} readOnly={named.value} autocomplete="name" onInput={(event) => setWho(event.currentTarget.value)} /></label>}
         {mode !== "run" && <label>{t("station_speed")}<input value={speed} inputMode="decimal" placeholder={mode === "rehearse" ? t("station_fastest") : "1"} onInput={(event) => setSpeed(event.currentTarget.value)} /></label>}
         {real && <label>{t("station_accept")}<input value={accept} onInput={(event) => setAccept(event.currentTarget.value)} /></label>}
       </div>
