@@ -3,6 +3,7 @@
     serve_test.py PROGRAM REPOSITORY
 """
 
+import concurrent.futures
 import contextlib
 import http.client
 import json
@@ -702,6 +703,17 @@ class Users(unittest.TestCase):
             self.assertGreater(there, 0.2)  # four hashes
             self.assertLess(abs(there - absent), 0.3 * there)  # caches differ; without a hash the difference would be all of it
 
+    def test_many_who_guess_at_once_keep_nobody_waiting(self):
+        with self.server() as server:
+            cookie = self.sign_in(server, "R. Reader")
+            with concurrent.futures.ThreadPoolExecutor(12) as pool:
+                guesses = [pool.submit(self.post, server, "/api/session", {"name": f"guess {i}", "password": "x"}) for i in range(24)]
+                seen = [server.ask("GET", "/api/jobs", None, {"Cookie": cookie})[0] for _ in range(10)]
+                statuses = {guess.result()[0] for guess in guesses}
+            self.assertEqual(seen, [200] * 10)
+            self.assertLessEqual(statuses, {403, 503})
+            self.assertIn(503, statuses)  # one check at a time: the others are told to come again
+
     def test_a_user_who_is_removed_is_out(self):
         own = self.scratch / "few.toml"
         shutil.copy(self.users, own)
@@ -717,7 +729,10 @@ class Users(unittest.TestCase):
         for text in ("", "[[user]]\nname = 'a'\nroles = ['root']\npassword = 'plain text'\n"):
             poor.write_text(text)
             poor.chmod(0o600)
-            self.call("serve", self.scratch, "--users", poor, "--port", "0", status=2)
+            self.call("serve", ROOT / "docs", "--users", poor, "--port", "0", status=2)
+        inside = subprocess.run([PROGRAM, "serve", self.scratch, "--users", self.users, "--port", "0"], text=True, capture_output=True)
+        self.assertEqual(inside.returncode, 2)
+        self.assertIn("keep it elsewhere", inside.stderr)
         for words in (["--add-user", "x"], ["--role", "read"], ["--add-user", "Li Wei", "--role", "read"], ["--password-of", "nobody"]):
             self.call("serve", "--users", self.users, *words, text="correct horse 9\n", status=2)
         self.call("serve", "--users", self.scratch / "new.toml", "--add-user", "x", "--role", "read", text="short\n", status=2)

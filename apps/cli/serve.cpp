@@ -57,7 +57,15 @@ unsigned port_of(const std::string& text) {
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
 
-/// What would let others in without a token or read along is refused.
+/// Whether a file that is there lies in a folder, by their true names.
+bool lies_in(const std::string& file, const std::string& folder) {
+  std::error_code failed;
+  if (!fs::exists(file, failed)) return false;
+  const auto inside = fs::weakly_canonical(file, failed).lexically_relative(fs::weakly_canonical(folder, failed));
+  return !failed && !inside.empty() && !inside.generic_string().starts_with("..");
+}
+
+/// What would let others in without a token or read along is refused; the workbench shows texts of its folder.
 void check(const Arguments& arguments, const std::string& host) {
   std::vector<std::string> problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
@@ -68,6 +76,9 @@ void check(const Arguments& arguments, const std::string& host) {
     problems.emplace_back("--no-token: with --users everybody signs in");
   if (!is_loopback(host) && arguments.no_token)
     problems.emplace_back("--no-token: only for the computer itself, without --host");
+  for (const auto& [option, file] : {std::pair("--users", arguments.users), std::pair("--key", arguments.key)})
+    if (!file.empty() && lies_in(file, arguments.folder))
+      problems.push_back(fmt::format("{} {}: lies in the folder that is shown; keep it elsewhere", option, file));
   std::error_code failed;
   if (!fs::is_directory(arguments.folder, failed)) problems.push_back("'" + arguments.folder + "' is no folder");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

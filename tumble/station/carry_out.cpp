@@ -13,6 +13,7 @@
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
 #include "tumble/units/error.hpp"
@@ -21,6 +22,7 @@ namespace tumble {
 namespace {
 
 using conduct::DeviceLine;
+using conduct::StreamLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
@@ -50,7 +52,12 @@ class Conductor {
       devices_.push_back(
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
-    for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
+    for (std::size_t i = 0; i < station.instruments.size(); ++i) {
+      streams_.push_back(recorder_of(i));
+      starts_.emplace_back(
+          parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
+          station.instruments[i].answer_within);
+    }
     begin_ = wires_.now();
     for (const StationInterlock& interlock : station.interlocks)
       for (const auto& term : interlock.require.terms) watched_.insert(term.channel);
@@ -96,10 +103,16 @@ class Conductor {
     wires_.send(device, bytes);
   }
 
+  void send_to_unit(std::size_t i, std::string_view bytes) {
+    if (streams_[i]) streams_[i]->sent(wires_.now(), bytes);
+    wires_.send(devices_.size() + i, bytes);
+  }
+
   /// [s] when something is due.
   double next() const {
     double due = std::min(state_.wake.value_or(never), next_values_);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
+    for (const StreamLine& start : starts_) due = std::min(due, start.next());
     return due;
   }
 
@@ -127,10 +140,16 @@ class Conductor {
     const std::size_t i = event.link - devices_.size();
     if (i >= streams_.size() || !streams_[i]) return;
     if (event.kind == LinkEvent::Kind::lost) return stream_lost(i, event);
-    if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
+    if (event.kind == LinkEvent::Kind::up) {
+      streams_[i]->restart();
+      return starts_[i].link_is_up(event.time);
+    }
     const std::uint64_t before = streams_[i]->counts().channel_frames;
     streams_[i]->receive(event.time, event.bytes);
-    if (streams_[i]->counts().channel_frames > before) heard_[i] = event.time;  // bytes alone are no measurement
+    const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
+    if (has_frame) heard_[i] = event.time;
+    if (starts_[i].receive(event.bytes, has_frame, event.time))
+      take(StreamStarted{state_.course->station.instruments[i].slot}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
 
@@ -166,6 +185,7 @@ class Conductor {
   void look_around() {
     const double now = wires_.now();
     for (std::size_t d = 0; d < devices_.size(); ++d) replied(d, devices_[d].line.at(now), now);
+    look_at_starts(now);
     if (const auto failure = recorder_.failure(); failure && !store_failed_) {
       store_failed_ = true;
       take(StoreFailed{failure->text}, now);
@@ -186,6 +206,13 @@ class Conductor {
         if (stream) stream->begin_bar();
       next_show_ = now + company_.show_every;
     }
+  }
+
+  /// Commands of instruments that were not answered are sent again.
+  void look_at_starts(double now) {
+    for (std::size_t i = 0; i < starts_.size(); ++i)
+      if (const std::string missing = starts_[i].at(now); !missing.empty())
+        perform(Note{"stream", fmt::format("slot {}: {}", state_.course->station.instruments[i].slot, missing)});
   }
 
   /// An event of the store, which others hear of when it is on the disk.
@@ -316,6 +343,16 @@ class Conductor {
     events_.push_back(
         {wires_.now(), StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}});
   }
+  void perform(const StreamSwitch& stream) {
+    const auto& all = state_.course->station.instruments;
+    const auto found = std::ranges::find(all, stream.slot, &StationInstrument::slot);
+    if (found == all.end()) return;
+    StreamLine& start = starts_[static_cast<std::size_t>(found - all.begin())];
+    if (stream.on)
+      start.start(wires_.now());
+    else
+      start.stop();
+  }
   void perform(const Prompt& prompt) {
     record({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
@@ -342,6 +379,7 @@ class Conductor {
   conduct::Estimates estimates_;
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
+  std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
   std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;

@@ -43,6 +43,7 @@ InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& cod
 
 void InstrumentRecorder::sent(double time, std::string_view bytes) {
   recorder_.raw(link_, StoreDirection::sent, time, bytes);
+  stream_.begin_again();
 }
 
 bool InstrumentRecorder::receive(double time, std::string_view bytes) {

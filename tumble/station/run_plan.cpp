@@ -60,7 +60,11 @@ void wait_in_wall_time(Station& station, double speed) {
     device.lost_after *= speed;
     for (auto& [verb, timeout] : device.timeouts) timeout *= speed;
   }
-  for (StationInstrument& instrument : station.instruments) instrument.lost_after = silence_of(instrument) * speed;
+  for (StationInstrument& instrument : station.instruments) {
+    instrument.lost_after = silence_of(instrument) * speed;
+    instrument.start_within *= speed;
+    instrument.answer_within *= speed;
+  }
   for (SafeCommand& command : station.safe) command.within *= speed;
 }
 

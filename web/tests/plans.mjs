@@ -96,7 +96,7 @@ test("plans: every problem stands at its line, in the text and at the field", as
   await picture(page, "plan-problems");
   await page.locator(".code textarea").fill("title = \n");
   await page.getByText("cannot be read as TOML").waitFor();
-  assert.equal(await page.locator(".plan-form fieldset").isDisabled(), true);
+  assert.equal(await page.locator(".plan-form fieldset").evaluate((one) => one.disabled), true);
   await page.getByRole("button", { name: "Undo" }).click();
 });
 
@@ -126,14 +126,14 @@ test("plans: the rig is drawn by WebGL and moves as it is scrubbed", async () =>
   assert.ok(drawing.colours > 12, `colours ${drawing.colours}`);
   assert.match(await page.getByTestId("scene-labels").textContent(), /gravity.*Earth rate/);
   const first = await page.getByTestId("scene-webgl").evaluate((canvas) => canvas.toDataURL());
-  await page.locator(".timeline .bars button", { hasText: "y up, heading 270" }).click();
+  await page.locator(".course .bars button", { hasText: "y up, heading 270" }).click();
   await page.getByTestId("stage-state").getByText("moving").waitFor();
-  await page.getByLabel("Time in the test").fill("560");
+  await page.getByLabel("Time in the test").fill("559.44"); // the nearest step
   await page.getByTestId("stage-state").getByText("inner 90.0 deg").waitFor();
   await page.getByTestId("stage-state").getByText("settled").waitFor();
   await drawn(page);
   assert.notEqual(await page.getByTestId("scene-webgl").evaluate((canvas) => canvas.toDataURL()), first);
-  await page.waitForFunction(() => new URLSearchParams(location.search).get("t") === "560");
+  await page.waitForFunction(() => new URLSearchParams(location.search).get("t") === "559.4");
   await predicted(page).waitFor();
   await drawn(page);
   await assertAccessible(page, "plan");
@@ -239,10 +239,12 @@ test("plans: in Chinese, on a phone, in the dark", async () => {
 });
 
 test("plans: the picture of the documentation", async () => {
-  const page = await newPage({ viewport: { width: 1500, height: 850 } });
-  await openPlan(page, "file=tumble.toml&t=130");
-  await page.locator(".code textarea").fill(tumblePlan.replace('"100 s"', '"20 s"'));
+  const page = await newPage({ viewport: { width: 1400, height: 700 } });
+  await openPlan(page, "file=tumble.toml&t=52");
+  await page.locator(".code textarea").fill(tumblePlan.replaceAll('"100 s"', '"40 s"'));
   await page.locator("tr.worse").first().waitFor();
+  await page.locator(".code").evaluate((one) => one.scrollTo(0, 0));
+  await page.evaluate(() => scrollTo(0, 0));
   await drawn(page);
   await picture(page, "workbench-plans"); // kept as docs/img/workbench-plans.png
 });

@@ -239,7 +239,7 @@ test("a recording is identified, and its report opens", async () => {
   await page.getByLabel("Plan or method").selectOption("method:allan_noise");
   await page.getByRole("button", { name: "Identify", exact: true }).click();
   await page.getByTestId("identified").waitFor({ timeout: 60000 });
-  const [report] = await Promise.all([page.context().waitForEvent("page"), page.getByTestId("identified").getByRole("link").click()]);
+  const [report] = await Promise.all([page.context().waitForEvent("page"), page.getByTestId("identified").getByRole("link").first().click()]);
   await report.waitForLoadState();
   assert.match(await report.title(), /allan|noise/i);
   assert.ok((await report.locator("table").count()) > 0);

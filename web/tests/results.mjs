@@ -146,7 +146,7 @@ test("two results are compared as on the command line", async () => {
   const rows = page.getByTestId("pair").locator("tbody tr");
   assert.equal(await rows.count(), printed.pairs[0].differences.length);
   for (const [i, one] of printed.pairs[0].differences.entries())
-    assert.ok((await rows.nth(i).innerText()).includes(one.e_n.toFixed(2)), `${one.parameter}: ${one.e_n}`);
+    assert.ok((await rows.nth(i).innerText()).includes(one.e_n.toFixed(2).replace("-", "−")), `${one.parameter}: ${one.e_n}`);
   await page.locator(".figure-plot[data-drawn]").waitFor();
   await drawn(page);
   await assertAccessible(page, "comparison");

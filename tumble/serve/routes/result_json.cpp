@@ -60,7 +60,7 @@ Json parameters_of(const Estimate& estimate, const Estimate& budget) {
                    {"text", row.text},
                    {"lower", both(row.lower)},
                    {"upper", both(row.upper)},
-                   {"degrees_of_freedom", row.degrees_of_freedom},
+                   {"degrees_of_freedom", number_in_characters(row.degrees_of_freedom)},
                    {"budget", budget_of(budget, i)}});
   }
   return all;

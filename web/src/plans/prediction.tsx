@@ -85,7 +85,7 @@ export function Predicted() {
                   <td>{row.sd}</td>
                   <td>{row.unit}</td>
                   {compared && <td>{row.saved}</td>}
-                  {compared && <td class="change">{row.change === "none" ? "" : `${SIGN[row.change]} ${row.ratio ? `${row.ratio}×` : ""} ${t(`plans_is_${row.change}`)}`}</td>}
+                  {compared && <td class="change">{row.change === "none" ? "" : `${SIGN[row.change]} ${row.change === "same" || row.ratio === "" ? "" : `${row.ratio}× `}${t(`plans_is_${row.change}`)}`}</td>}
                 </tr>
               ))}
             </tbody>

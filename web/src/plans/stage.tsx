@@ -119,7 +119,7 @@ function Drawing({ picture, camera, onTurn }: { picture: Picture | null; camera:
 function Timeline({ now }: { now: PlannedRun }) {
   const end = now.duration || 1;
   return (
-    <div class="timeline">
+    <div class="course">
       <div class="bars">
         {now.segments.map((segment, i) => {
           const here = time.value >= segment.begin && time.value < segment.begin + segment.duration;
@@ -219,7 +219,7 @@ export function Stage() {
           <p class="state" data-testid="stage-state">
             <strong>{now.segments[segment]?.label ?? t("plans_end")}</strong>{" "}
             <span class={settled ? "good" : "warning"}>{settled ? `✓ ${t("plans_settled")}` : `↻ ${t("plans_moving")}`}</span>{" "}
-            {motion?.axes.map((axis) => <span class="axis" key={axis.name}>{axis.name} {axis.values[index]}</span>)}
+            {motion?.axes.filter((axis) => !axis.name.startsWith("mount_") || axis.values[index] !== "0.0 deg").map((axis) => <span class="axis" key={axis.name}>{axis.name} {axis.values[index]}</span>)}
           </p>
         </>
       )}

@@ -262,7 +262,10 @@ function Identify({ recording }: { recording: Recording }) {
       <Problems problems={[...failed, ...problems, ...(job?.state === "failed" ? job.problems : [])]} />
       {job && (job.state === "waiting" || job.state === "running") && <p role="status">{t("job_goes_on")}</p>}
       {job?.state === "done" && (
-        <p data-testid="identified">✓ <a href={fileOfJob(job, "report.html")} target="_blank" rel="noopener">{t("open_report")}</a></p>
+        <p data-testid="identified">
+          ✓ <a href={fileOfJob(job, "report.html")} target="_blank" rel="noopener">{t("open_report")}</a>{" "}
+          <a href={`/results?file=${encodeURIComponent(`jobs/${job.id}/result.json`)}`}>{t("results_show")}</a>
+        </p>
       )}
     </Section>
   );

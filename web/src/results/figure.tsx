@@ -102,6 +102,15 @@ function seriesOptions(figure: Figure, hidden: number[]): uPlot.Series[] {
   return all;
 }
 
+/// A logarithmic axis ends a little outside of the values; uPlot would go on to the next power of ten.
+function room(props: () => Props): uPlot.Scale.Range {
+  return (_plot, low, high) => {
+    if (!(low > 0 && high > 0)) return [0.1, 1];
+    const by = props().zoom ? 1 : 1.15;
+    return [low / by, high * by];
+  };
+}
+
 function options(props: () => Props, width: number): uPlot.Options {
   const { figure, hidden } = props();
   const columns = columnsOf(figure);
@@ -110,9 +119,10 @@ function options(props: () => Props, width: number): uPlot.Options {
     grid: { stroke: () => colour("--grid"), width: 1 },
     ticks: { stroke: () => colour("--grid"), width: 1 },
     font: "12px system-ui, sans-serif",
-    labelFont: "12px system-ui, sans-serif",
     labelSize: 20,
   };
+  // A long name has smaller letters: it must fit along its axis.
+  const labelFont = (axis: Axis) => `${titleOf(axis).length > 40 ? 10 : 12}px system-ui, sans-serif`;
   const bands = figure.series.flatMap((series, k) =>
     series.lower && !series.points ? [{ series: [columns[k]! + 2, columns[k]! + 1] as [number, number], fill: () => pen(series) + "30" }] : []);
   return {
@@ -121,15 +131,16 @@ function options(props: () => Props, width: number): uPlot.Options {
     padding: [10, 26, 0, 0],
     legend: { show: false },
     scales: {
-      x: { time: false, distr: figure.x.logarithmic ? 3 : 1, ...(props().names && { range: (_plot, low, high) => [low - 0.5, high + 0.5] as [number, number] }) },
-      y: { distr: figure.y.logarithmic ? 3 : 1 },
+      x: { time: false, distr: figure.x.logarithmic ? 3 : 1, ...(figure.x.logarithmic && { range: room(props) }), ...(props().names && { range: (_plot, low, high) => [low - 0.5, high + 0.5] as [number, number] }) },
+      y: { distr: figure.y.logarithmic ? 3 : 1, ...(figure.y.logarithmic && { range: room(props) }) },
     },
     cursor: { drag: { x: true, y: false, setScale: false, dist: 4 }, bind: { dblclick: () => () => { props().onZoom(null); return null; } } },
     axes: [
-      { ...axis, label: titleOf(figure.x), ...(props().names && { incrs: [1, 2, 5, 10, 20, 50, 100] }) },
+      { ...axis, label: titleOf(figure.x), labelFont: labelFont(figure.x), ...(props().names && { incrs: [1, 2, 5, 10, 20, 50, 100] }) },
       {
         ...axis,
         label: titleOf(figure.y),
+        labelFont: labelFont(figure.y),
         size: (_plot, texts) => 18 + 7 * Math.max(3, ...(texts ?? []).map((text) => String(text ?? "").length)),
         ...(!figure.y.logarithmic && { values: (_plot: uPlot, splits: number[]) => splits.map((value) => String(Number(value.toPrecision(9)))) }),
       },

@@ -78,7 +78,7 @@ function UnitChoice({ row }: { row: ParameterRow }) {
 function Parameters({ rows, title, name, choose }: { rows: ParameterRow[]; title: string; name: string; choose: boolean }) {
   const widths = {
     value: widest(rows, (row) => row.value[1]), sdBefore: widest(rows, (row) => row.sd[0]), sd: widest(rows, (row) => row.sd[1]),
-    lower: widest(rows, (row) => row.lower[1]), upperBefore: widest(rows, (row) => row.upper[0]), upper: widest(rows, (row) => row.upper[1]),
+    lower: widest(rows, (row) => `${row.lower[1]},`), upperBefore: widest(rows, (row) => row.upper[0]), upper: widest(rows, (row) => row.upper[1]),
   };
   return (
     <Section title={title} name={name}>
@@ -106,7 +106,7 @@ function Parameters({ rows, title, name, choose }: { rows: ParameterRow[]; title
                 <td class="in">{choose ? <UnitChoice row={row} /> : row.unit === "1" ? "" : row.unit}</td>
                 <td class="interval">
                   {row.lower[0] === "" ? "–" : (
-                    <>[<Aligned number={row.lower} after={widths.lower} />, <Aligned number={row.upper} before={widths.upperBefore} />]</>
+                    <>[<Aligned number={[row.lower[0], `${row.lower[1]},`]} after={widths.lower} /> <Aligned number={row.upper} before={widths.upperBefore} />]</>
                   )}
                 </td>
                 <td class="freedom">{row.degrees_of_freedom}</td>
