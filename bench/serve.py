@@ -1,6 +1,7 @@
 """Speed of the workbench: pyramids built, first view, zoom, many clients; as a page for bench/results/serve.md.
 
     serve.py PROGRAM [--samples 100000000] [--output FILE]
+    serve.py PROGRAM --live             50 clients on a run that goes on, alone
 
 Needs numpy and h5py (script/packages-bench.txt). Recordings are made in a temporary folder: 9 bytes a sample.
 """
@@ -8,14 +9,18 @@ Needs numpy and h5py (script/packages-bench.txt). Recordings are made in a tempo
 import argparse
 import concurrent.futures
 import http.client
+import json
 import os
 import pathlib
 import random
 import re
 import resource
+import shutil
+import socket
 import statistics
 import subprocess
 import tempfile
+import threading
 import time
 import urllib.parse
 
@@ -99,12 +104,93 @@ def percentile(times, part):
     return sorted(times)[min(len(times) - 1, int(part * len(times)))]
 
 
+def processor_time(process):
+    """Seconds of user and system of a process so far."""
+    fields = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def free_port():
+    with socket.socket() as door:
+        door.bind(("127.0.0.1", 0))
+        return door.getsockname()[1]
+
+
+def begin_run(program, folder, speed):
+    """A run on a virtual rig whose question is answered; it records 10 frames a second of its clock."""
+    root = pathlib.Path(__file__).parent.parent
+    shutil.copytree(root / "stations/frames", f"{folder}/frames")
+    station = (root / "stations/gyro_scale_factor.toml").read_text()
+    for port in ("21151", "21152", "21153"):
+        station = station.replace(port, str(free_port()))
+    pathlib.Path(folder, "station.toml").write_text(station)
+    shutil.copy(root / "plans/gyro_scale_factor.toml", f"{folder}/plan.toml")
+    process = subprocess.Popen([program, "run", "plan.toml", "--station", "station.toml", "--unit", "unit=7", "--operator", "bench",
+                                "-o", "run", "--virtual-rig", "--speed", str(speed)], cwd=folder, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    answer = [program, "answer", f"{folder}/run", "done", "--operator", "bench"]
+    while subprocess.run(answer, capture_output=True).returncode != 0:
+        time.sleep(0.1)
+    return process
+
+
+def watch(port, until, ids):
+    """Reads events until that time; the sequence numbers of what happened go into `ids`."""
+    client = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    client.request("GET", "/api/station/run/events?run=run&after=0")
+    stream, number = client.getresponse(), 0
+    while time.monotonic() < until:
+        line = stream.readline()
+        if line.startswith(b"id: "):
+            number = int(line[4:])
+        elif line == b"event: happened\n":
+            ids.append(number)
+    client.close()
+
+
+def live_run(program, clients=50, seconds=20.0, speed=20):
+    """Lines of the table: what a run and the server cost, alone and with all these clients."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = begin_run(program, folder, speed)
+        before, begin = processor_time(run.pid), time.monotonic()
+        time.sleep(seconds)
+        alone = (processor_time(run.pid) - before) / (time.monotonic() - begin)
+        server = Server(program, folder, f"{folder}/cache")
+        seen, until = [[] for _ in range(clients)], time.monotonic() + seconds
+        threads = [threading.Thread(target=watch, args=(server.port, until, ids)) for ids in seen]
+        for thread in threads:
+            thread.start()
+        before, served, begin = processor_time(run.pid), processor_time(server.process.pid), time.monotonic()
+        for thread in threads:
+            thread.join()
+        took = time.monotonic() - begin
+        watched, served = (processor_time(run.pid) - before) / took, (processor_time(server.process.pid) - served) / took
+        client = server.client()
+        client.request("GET", "/api/station/run?run=run")
+        view = json.loads(client.getresponse().read())["view"]
+        memory = server.memory()[0]
+        subprocess.run([program, "stop", f"{folder}/run"], capture_output=True)
+        run.wait(60)
+        client.request("GET", "/api/station/run?run=run")
+        stored = [event["id"] for event in json.loads(client.getresponse().read())["events"] if event["kind"] != "clock"]
+        missed = sum(ids != stored[:len(ids)] or not ids for ids in seen)
+        server.process.terminate()
+        server.process.wait()
+    return [f"| {clients} clients on a run that goes on, {took:.0f} s, clock {speed} times as fast | {missed} clients missed an event or saw one twice; "
+            f"the recorder has {view['frames']} frames, {view['lost']} lost, {view['damaged']} damaged; the run takes {100 * watched:.1f} % of a processor, "
+            f"{100 * alone:.1f} % before; the server {100 * served:.1f} % and {memory:.0f} MB | nothing lost |"]
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
     parser.add_argument("--samples", type=int, default=100_000_000)
     parser.add_argument("--output")
+    parser.add_argument("--live", action="store_true")
     arguments = parser.parse_args()
+    if arguments.live:
+        print("\n".join(live_run(os.path.abspath(arguments.program))), f"\n\nLoad: {os.getloadavg()[0]:.1f}")
+        return
     lines = ["# The workbench: `bench/serve.py`", "",
              f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f} at the start; one channel of float64 at 1 kHz. "
              "The time of a pyramid is that until it can be looked at; the SHA-256 of the recording is worked out on another processor meanwhile. "
@@ -154,6 +240,7 @@ def main():
                      f"{peak:.0f} MB at most with mapped files | no error, memory bounded |")
         server.process.terminate()
         server.process.wait()
+    lines += live_run(os.path.abspath(arguments.program))
     lines.append("")
     lines.append(f"Load at the end: {os.getloadavg()[0]:.1f}. The zoom round trip of the browser is measured by `script/browser`.")
     text = "\n".join(lines) + "\n"

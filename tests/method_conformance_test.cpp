@@ -13,6 +13,7 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 
@@ -142,6 +143,13 @@ TEST_P(Methods, TablesAndCurvesAreWhole) {
     EXPECT_TRUE(curve.lower.empty() || curve.lower.size() == curve.x.values.size()) << curve.name;
     EXPECT_EQ(curve.lower.empty(), curve.band.empty()) << curve.name << ": a band says what it is";
   }
+}
+
+/// The report, the workbench and `report --figure` have something to show of each method, residuals at least.
+TEST_P(Methods, HasAFigure) {
+  const auto figures = figures_of(estimate());
+  ASSERT_FALSE(figures.empty());
+  for (const auto& series : figures.front().series) EXPECT_GT(series.x.size(), 1u) << series.name;
 }
 
 TEST_P(Methods, TruthNamesParameters) {

@@ -95,7 +95,7 @@ std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
        .description = "history, chart, summary: drawing to write (.svg);\nseveral give FIGURE-1.svg, FIGURE-2.svg, ...",
        .type = "FIGURE"},
       {"--json", &arguments.json, "print JSON instead of tables"},
-      {"-o,--output", &arguments.output, "show, export: file to write"}};
+      {"-o,--output", &arguments.output, "show, export, verify: file to write"}};
 }
 
 }  // namespace

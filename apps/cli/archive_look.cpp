@@ -153,7 +153,12 @@ int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) 
     ProgressLine line(terminal);
     check = verify_archive(archive, line.progress());
   }
-  print(arguments.json ? check_json(check) : check_text(check));
+  const std::string text = arguments.json ? check_json(check) : check_text(check);
+  if (arguments.output.empty())
+    print(text);
+  else
+    write_output(terminal, arguments.output, text);
+  if (!arguments.output.empty() && !check.problems.empty()) complain(terminal, check.problems);
   return check.problems.empty() ? 0 : 3;
 }
 

@@ -84,6 +84,21 @@ std::string certificates_table(const UnitRecord& record, std::size_t width) {
   return titled("Certificates", {number, format, issued, who, result}, width);
 }
 
+std::string signatures_table(const UnitRecord& record, std::size_t width) {
+  TextColumn meaning = left("signature"), kind = left("of"), id = left("SHA-256"), when = left("time"),
+             who = left("by"), reason = left("why"), note = left("");
+  for (const auto& one : record.signatures) {
+    meaning.cells.push_back(one.meaning);
+    kind.cells.push_back(one.kind);
+    id.cells.push_back(one.sha256.substr(0, digits));
+    when.cells.push_back(one.when);
+    who.cells.push_back(one.who);
+    reason.cells.push_back(one.why);
+    note.cells.push_back(one.problem.empty() ? "" : "does not hold: " + one.problem);
+  }
+  return titled("Signatures", {meaning, kind, id, when, who, reason, note}, width);
+}
+
 std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t longest, std::size_t width) {
   TextColumn number{"", "", {}}, when = left("time"), who = left("by"), action = left("what"), subject = left("which"),
                                  reason = left("why");
@@ -96,19 +111,6 @@ std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t long
     reason.cells.push_back(step.reason);
   }
   return titled("Events", {number, when, who, action, subject, reason}, width);
-}
-
-Json steps_json(const std::vector<ArchivedStep>& steps) {
-  Json all = Json::array();
-  for (const auto& one : steps)
-    all.push_back({{"number", one.number},
-                   {"time", one.when},
-                   {"by", one.who},
-                   {"what", one.action},
-                   {"which", one.subject},
-                   {"why", one.reason},
-                   {"detail", one.detail}});
-  return all;
 }
 
 }  // namespace
@@ -126,65 +128,10 @@ std::string units_text(const std::vector<ArchivedUnit>& units, std::size_t width
   return units.empty() ? "the archive has no units\n" : text_table({model, serial, count, first, last}, width);
 }
 
-std::string units_json(const std::vector<ArchivedUnit>& units) {
-  Json all = Json::array();
-  for (const auto& unit : units)
-    all.push_back({{"model", unit.name.model},
-                   {"serial", unit.name.serial},
-                   {"results", unit.results},
-                   {"first", unit.first},
-                   {"last", unit.last}});
-  return written(all);
-}
-
 std::string record_text(const UnitRecord& record, std::size_t width) {
   return fmt::format("{}/{}\n", record.name.model, record.name.serial) + results_table(record, width) +
          runs_table(record, width) + files_table(record, width) + certificates_table(record, width) +
-         steps_table(record.steps, digits, width);
-}
-
-std::string record_json(const UnitRecord& record) {
-  Json json{{"model", record.name.model}, {"serial", record.name.serial}};
-  for (const char* const name : {"results", "runs", "files", "certificates", "events"}) json[name] = Json::array();
-  for (const auto& one : record.results)
-    json["results"].push_back({{"sha256", one.sha256},
-                               {"method", one.method},
-                               {"title", one.title},
-                               {"verdict", one.verdict},
-                               {"by", one.who},
-                               {"begun", one.begun},
-                               {"ended", one.ended},
-                               {"archived", one.archived},
-                               {"tumble", one.program_version},
-                               {"run", one.run},
-                               {"simulated", one.simulated},
-                               {"replaced_by", one.replaced_by},
-                               {"reason", one.correction}});
-  for (const auto& one : record.runs)
-    json["runs"].push_back({{"id", one.id},
-                            {"title", one.title},
-                            {"station", one.station},
-                            {"slot", one.slot},
-                            {"operator", one.who},
-                            {"started", one.started},
-                            {"ended", one.ended},
-                            {"ending", one.ending}});
-  for (const auto& one : record.files)
-    json["files"].push_back({{"sha256", one.sha256},
-                             {"role", one.role},
-                             {"name", one.name},
-                             {"bytes", one.bytes},
-                             {"run", one.run},
-                             {"slot", one.slot}});
-  for (const auto& one : record.certificates)
-    json["certificates"].push_back({{"number", one.number},
-                                    {"format", one.format},
-                                    {"sha256", one.sha256},
-                                    {"result", one.result},
-                                    {"issued_by", one.issued_by},
-                                    {"issued", one.issued}});
-  json["events"] = steps_json(record.steps);
-  return written(json);
+         signatures_table(record, width) + steps_table(record.steps, digits, width);
 }
 
 std::string run_text(const RunRecord& record, std::size_t width) {
@@ -196,20 +143,6 @@ std::string run_text(const RunRecord& record, std::size_t width) {
   for (const auto& [name, certificate] : record.equipment)
     text += fmt::format("equipment {}{}\n", name, certificate.empty() ? "" : ", certificate " + certificate);
   return text + steps_table(record.steps, longest, width);
-}
-
-std::string run_json(const RunRecord& record) {
-  const auto& run = record.run;
-  Json json{{"id", run.id},           {"title", run.title}, {"station", run.station}, {"operator", run.who},
-            {"started", run.started}, {"ended", run.ended}, {"ending", run.ending}};
-  json["units"] = Json::array();
-  for (const auto& [slot, unit] : record.units)
-    json["units"].push_back({{"slot", slot}, {"model", unit.model}, {"serial", unit.serial}});
-  json["equipment"] = Json::array();
-  for (const auto& [name, certificate] : record.equipment)
-    json["equipment"].push_back({{"equipment", name}, {"certificate", certificate}});
-  json["events"] = steps_json(record.steps);
-  return written(json);
 }
 
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
@@ -230,28 +163,6 @@ std::string due_text(const std::vector<DueCalibration>& due, const std::vector<D
     note.cells.emplace_back(line.day < today ? "has ended" : "");
   }
   return text_table({day, what, last, note}, width);
-}
-
-std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units) {
-  Json all{{"equipment", Json::array()}, {"units", Json::array()}};
-  for (const auto& one : due)
-    all["equipment"].push_back({{"due", one.due},
-                                {"equipment", one.equipment},
-                                {"certificate", one.certificate},
-                                {"laboratory", one.laboratory}});
-  for (const auto& one : units)
-    all["units"].push_back(
-        {{"due", one.due}, {"model", one.unit.model}, {"serial", one.unit.serial}, {"last_result", one.last}});
-  return written(all);
-}
-
-std::string check_json(const ArchiveCheck& check) {
-  return written({{"chains", check.chains},
-                  {"events", check.events},
-                  {"results", check.results},
-                  {"files", check.files},
-                  {"problems", check.problems},
-                  {"heads", check.heads}});
 }
 
 std::string recomputation_text(const Recomputation& again) {

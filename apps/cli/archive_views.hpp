@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/archive/archive_json.hpp"
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/notes.hpp"
 #include "tumble/archive/verify.hpp"
@@ -10,18 +11,13 @@
 
 namespace tumble::cli {
 
-/// What an archive answers, as text for people or as JSON.
+/// What an archive answers, as text for people; archive_json.hpp has it for programs.
 std::string units_text(const std::vector<ArchivedUnit>& units, std::size_t width);
-std::string units_json(const std::vector<ArchivedUnit>& units);
 std::string record_text(const UnitRecord& record, std::size_t width);
-std::string record_json(const UnitRecord& record);
 std::string run_text(const RunRecord& record, std::size_t width);
-std::string run_json(const RunRecord& record);
 std::string due_text(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units,
                      const std::string& today, std::size_t width);
-std::string due_json(const std::vector<DueCalibration>& due, const std::vector<DueUnit>& units);
 std::string check_text(const ArchiveCheck& check);
-std::string check_json(const ArchiveCheck& check);
 std::string recomputation_text(const Recomputation& again);
 std::string recomputation_json(const Recomputation& again);
 

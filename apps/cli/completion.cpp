@@ -7,9 +7,9 @@
 
 #include <memory>
 
-#include "catalogue_json.hpp"
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/tasks/catalogue.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/units/error.hpp"
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "catalogue_json.hpp"
 #include "tumble/report/text_table.hpp"
+#include "tumble/tasks/catalogue.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -134,7 +134,7 @@ int run(const Arguments& arguments) {
     Json all;
     std::string text;
     for (const auto& kind : kinds) {
-      all[kind] = catalogue_json(kind);
+      all[kind] = Json::parse(catalogue_json(kind));
       text += fmt::format("{}{}:\n{}", text.empty() ? "" : "\n", kind, lines(all[kind]));
     }
     print(arguments.json ? all.dump(2) + "\n" : text);
@@ -143,13 +143,13 @@ int run(const Arguments& arguments) {
   if (std::find(kinds.begin(), kinds.end(), arguments.kind) == kinds.end())
     throw Error(Error::Kind::bad_input, fmt::format("there is no list of '{}'{} (lists: {})", arguments.kind,
                                                     did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
-  const auto entries = catalogue_json(arguments.kind);
+  const auto entries = Json::parse(catalogue_json(arguments.kind));
   if (arguments.name.empty()) {
     print(arguments.json ? entries.dump(2) + "\n" : lines(entries));
     return 0;
   }
   const bool own = arguments.kind == "controllers" && arguments.name.ends_with(".toml");
-  const auto entry = own ? controller_json(arguments.name) : find(entries, arguments.kind, arguments.name);
+  const auto entry = own ? Json::parse(controller_json(arguments.name)) : find(entries, arguments.kind, arguments.name);
   print(arguments.json ? entry.dump(2) + "\n" : page(entry));
   return 0;
 }

@@ -58,7 +58,9 @@ std::string noise_table(const InstrumentRecorder& instrument, std::size_t width)
   using Align = TextColumn::Align;
   TextColumn names{"channel", "", {}, Align::left}, units{"unit", "", {}, Align::left};
   TextColumn samples{"samples", "", {}}, means{"mean", "", {}}, deviations{"sd", "", {}}, allans{"Allan 1 s", "", {}};
-  for (const auto& [channel, noise, last, seen] : instrument.shown()) {
+  for (const auto& shown : instrument.shown()) {
+    const FrameChannel& channel = shown.channel;
+    const LiveNoise& noise = shown.noise;
     if (noise.count() == 0) continue;
     const double a_second = channel.increment ? instrument.rate() : 1.0;
     names.cells.push_back(channel.name);

@@ -49,11 +49,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!terminal.quiet) rehearsal.company.note = [](const Note& note, double time) { print(note_line(note, time)); };
 
   const double begin = wall_time();
-  if (!arguments.speed.empty())
-    rehearsal.pace = [begin, speed = speed_of(arguments.speed)](double simulated) {
+  if (!arguments.speed.empty()) rehearsal.speed = speed_of(arguments.speed);
+  if (rehearsal.speed > 0.0)
+    rehearsal.pace = [begin, speed = rehearsal.speed](double simulated) {
       const double early = simulated / speed - (wall_time() - begin);
       if (early > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(early));
     };
+  RunDesk desk;
+  rehearsal.desk = &desk;
   Rehearsed rehearsed;
   {
     ProgressLine line(terminal);
@@ -62,7 +65,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
       const double all = view.time + view.left;
       progress(all > 0.0 ? view.time / all : 0.0, fmt::format("{} {}", name(view.phase), view.label));
     };
-    rehearsal.company.show_every = 30.0;
+    rehearsal.company.show_every = rehearsal.speed > 0.0 ? 0.5 * rehearsal.speed : 30.0;
     rehearsed = rehearse(rehearsal, {});
   }
   print(fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),

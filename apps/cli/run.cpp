@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "archive_options.hpp"
+#include "played_rig.hpp"
 #include "run_display.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/station/recorder_read.hpp"
@@ -31,7 +32,7 @@ struct Arguments {
   std::string plan, station, output, who, accept_expired, speed = "1";
   std::vector<std::string> units;
   ArchiveOptions archive;
-  bool dry_run = false;
+  bool dry_run = false, virtual_rig = false;
 };
 
 volatile std::sig_atomic_t wanted_end = 0;
@@ -111,16 +112,20 @@ class Operator {
   bool ended_ = false;
 };
 
-/// A real rig has the clock of the wall.
-double allowed_speed(const std::string& text, const Station& station) {
-  const double speed = speed_of(text);
-  const auto is_here = [](const std::string& link) {
+/// Whether all links lead to this computer, so that a virtual rig may be at them.
+bool is_here(const Station& station) {
+  const auto is_local = [](const std::string& link) {
     return link.empty() || link.starts_with("tcp:127.0.0.1:") || link.starts_with("tcp:localhost:") ||
            link.starts_with("serial:/dev/pts/");
   };
-  const bool here = std::ranges::all_of(station.devices, is_here, &StationDevice::link) &&
-                    std::ranges::all_of(station.instruments, is_here, &StationInstrument::link);
-  if (speed == 1.0 || here) return speed;
+  return std::ranges::all_of(station.devices, is_local, &StationDevice::link) &&
+         std::ranges::all_of(station.instruments, is_local, &StationInstrument::link);
+}
+
+/// A real rig has the clock of the wall.
+double allowed_speed(const std::string& text, const Station& station) {
+  const double speed = speed_of(text);
+  if (speed == 1.0 || is_here(station)) return speed;
   throw Error(
       Error::Kind::bad_input,
       "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
@@ -172,12 +177,24 @@ void stay_with_the_rig() {
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
 }
 
+/// The rig of the plan, where it is to be played here: a real one at these links would have to be elsewhere.
+std::unique_ptr<PlayedRig> played_rig(const PlannedRunAtStation& run) {
+  if (run.rig.empty()) return nullptr;
+  if (!is_here(run.station))
+    throw Error(Error::Kind::bad_input,
+                "--virtual-rig: the station has devices that are not on this computer: a run would move them");
+  return std::make_unique<PlayedRig>(run.plan, run.station, run.speed);
+}
+
 int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const Terminal& terminal) {
   note_doubtful_rules(run.plan, terminal);
-  run.show_estimates = terminal.live;
+  run.show_estimates = true;  // others may watch it
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   RunDisplay display(terminal);
+  const auto rig = played_rig(run);
+  RunDesk desk;
+  run.desk = &desk;
   Operator person(run.who, [&](const Prompt& prompt) { display.ask(prompt); });
   run.clock = wall_time;
   run.started = utc_now();
@@ -189,6 +206,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   run.company.note = [&](const Note& note, double time) { display.tell(note, time); };
   run.company.show = [&](const RunView& view) { display.show(view); };
   const RunEnd end = run_plan(run);
+  desk.ended(end);
   display.end();
   try {
     print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
@@ -213,6 +231,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   run.who = arguments.who;
   run.date = today();
   run.speed = allowed_speed(arguments.speed, run.station);
+  run.rig = arguments.virtual_rig ? "virtual" : "";
   run.accept_expired = arguments.accept_expired;
   run.folder =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
@@ -236,6 +255,10 @@ struct ResumeArguments {
 };
 
 int resume(const ResumeArguments& arguments, const Terminal& terminal) {
+  if (process_at_desk(arguments.run))
+    throw Error(Error::Kind::bad_input, fmt::format("the run '{}' goes on; where it is paused: tumble answer {} resume "
+                                                    "--operator NAME",
+                                                    arguments.run, arguments.run));
   const std::filesystem::path folder(arguments.run);
   PlannedRunAtStation run;
   run.resume = true;
@@ -254,6 +277,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   run.date = today();
   run.speed = allowed_speed(arguments.speed, run.station);
   run.accept_expired = arguments.accept_expired;
+  if (facts.contains("rig")) run.rig = facts.at("rig");
   return carry_on(run, archived_by(arguments.archive, run.who), terminal);
 }
 
@@ -269,8 +293,9 @@ Verb run_verb() {
        {"--unit", &arguments->units, "which unit is in which slot: SLOT=SERIAL; repeatable", true},
        {"--operator", &arguments->who, "who carries it out", true},
        {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
-       {"--speed", &arguments->speed,
-        "how fast the clock of the rig goes: other than 1 only against tumble virtual-rig --speed"},
+       {"--speed", &arguments->speed, "how fast the clock of the rig goes: other than 1 only against a virtual rig"},
+       {"--virtual-rig", &arguments->virtual_rig,
+        "play the rig too, at the links of the station, which must be on this computer"},
        archive_argument(arguments->archive),
        {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
        {"--accept-expired", &arguments->accept_expired,

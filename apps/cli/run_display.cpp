@@ -2,40 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::cli {
 namespace {
 
-const Unit& shown_unit(StationAxis::Kind kind, bool rate) {
-  static const Unit angle = Unit::parse("deg"), angle_rate = Unit::parse("deg/s"), air = Unit::parse("degC"),
-                    air_rate = Unit::parse("K/min"), force = Unit::parse("m/s^2");
-  if (kind == StationAxis::Kind::temperature) return rate ? air_rate : air;
-  if (kind == StationAxis::Kind::acceleration) return force;
-  return rate ? angle_rate : angle;
-}
-
-std::string number_text(const std::optional<double>& value, const Unit& unit) {
-  return value && std::isfinite(*value) ? fmt::format("{:.6g} {}", unit.from_si(*value), unit.text()) : "";
-}
-
 /// Demanded and actual of each axis.
 std::string axes_text(const RunView& view, std::size_t width) {
   using Align = TextColumn::Align;
-  using Demand = AxisProgress::Demand;
   TextColumn names{"axis", "", {}, Align::left}, demands{"demanded", "", {}}, positions{"at", "", {}},
       rates{"rate", "", {}};
   for (const auto& axis : view.axes) {
+    const AxisTexts texts = texts_of(axis);
     names.cells.push_back(axis.name);
-    const bool rate = axis.demand == Demand::rate;
-    const bool none = axis.demand == Demand::none || axis.demand == Demand::rest;
-    demands.cells.push_back(none ? "" : number_text(axis.demanded, shown_unit(axis.kind, rate)));
-    positions.cells.push_back(
-        number_text(axis.temperature ? axis.temperature : axis.position, shown_unit(axis.kind, false)));
-    rates.cells.push_back(number_text(axis.rate, shown_unit(axis.kind, true)));
+    demands.cells.push_back(texts.demanded);
+    positions.cells.push_back(texts.position);
+    rates.cells.push_back(texts.rate);
   }
   return names.cells.empty() ? "" : text_table({names, demands, positions, rates}, width);
 }
@@ -74,11 +57,6 @@ std::string estimates_text(const RunView& view, std::size_t width) {
 
 }  // namespace
 
-std::string hours_text(double seconds) {
-  const auto whole = static_cast<long>(std::max(0.0, seconds));
-  return fmt::format("{}:{:02}:{:02}", whole / an_hour, whole / 60 % 60, whole % 60);
-}
-
 void RunDisplay::show(const RunView& view) {
   if (!terminal_.live) return;
   std::string text = fmt::format(
@@ -92,8 +70,8 @@ void RunDisplay::show(const RunView& view) {
 }
 
 std::string note_line(const Note& note, double time) {
-  const bool everyday = note.kind == "phase" && !note.text.ends_with("faulted") && !note.text.ends_with("paused");
-  return everyday ? "" : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
+  return is_everyday(note.kind, note.text) ? ""
+                                           : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
 }
 
 void RunDisplay::tell(const Note& note, double time) {

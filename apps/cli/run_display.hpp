@@ -5,6 +5,7 @@
 #include "live_block.hpp"
 #include "terminal.hpp"
 #include "tumble/station/carry_out.hpp"
+#include "tumble/station/run_texts.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::cli {
@@ -28,8 +29,5 @@ class RunDisplay {
 std::string note_line(const Note& note, double time);
 
 inline constexpr long an_hour = static_cast<long>(hour);  ///< [s]
-
-/// "1:15:03"
-std::string hours_text(double seconds);
 
 }  // namespace tumble::cli

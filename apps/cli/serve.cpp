@@ -9,12 +9,18 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <memory>
-#include <random>
 
+#include "archive_options.hpp"
 #include "inspect.hpp"
+#include "password.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/serve/passwords.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/users.hpp"
 #include "tumble/serve/workbench.hpp"
+#include "tumble/tasks/plan_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
@@ -24,7 +30,9 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string folder = ".", host, port = "8321", certificate, key;
-  std::vector<std::string> prepare, sets;
+  std::string users, added, changed, predict;
+  std::vector<std::string> prepare, sets, roles;
+  ArchiveOptions archive;
   bool no_token = false;
   std::uint64_t upload_limit = 10'000'000'000;
 };
@@ -37,13 +45,7 @@ fs::path cache_folder() {
 
 double now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
-/// 256 bits that nobody can guess.
-std::string new_token() {
-  std::random_device device;
-  std::string token;
-  for (int i = 0; i < 8; ++i) token += fmt::format("{:08x}", static_cast<std::uint32_t>(device()));
-  return token;
-}
+double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 unsigned port_of(const std::string& text) {
   unsigned port = 0;
@@ -55,15 +57,28 @@ unsigned port_of(const std::string& text) {
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
 
-/// What would let others in without a token or read along is refused.
+/// Whether a file that is there lies in a folder, by their true names.
+bool lies_in(const std::string& file, const std::string& folder) {
+  std::error_code failed;
+  if (!fs::exists(file, failed)) return false;
+  const auto inside = fs::weakly_canonical(file, failed).lexically_relative(fs::weakly_canonical(folder, failed));
+  return !failed && !inside.empty() && !inside.generic_string().starts_with("..");
+}
+
+/// What would let others in without a token or read along is refused; the workbench shows texts of its folder.
 void check(const Arguments& arguments, const std::string& host) {
   std::vector<std::string> problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
   if (!is_loopback(host) && arguments.certificate.empty())
     problems.push_back(
         fmt::format("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", host));
+  if (arguments.no_token && !arguments.users.empty())
+    problems.emplace_back("--no-token: with --users everybody signs in");
   if (!is_loopback(host) && arguments.no_token)
     problems.emplace_back("--no-token: only for the computer itself, without --host");
+  for (const auto& [option, file] : {std::pair("--users", arguments.users), std::pair("--key", arguments.key)})
+    if (!file.empty() && lies_in(file, arguments.folder))
+      problems.push_back(fmt::format("{} {}: lies in the folder that is shown; keep it elsewhere", option, file));
   std::error_code failed;
   if (!fs::is_directory(arguments.folder, failed)) problems.push_back("'" + arguments.folder + "' is no folder");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -98,18 +113,68 @@ int prepare(const Arguments& arguments, const Terminal& terminal) {
   return 0;
 }
 
+/// For the workbench, which ends this process when somebody writes on: the plan on standard input as if it stood in the
+/// file.
+int predict(const Arguments& arguments) {
+  constexpr rlim_t most = 60;  // [s] of processor time
+  const rlimit limit{most, most};
+  setrlimit(RLIMIT_CPU, &limit);
+  const std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+  print(to_json(tumble::predict(plan_of_text(text, arguments.predict))));
+  return 0;
+}
+
+/// Adds a user, or gives one another password.
+int change_users(const Arguments& arguments, const Terminal& terminal) {
+  std::vector<std::string> problems;
+  if (arguments.users.empty()) problems.emplace_back("--users FILE is missing: the file of the users");
+  if (!arguments.added.empty() && !arguments.changed.empty())
+    problems.emplace_back("either --add-user or --password-of is expected");
+  if (arguments.added.empty() == !arguments.roles.empty())
+    problems.emplace_back("--add-user and --role belong together: --add-user NAME --role read|operate|approve");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  User user{arguments.added.empty() ? arguments.changed : arguments.added, {}, {}};
+  for (const Right right : all_rights())
+    if (std::ranges::find(arguments.roles, name(right)) != arguments.roles.end()) user.roles.insert(right);
+  const std::string password = new_password(user.name);
+  if (const auto wrong = problems_of_password(password, user.name); !wrong.empty())
+    throw Error(Error::Kind::bad_input, wrong);
+  user.password = hash_of_password(password);
+  if (arguments.added.empty())
+    change_password(arguments.users, user.name, user.password);
+  else
+    add_user(arguments.users, user);
+  note(terminal, "wrote " + arguments.users);
+  return 0;
+}
+
+/// The archive, opened once so that what is wrong with it is said at once. Jobs find it in the environment: an address
+/// stands in no file of theirs.
+std::string archive_of(const Arguments& arguments) {
+  std::string address = archive_address(arguments.archive);
+  if (address.empty()) return address;
+  if (address.find("://") == std::string::npos) address = fs::absolute(address).string();
+  const Archive archive(address, utc_now());
+  setenv("TUMBLE_ARCHIVE", address.c_str(), 1);
+  return address;
+}
+
 WorkbenchOptions options_of(const Arguments& arguments, const std::string& host) {
   WorkbenchOptions options;
   options.folder = fs::canonical(arguments.folder);
   options.cache = cache_folder();
   options.program = fs::canonical("/proc/self/exe").string();
-  options.token = arguments.no_token ? "" : new_token();
+  options.token = arguments.no_token || !arguments.users.empty() ? "" : random_secret();
   options.host = host;
   options.tls = !arguments.certificate.empty();
   options.computer = name_of_computer();
   options.upload_limit = arguments.upload_limit;
   options.first_event = static_cast<std::uint64_t>(now() * 1e3) * 1000;
   options.clock = now;
+  options.steady = steady;
+  options.users = arguments.users;
+  options.archive = archive_of(arguments);
+  options.person = act_of(arguments.archive).who;
   return options;
 }
 
@@ -124,6 +189,9 @@ std::string link(const WorkbenchOptions& options, unsigned port) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.prepare.empty()) return prepare(arguments, terminal);
+  if (!arguments.predict.empty()) return predict(arguments);
+  if (!(arguments.added + arguments.changed).empty() || !arguments.roles.empty())
+    return change_users(arguments, terminal);
   const std::string host = arguments.host.empty() ? "127.0.0.1" : arguments.host;
   check(arguments, host);
   const auto options = options_of(arguments, host);
@@ -158,6 +226,24 @@ Verb serve_verb() {
        {.name = "--cert", .value = &arguments->certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
        {.name = "--key", .value = &arguments->key, .description = "its private key (PEM)", .type = "FILE"},
        {"--no-token", &arguments->no_token, "everybody on this computer may use it, without the link"},
+       {.name = "--users",
+        .value = &arguments->users,
+        .description = "users, who sign in with a password, and their roles;\n(default: everybody who has the link may "
+                       "do everything)",
+        .type = "FILE"},
+       {.name = "--add-user",
+        .value = &arguments->added,
+        .description = "with --users and --role: add a user to that file, and end; asks for the password",
+        .type = "NAME"},
+       {.name = "--role",
+        .value = &arguments->roles,
+        .description = "of --add-user: read, operate (upload, start), approve (sign); repeatable",
+        .words = {"read", "operate", "approve"}},
+       {.name = "--password-of",
+        .value = &arguments->changed,
+        .description = "with --users: give a user of that file another password, and end",
+        .type = "NAME"},
+       archive_argument(arguments->archive),
        {.name = "--upload-limit",
         .value = &arguments->upload_limit,
         .description = "largest file that may be uploaded",
@@ -167,10 +253,16 @@ Verb serve_verb() {
         .value = &arguments->prepare,
         .description = "prepare this recording for quick views, and end; repeatable",
         .type = "RECORDING"},
+       {.name = "--predict",
+        .value = &arguments->predict,
+        .description = "predict the plan that standard input holds as if it stood in this file, and end",
+        .type = "PLAN"},
        reading_sets(arguments->sets, "with --prepare: information that the file")},
       "Examples:\n"
       "  tumble serve measurements\n"
       "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
+      "  tumble serve --users lab-users.toml --add-user \"Li Wei\" --role operate --role approve\n"
+      "  tumble serve measurements --users lab-users.toml --archive lab.db\n"
       "  tumble serve --prepare long.h5\n",
       [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }

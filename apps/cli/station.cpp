@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/link_wires.hpp"
@@ -12,8 +13,10 @@
 namespace tumble::cli {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct Arguments {
-  std::string what, station;
+  std::string what, station, output;
 };
 
 std::string said(const ControllerReply& reply) {
@@ -59,6 +62,17 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     times.cells.emplace_back();
     good = good && (counts[i].good > 0 || may_be_off);
   }
+  if (!arguments.output.empty()) {
+    Json rows = Json::array();
+    for (std::size_t i = 0; i < devices.cells.size(); ++i)
+      rows.push_back({{"device", devices.cells[i]},
+                      {"asked", verbs.cells[i]},
+                      {"answer", answers.cells[i]},
+                      {"milliseconds", times.cells[i]}});
+    write_output(terminal, arguments.output, Json{{"good", good}, {"rows", rows}}.dump(2) + "\n");
+    if (!good) complain(terminal, "some devices do not answer; nothing was moved");
+    return good ? 0 : 3;
+  }
   print(text_table({devices, verbs, answers, times}, terminal.width));
   print(good ? "\nall devices answer; nothing was moved\n" : "\nsome devices do not answer; nothing was moved\n");
   return good ? 0 : 3;
@@ -68,12 +82,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb station_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"station",
-          "Speak to all devices of a station, and move none",
-          {{"WHAT", &arguments->what, "check", true}, {"STATION", &arguments->station, "station file (.toml)", true}},
-          "Example:\n"
-          "  tumble station check bench.toml\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "station",
+      "Speak to all devices of a station, and move none",
+      {{"WHAT", &arguments->what, "check", true},
+       {"STATION", &arguments->station, "station file (.toml)", true},
+       {"-o,--output", &arguments->output, "write the answers as JSON in place of the table; - is standard output"}},
+      "Example:\n"
+      "  tumble station check bench.toml\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "tumble/station/lease.hpp"
+#include "tumble/station/run_desk.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -35,8 +36,21 @@ LeaseHolder chosen(const std::string& wanted) {
   return *found;
 }
 
+/// A rehearsal has no device of which it would hold the lease.
+bool is_rehearsal(const std::string& wanted) {
+  if (wanted.empty() || !process_at_desk(wanted)) return false;
+  const std::string path = std::filesystem::absolute(wanted).lexically_normal().string();
+  const auto all = runs_going_on();
+  return std::ranges::find(all, path, &LeaseHolder::run) == all.end();
+}
+
 int run(const std::string& wanted) {
   using namespace std::chrono_literals;
+  if (is_rehearsal(wanted)) {
+    ask_desk(wanted, R"({"order":"stop","who":"tumble stop"})");
+    print(fmt::format("the rehearsal '{}' is being stopped\n", wanted));
+    return 0;
+  }
   const LeaseHolder run = chosen(wanted);
   if (kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
     throw Error(Error::Kind::bad_file,

@@ -47,6 +47,7 @@ Verb rehearse_verb();
 Verb run_verb();
 Verb resume_verb();
 Verb stop_verb();
+Verb answer_verb();
 Verb station_verb();
 Verb virtual_rig_verb();
 Verb convert_verb();

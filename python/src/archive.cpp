@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/cli/archive_views.hpp"
 #include "bindings.hpp"
+#include "tumble/archive/archive_json.hpp"
 #include "tumble/archive/deposit.hpp"
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/populations.hpp"
@@ -43,14 +43,12 @@ void bind_archive(nb::module_& module) {
       .def_prop_ro("address", &Archive::address)
       .def(
           "units_json",
-          [](const Archive& archive, const std::string& model) {
-            return cli::units_json(archived_units(archive, model));
-          },
+          [](const Archive& archive, const std::string& model) { return units_json(archived_units(archive, model)); },
           "model"_a, unlocked)
       .def(
           "history_json",
           [](const Archive& archive, const std::string& words) {
-            return cli::record_json(unit_record(archive, find_unit(archive, words)));
+            return record_json(unit_record(archive, find_unit(archive, words)));
           },
           "unit"_a, unlocked)
       .def(

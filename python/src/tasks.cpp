@@ -9,9 +9,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/cli/catalogue_json.hpp"
 #include "bindings.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/catalogue.hpp"
 #include "tumble/tasks/export.hpp"
 #include "tumble/tasks/optimise.hpp"
 #include "tumble/units/error.hpp"
@@ -132,7 +132,7 @@ void bind_tasks(nb::module_& module) {
   module.def("compensate", &compensate_recording, "estimate"_a, "recording"_a, "plan"_a.none(), unlocked);
   module.def("export_results", &export_sources, "sources"_a, "to"_a, "sets"_a, "drop"_a, "inflate"_a, unlocked);
   module.def(
-      "catalogue", [](const std::string& kind) { return cli::catalogue_json(kind).dump(); }, "kind"_a);
+      "catalogue", [](const std::string& kind) { return catalogue_json(kind); }, "kind"_a);
 }
 
 }  // namespace tumble::python

@@ -9,80 +9,72 @@ it.
 """
 
 from tumble import _tumble
-from tumble._allan import AllanDeviation, allan_deviation
-from tumble._catalogue import Catalogue, Entry, checks, exports, formats, methods, models, plans, rigs, units
-from tumble._errors import (
-    ArgumentTypeError,
-    DataError,
-    FileError,
-    InternalError,
-    LimitError,
-    TumbleError,
-    TumbleWarning,
-    UsageError,
-)
-from tumble._figure import Figure
-from tumble._finding import Finding
-from tumble._frames import from_pandas
-from tumble._method import Coverage, Method, coverage
-from tumble._plan import Plan, load_plan
-from tumble._read import from_arrays, read
-from tumble._recording import Channel, Mark, Recording
-from tumble._result import Result, load_result
-from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
-from tumble._tasks import compensate, convert, export, identify, optimise, population, predict, report, simulate
 
 __version__: str = _tumble.version
 
-__all__ = [
-    "AllanDeviation",
-    "ArgumentTypeError",
-    "Catalogue",
-    "Channel",
-    "Covariance",
-    "Coverage",
-    "Curve",
-    "DataError",
-    "Entry",
-    "Figure",
-    "FileError",
-    "Finding",
-    "InternalError",
-    "LimitError",
-    "Mark",
-    "Method",
-    "Parameter",
-    "Plan",
-    "Recording",
-    "Result",
-    "Table",
-    "TumbleError",
-    "TumbleWarning",
-    "UsageError",
-    "Verdict",
-    "__version__",
-    "allan_deviation",
-    "checks",
-    "compensate",
-    "convert",
-    "coverage",
-    "export",
-    "exports",
-    "formats",
-    "from_arrays",
-    "from_pandas",
-    "identify",
-    "load_plan",
-    "load_result",
-    "methods",
-    "models",
-    "optimise",
-    "plans",
-    "population",
-    "predict",
-    "read",
-    "report",
-    "rigs",
-    "simulate",
-    "units",
-]
+# The module of each name. It is loaded when the name is first used: a program that computes an Allan deviation waits
+# for nothing else. __init__.pyi says the same to type checkers.
+_HOMES: dict[str, str] = {
+    name: module
+    for module, names in {
+        "_allan": ("AllanDeviation", "allan_deviation"),
+        "_catalogue": (
+            "Catalogue",
+            "Entry",
+            "checks",
+            "exports",
+            "formats",
+            "methods",
+            "models",
+            "plans",
+            "rigs",
+            "units",
+        ),
+        "_errors": (
+            "ArgumentTypeError",
+            "DataError",
+            "FileError",
+            "InternalError",
+            "LimitError",
+            "TumbleError",
+            "TumbleWarning",
+            "UsageError",
+        ),
+        "_figure": ("Figure",),
+        "_finding": ("Finding",),
+        "_frames": ("from_pandas",),
+        "_method": ("Coverage", "Method", "coverage"),
+        "_plan": ("Plan", "load_plan"),
+        "_read": ("from_arrays", "read"),
+        "_recording": ("Channel", "Mark", "Recording"),
+        "_result": ("Result", "load_result"),
+        "_result_parts": ("Covariance", "Curve", "Parameter", "Table", "Verdict"),
+        "_tasks": (
+            "compensate",
+            "convert",
+            "export",
+            "identify",
+            "optimise",
+            "population",
+            "predict",
+            "report",
+            "simulate",
+        ),
+    }.items()
+    for name in names
+}
+__all__ = sorted([*_HOMES, "__version__"])
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -79,7 +79,8 @@ std::vector<std::int64_t> looked_at(const ParameterOverUnits& over) {
                           over.parameter, fmt::join(where, ", ")));
 }
 
-/// The unit that people are shown. Throws where units differ in dimension.
+/// The unit that people are shown. Throws where units differ in dimension. `name || ''`: the rows are found by their
+/// results; by the index of the name each question would read all values of the parameter.
 Unit shown_unit(database::Database& database, const ParameterOverUnits& over) {
   constexpr std::size_t together = 500;
   std::string marks = "?";
@@ -87,11 +88,12 @@ Unit shown_unit(database::Database& database, const ParameterOverUnits& over) {
   const auto results = looked_at(over);
   std::map<std::string, std::int64_t> shown;
   for (std::size_t begin = 0; begin < results.size(); begin += together) {
-    Row values{over.parameter};
+    Row values;
     for (std::size_t i = begin; i < begin + together; ++i)
       values.emplace_back(results[std::min(i, results.size() - 1)]);
-    database.visit("SELECT shown_unit, MIN(result) FROM parameters WHERE name = ? AND result IN (" + marks +
-                       ") GROUP BY shown_unit",
+    values.emplace_back(over.parameter);
+    database.visit("SELECT shown_unit, MIN(result) FROM parameters WHERE result IN (" + marks +
+                       ") AND name || '' = ? GROUP BY shown_unit",
                    values, [&](const Row& row) { shown.emplace(database::text(row, 0), database::integer(row, 1)); });
   }
   const Unit unit = Unit::parse(shown.begin()->first);
@@ -133,7 +135,7 @@ void read_values(database::Database& database, const UnitName& unit, bool all_un
         "SELECT p.unit, p.result, p.moment, p.value, p.sd, p.private_sd, p.sources FROM results r JOIN parameters p ON "
         "p.result = r.id WHERE "
         "r.unit = ? "
-        "AND p.name = ? ORDER BY p.moment",
+        "AND p.name || '' = ? ORDER BY p.moment",
         {schema::number_of(deposits::sha256_of_unit(unit)), over.parameter}, take);
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/archive/deposits/parts.hpp"
 #include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/signatures.hpp"
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/nearest.hpp"
@@ -170,7 +171,27 @@ UnitRecord unit_record(const Archive& archive, const UnitName& unit) {
     record.results = results_of(database, unit, id);
     files_and_certificates(database, id, record);
     runs_and_steps(database, id, record);
+    record.signatures = signatures_of(archive, unit);
     return record;
+  });
+}
+
+std::vector<std::string> charted_parameters(const Archive& archive, const std::string& model, const UnitName& unit) {
+  return schema::guarded(archive.address(), [&] {
+    auto& database = database_of(archive);
+    std::vector<std::string> names;
+    const bool one = !unit.serial.empty();
+    const auto results = database.ask(
+        one ? "SELECT r.id FROM results r WHERE r.unit = ? ORDER BY r.moment DESC LIMIT 50"
+            : "SELECT r.id FROM results r JOIN units u ON u.id = r.unit WHERE u.model = ? ORDER BY r.moment DESC LIMIT "
+              "50",
+        {one ? database::Value(schema::number_of(deposits::sha256_of_unit(unit))) : database::Value(model)});
+    for (const auto& result : results)
+      database.visit("SELECT name FROM parameters WHERE result = ? AND value IS NOT NULL ORDER BY place", {result[0]},
+                     [&](const Row& row) {
+                       if (std::ranges::find(names, text(row, 0)) == names.end()) names.push_back(text(row, 0));
+                     });
+    return names;
   });
 }
 

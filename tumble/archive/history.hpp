@@ -46,6 +46,13 @@ struct ArchivedStep {
   std::string when, who, action, subject, reason, detail;
 };
 
+/// A signature under a result or a certificate (signatures.hpp).
+struct Signature {
+  std::int64_t number = 0;  ///< of its event
+  std::string kind, sha256, meaning, who, when, why;
+  std::string problem;  ///< why it does not hold; empty: the archive has exactly what was signed
+};
+
 /// Everything about one unit, in order of time.
 struct UnitRecord {
   UnitName name;
@@ -54,6 +61,7 @@ struct UnitRecord {
   std::vector<ArchivedCertificate> certificates;
   std::vector<ArchivedRun> runs;
   std::vector<ArchivedStep> steps;
+  std::vector<Signature> signatures = {};
 };
 
 /// Everything about one run, in order of time.
@@ -75,6 +83,11 @@ std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::stri
 UnitName find_unit(const Archive& archive, const std::string& words);
 
 UnitRecord unit_record(const Archive& archive, const UnitName& unit);
+
+/// Names of the parameters that the newest results have, of one unit or where it is empty of a model: what charts may
+/// be asked for. In the order in which results have them.
+std::vector<std::string> charted_parameters(const Archive& archive, const std::string& model,
+                                            const UnitName& unit = {});
 
 /// SHA-256 of the result that begins with these digits, six or more. Throws Error::bad_input: there is none, or more
 /// than one.

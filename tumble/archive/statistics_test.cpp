@@ -265,6 +265,11 @@ TEST_F(ArchiveStatistics, ASummarySeparatesUnitsDaysAndTheMeasurement) {
   const auto& outliers = table(estimate, "outliers").rows;
   ASSERT_EQ(outliers.size(), 1u);
   EXPECT_EQ(std::get<std::string>(outliers[0][0]), "gyro/7");
+  ASSERT_EQ(estimate.curves.size(), 2u);
+  EXPECT_EQ(estimate.curves[1].name, "outlier");
+  EXPECT_EQ(estimate.curves[1].figure, estimate.curves[0].figure);
+  ASSERT_EQ(estimate.curves[1].y.values.size(), 1u);
+  EXPECT_EQ(estimate.curves[1].y.values[0], std::get<double>(outliers[0][1]));
   holds("bias_capability", 4.0 / 3.0);
   EXPECT_LT(find_parameter(estimate, "bias_capability_measured")->value, 1.8);
   EXPECT_FALSE(to_json(estimate).empty());

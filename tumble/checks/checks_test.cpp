@@ -105,6 +105,14 @@ TEST(Checks, DuplicateAndBackwardStamps) {
   EXPECT_EQ(coarse.occurrences.count, 75u);
 }
 
+TEST(Checks, AClockThatStandsStill) {
+  const Recording still = stamped(std::vector<double>(50, 0.0));
+  EXPECT_EQ(only("duplicate_stamps", still),
+            ": the clock stands still: all stamps are 0 s; the samples need a rate in place of stamps");
+  EXPECT_EQ(findings_of("duplicate_stamps", still)[0].severity, Finding::Severity::error);
+  EXPECT_TRUE(findings_of("jitter", still).empty());
+}
+
 TEST(Checks, Jitter) {
   const auto noise = white(5000, 2);
   const auto late =

@@ -15,6 +15,10 @@ Findings run(const Recording& recording, const Plan*) {
     for (std::size_t i = 1; i < stamps.size(); ++i)
       if (stamps[i] == stamps[i - 1] && count++ == 0) first = i;
     if (count == 0) continue;
+    if (count > 1 && count + 1 == stamps.size()) {
+      findings.push_back({Finding::Severity::error, "clock_stands_still", {{"stamp", stamps[0], "s"}}, timeline.where});
+      continue;
+    }
     const bool coarse = 4 * count > stamps.size();
     findings.push_back({Finding::Severity::warning,
                         coarse ? "coarse_stamps" : "duplicate_stamps",

@@ -32,7 +32,9 @@ Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
     const Clock clock = clock_of(*timeline.channel);
-    if (!clock.gaps.empty() || clock.backward > 0 || timeline.channel->values.size() < 3) continue;  // said elsewhere
+    const auto& stamps = *timeline.channel->timeline.stamps;
+    const bool stands = stamps.empty() || stamps.front() == stamps.back();
+    if (!clock.gaps.empty() || clock.backward > 0 || stamps.size() < 3 || stands) continue;  // said elsewhere
     if (!clock.even)
       findings.push_back(uneven(clock, timeline.where));
     else if (clock.jitter_rms * clock.rate > 0.05)

@@ -79,6 +79,7 @@ struct CertificateDetails {
   std::string replaces, replaces_reason;  ///< number of the certificate that this one replaces
   std::optional<DecisionRule> rule;       ///< absent: no statement of conformity
   std::string rule_agreed_with;           ///< who asked for the rule
+  bool signed_in_archive = false;         ///< people sign it in the archive, which the page says
   std::vector<std::string> remarks;
   Language language = Language::english;
 };

@@ -57,11 +57,22 @@ struct Comparison {
 /// See       ISO 13528:2022, 9.7; JCGM 100:2008 (GUM), G.4
 Comparison compare(std::vector<NamedResult> results);
 
+/// A difference as people read it: earlier, later and difference rounded together by the expanded uncertainty.
+struct DifferenceTexts {
+  std::string earlier, later, difference, e_n;  ///< difference: "0.12 ± 0.05"; e_n: "2.40", "–" where there is none
+};
+DifferenceTexts texts_of(const Difference& difference);
+/// "chi-square 12.3 with 9 degrees of freedom, p = 0.2"
+std::string chi_square_text(const ResultPair& pair);
+
 /// Terminal text: a table for each pair, E_n beyond 1 marked.
 std::string to_text(const Comparison& comparison, std::size_t width = 100);
 /// For programs: values in the unit of each parameter.
 std::string to_json(const Comparison& comparison);
 /// One figure a parameter that all results have: its values with their 95 % intervals.
 std::vector<Figure> figures_of(const Comparison& comparison);
+/// One figure a parameter of any of the results, over the number of the result: its values with their 95 % intervals. A
+/// result that does not have the parameter, or in another dimension, is a gap.
+std::vector<Figure> figures_of_units(const std::vector<NamedResult>& results);
 
 }  // namespace tumble

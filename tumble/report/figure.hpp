@@ -29,7 +29,9 @@ struct Figure {
 };
 
 /// The plots of a result: the curves of one figure and of the same dimensions in one plot, in the units of the first.
-/// A curve of more than 5000 points is drawn with fewer: the smallest and the largest of each interval remain.
+/// Where several plots show one quantity of several outputs, a plot of all of them comes first. A result without curves
+/// has plots of the residuals of its tables. A curve of more than 5000 points is drawn with fewer: the smallest and the
+/// largest of each interval remain.
 std::vector<Figure> figures_of(const Estimate& estimate);
 
 /// "name [unit]" of an axis, plain text; the unit 1 is not written.
@@ -41,12 +43,20 @@ std::string to_json(const std::vector<Figure>& figures);
 
 /// A drawing of its own: axes with ticks, bands or bars, lines with colour and dashes, markers, a legend. It needs no
 /// style sheet, no script and no network, and has the plot in words for readers who do not see it.
-std::string to_svg(const Figure& figure);
+enum class Drawing { page, phone };  ///< phone: narrow, with letters that are readable at 360 px
+std::string to_svg(const Figure& figure, Drawing drawing = Drawing::page);
+
+/// Its numbers for a spreadsheet: a column for x and one for each y and each edge of a band, in the units of the axes.
+/// Series of the same x share the columns of x.
+std::string to_csv(const Figure& figure);
+
+/// With at most `most` points in each series: the smallest and the largest of each interval remain.
+Figure with_fewer_points(const Figure& figure, std::size_t most);
 
 /// How series number `index` is drawn. Colours are distinguished also by people who see no red or green; the dashes are
 /// a second sign.
 struct SeriesStyle {
-  std::string colour, dashes;  ///< of CSS: "#0072b2", "7 3"; no dashes: a whole line
+  std::string colour, dark, dashes;  ///< of CSS: "#0072b2", its colour on a dark page, "7 3"; no dashes: a whole line
 };
 SeriesStyle style_of_series(std::size_t index);
 

@@ -36,4 +36,9 @@ const std::vector<std::string>& palette() {
   return colours;
 }
 
+const std::vector<std::string>& palette_on_dark() {
+  static const std::vector<std::string> colours{"#4aa8e0", "#f0b429", "#2fc19a", "#f08a4b", "#8fd0f5", "#e09cc4"};
+  return colours;
+}
+
 }  // namespace tumble

@@ -149,6 +149,17 @@ Kinematics state(const Hand& hand, const Rest& rest, double time) {
   return moved(k, hand.lever);
 }
 
+/// Instrument from level.
+Rotation orientation(const Hand& hand, const Rest& rest, double time) {
+  const double s = std::max(0.0, (time - rest.begin) / hand.move_time);
+  if (rest.angle == 0.0 || s >= 1.0) return rest.pose;
+  Rotation turned = about(rest.axis, rest.angle * smooth_step(s, hand.move_time).angle) * rest.from;
+  constexpr Vector3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+  for (std::size_t i = 0; i < hand.tremor.size(); ++i)
+    turned = about(axes[i], trembling(hand.tremor[i], time, s, hand.move_time).angle) * turned;
+  return turned;
+}
+
 const Rest& rest_at(const Hand& hand, double time) {
   const auto after = std::upper_bound(hand.rests.begin(), hand.rests.end(), time,
                                       [](double t, const Rest& rest) { return t < rest.begin; });
@@ -190,6 +201,10 @@ Reference reference(const RigRun& run) {
     out.settled.push_back(begin + (moves ? std::min(hand->move_time, run.segments[s].duration) : 0.0));
     begin += run.segments[s].duration;
   }
+  out.parts.push_back({"instrument", {}, false, [hand](double time) {
+                         const Rotation pose = orientation(*hand, rest_at(*hand, time), time);
+                         return PartPlacement{pose, inverse(pose) * hand->lever};
+                       }});
   for (const char* mount : {"mount_roll", "mount_pitch", "mount_yaw"})
     out.drives.push_back({mount, [hand, last = last_value(run.segments, mount)](double time) {
                             const Rest& now = rest_at(*hand, time);

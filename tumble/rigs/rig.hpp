@@ -10,6 +10,7 @@
 #include "tumble/core/recording.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/rotation.hpp"
 #include "tumble/models/model.hpp"
 
 namespace tumble {
@@ -59,6 +60,20 @@ struct Drive {
   std::function<DriveState(double time)> at;
 };
 
+/// Where a part of a rig is.
+struct PartPlacement {
+  Rotation part_from_level;
+  Vector3 origin;  ///< [m] from the base, in level axes
+};
+
+/// A part of a rig that moves as one, for pictures of the test.
+struct RigPart {
+  std::string name;     ///< of the axis that moves it; "instrument" for the instrument
+  Vector3 axis = {};    ///< unit vector in the part's own axes; zero: it is carried by the part before
+  bool slides = false;  ///< along its axis; else it turns about it
+  std::function<PartPlacement(double time)> at;  ///< time [s] as in Reference::felt
+};
+
 /// What the instrument feels during one power-up. Times are [s] since its beginning; a sample stamped t stands for the
 /// interval from t to t + 1/rate and is asked for at its middle.
 struct Reference {
@@ -69,7 +84,8 @@ struct Reference {
   std::function<double(double time)> steady_until;
   std::vector<double> settled;  ///< a segment each: when all axes had reached the motion commanded
   std::vector<Sensor> sensors;
-  std::vector<Drive> drives;  ///< an axis each that can be commanded
+  std::vector<Drive> drives;   ///< an axis each that can be commanded
+  std::vector<RigPart> parts;  ///< from the base to the instrument, which is the last
 };
 
 /// A catalogue entry of rigs/: turns one power-up of a schedule into what the instrument feels.

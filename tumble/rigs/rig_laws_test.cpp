@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
 
@@ -165,6 +166,63 @@ TEST_P(RigLaws, SteadyMeansThatNothingChanges) {
   }
   EXPECT_GT(steady, 20);
   EXPECT_EQ(reference.steady_until(1e6), std::numeric_limits<double>::infinity());
+}
+
+/// The vector [rad] about and by which a rotation of less than a quarter of a turn turns the axes.
+Vector3 turn_of(const Rotation& r) {
+  const Vector3 v{0.5 * (r.y.z - r.z.y), 0.5 * (r.z.x - r.x.z), 0.5 * (r.x.y - r.y.x)};
+  const double sine = norm(v);
+  return sine > 0.0 ? (std::asin(sine) / sine) * v : v;
+}
+
+double bend(Vector3 before, Vector3 now, Vector3 after) { return norm(after - 2.0 * now + before); }
+
+// The picture moves as the instrument feels it: its turning and its path, by differences over 2 h = 0.2 ms, give what
+// is felt, with all errors of the rig and with tremor. The fastest of these motions is the tremor: 0.3 deg up to 10 Hz,
+// 100 mm from the hand. Differences are off by h^2/6 of the third derivative of the angle (2e-6 rad/s), by h^2/12 of
+// the fourth of the path (1e-5 m/s^2), and by rounding/h^2 (1e-8 m/s^2). Where the acceleration jumps within h, they
+// are means of both sides: such instants are skipped, but for jumps whose half is less than the tolerances. So is the
+// path of the shaker, which is not drawn.
+TEST_P(RigLaws, PartsMoveAsTheInstrumentFeels) {
+  const Rig& rig = *GetParam();
+  const auto options = defaults(rig.options());
+  const auto schedule = exercise(rig);
+  RigRun run = run_of(schedule, options);
+  const auto errors = rig.errors(options, run.site);
+  run.errors = Matrix(errors.size(), schedule.size());
+  for (std::size_t e = 0; e < errors.size(); ++e)
+    for (std::size_t s = 0; s < schedule.size(); ++s)
+      if (errors[e].name != error_names::gravity && errors[e].name != error_names::latitude)
+        run.errors(e, s) = errors[e].sd * (e % 2 == 0 ? 1.0 : -1.0);
+  const auto reference = rig.reference(run);
+  ASSERT_FALSE(reference.parts.empty());
+  const RigPart& instrument = reference.parts.back();
+  EXPECT_EQ(instrument.name, "instrument");
+  const double h = 1e-4;
+  const Vector3 earth = earth_rate_in_level(site), up{0.0, 0.0, gravity(site)};
+  int compared = 0, turning = 0;
+  for (double time = 0.41; time < 159.0; time += 0.177) {
+    const auto felt_then = felt(reference, time - h, h, 3);
+    if (bend(felt_then[0].angular_acceleration, felt_then[1].angular_acceleration, felt_then[2].angular_acceleration) >
+            0.01 ||
+        bend(felt_then[0].specific_force, felt_then[1].specific_force, felt_then[2].specific_force) > 5e-5)
+      continue;
+    const auto before = instrument.at(time - h), now = instrument.at(time), after = instrument.at(time + h);
+    const Vector3 turn = (0.5 / h) * turn_of(after.part_from_level * inverse(before.part_from_level));
+    EXPECT_LT(norm(now.part_from_level * earth + turn - felt_then[1].rate), 1e-5) << time;
+    if (norm(turn) > 1e-3) ++turning;
+    if (std::string(rig.name) != "shaker") {
+      const Vector3 path = (1.0 / (h * h)) * (after.origin - 2.0 * now.origin + before.origin);
+      const Vector3 speed = (0.5 / h) * (after.origin - before.origin);
+      const Vector3 force = now.part_from_level * (up + path + 2.0 * cross(earth, speed));
+      EXPECT_LT(norm(force - felt_then[1].specific_force), 1e-4) << time;
+    }
+    ++compared;
+  }
+  EXPECT_GT(compared, std::string(rig.name) == "shaker" ? 300 : 600);
+  if (std::string(rig.name) != "shaker") {
+    EXPECT_GT(turning, 3);
+  }
 }
 
 // Every error moves something: a budget can difference it. (A lever along an upward axis acts through the Earth alone,

@@ -260,8 +260,9 @@ Shaker shaker_of(const RigRun& run) {
   shaker.third = error(error_names::third_harmonic);
   const Rotation fixture =
       about_y(-run.options.number("shake_elevation")) * about_z(two_pi / 4.0 - run.options.number("shake_azimuth"));
-  shaker.chain.ground = seen_in(fixture * base_from_level(error),
-                                ground_of(run.site, error(error_names::gravity), error(error_names::latitude)));
+  shaker.chain.base = fixture * base_from_level(error);
+  shaker.chain.ground =
+      seen_in(shaker.chain.base, ground_of(run.site, error(error_names::gravity), error(error_names::latitude)));
   shaker.chain.poses = poses_of(run.segments, error);
   shaker.chain.temperature = run.options.number("temperature");
   return shaker;
@@ -336,6 +337,13 @@ Reference reference(const RigRun& run) {
     out.drives.push_back({axis.name, [last = last_value(run.segments, axis.name)](double time) {
                             return DriveState{last(time), 0.0, true};
                           }});
+  out.parts = {{"shake",
+                {1.0, 0.0, 0.0},
+                true,
+                [shaker](double) {
+                  return PartPlacement{shaker->chain.base, {}};
+                }},
+               {"instrument", {}, false, [shaker](double time) { return instrument_at(shaker->chain, time); }}};
   const auto list = errors(run.options, run.site);
   const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
   const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");

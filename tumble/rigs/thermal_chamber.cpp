@@ -274,6 +274,7 @@ Reference reference(const RigRun& run) {
   }
   out.sensors = {reader(history->top), reader(history->side)};
   out.drives = {chamber_of(history, run)};
+  out.parts = {{"instrument", {}, false, [](double) { return PartPlacement{}; }}};
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace tumble {
 
@@ -18,8 +19,13 @@ class EventFeed {
 
   /// `name` and one line of JSON.
   void publish(const std::string& name, const std::string& data);
+  /// With an id of its own, which never falls: a number of a journal. Readers see the id, `seen` stays the number.
+  void publish(const std::string& name, const std::string& data, std::uint64_t id);
   /// Number of the latest event [1].
   std::uint64_t latest() const;
+  /// `seen` of a reader who has seen all events up to this id; where some behind it are no longer kept, one that is
+  /// answered by `reset`.
+  std::uint64_t seen_by_id(std::uint64_t id) const;
   /// Events behind number `seen` [1] as text/event-stream; `seen` becomes that of the latest. Where some are no longer
   /// kept, or `seen` is of no event here, one event `reset`: the reader asks for everything again.
   std::string after(std::uint64_t& seen) const;
@@ -29,9 +35,12 @@ class EventFeed {
  private:
   static constexpr std::size_t most_kept = 2000;
 
+  void keep(std::uint64_t id, const std::string& name, const std::string& data);
+
   mutable std::mutex mutex_;
   std::uint64_t next_, oldest_;
-  std::deque<std::string> kept_;
+  std::deque<std::pair<std::uint64_t, std::string>> kept_;  ///< id, text
+  std::uint64_t dropped_id_ = 0;                            ///< the greatest that is no longer kept
   std::set<std::shared_ptr<std::function<void()>>> readers_;
 };
 

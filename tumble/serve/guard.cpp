@@ -6,16 +6,10 @@
 #include <algorithm>
 
 #include "tumble/formats/checksum.hpp"
+#include "tumble/serve/passwords.hpp"
 
 namespace tumble {
 namespace {
-
-bool equal_in_constant_time(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned char difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) difference |= static_cast<unsigned char>(a[i] ^ b[i]);
-  return difference == 0;
-}
 
 std::string header(const HttpRequest& request, const std::string& name) {
   const auto found = request.headers.find(name);
@@ -75,28 +69,41 @@ std::string Guard::cookie_name() const { return fmt::format("tumble_{}", port); 
 /// Not the token: who reads the cookies of a browser cannot make the link from them.
 std::string Guard::cookie_value() const { return sha256_of("cookie of " + token); }
 
-bool Guard::has_token(const HttpRequest& request) const {
-  if (token.empty()) return true;
+/// The value of our cookie in a request; empty: it has none.
+std::string Guard::secret_of(const HttpRequest& request) const {
   const auto authorization = header(request, "authorization");
   constexpr std::string_view bearer = "Bearer ";
-  if (authorization.starts_with(bearer)) return is_token(authorization.substr(bearer.size()));
-  const std::string cookies = header(request, "cookie");
-  const std::string wanted = cookie_name() + "=";
+  if (authorization.starts_with(bearer)) return authorization.substr(bearer.size());
+  const std::string cookies = header(request, "cookie"), wanted = cookie_name() + "=";
   for (std::size_t begin = 0; begin < cookies.size();) {
     const auto end = std::min(cookies.find(';', begin), cookies.size());
     const std::string_view part(cookies.data() + begin, end - begin);
-    if (part.starts_with(wanted) && equal_in_constant_time(part.substr(wanted.size()), cookie_value())) return true;
+    if (part.starts_with(wanted)) return std::string(part.substr(wanted.size()));
     begin = cookies.find_first_not_of(" ;", end);
     if (begin == std::string::npos) break;
   }
-  return false;
+  return "";
+}
+
+bool Guard::has_token(const HttpRequest& request) const {
+  if (token.empty()) return true;
+  const std::string shown = secret_of(request);
+  return equal_in_constant_time(shown, header(request, "authorization").empty() ? cookie_value() : token);
+}
+
+std::optional<Session> Guard::session_of(const HttpRequest& request) const {
+  if (users) return users->session_of(secret_of(request));
+  if (!has_token(request)) return std::nullopt;
+  return Session{"", {all_rights().begin(), all_rights().end()}};
 }
 
 bool Guard::is_token(const std::string& text) const { return equal_in_constant_time(text, token); }
 
-std::string Guard::cookie() const {
-  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}", cookie_name(), cookie_value(),
-                     tls ? "; Secure" : "");
+std::string Guard::cookie() const { return cookie(cookie_value()); }
+
+std::string Guard::cookie(const std::string& secret) const {
+  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}{}", cookie_name(), secret, tls ? "; Secure" : "",
+                     secret.empty() ? "; Max-Age=0" : "");
 }
 
 void add_safety(HttpResponse& response) {
@@ -104,9 +111,10 @@ void add_safety(HttpResponse& response) {
     return std::ranges::any_of(response.headers, [&](const auto& entry) { return entry.first == name; });
   };
   if (!has("Content-Security-Policy"))
-    response.headers.emplace_back("Content-Security-Policy",
-                                  "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-                                  "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    response.headers.emplace_back(
+        "Content-Security-Policy",
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+        "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   if (!has("Cache-Control")) response.headers.emplace_back("Cache-Control", "no-store");
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   response.headers.emplace_back("Referrer-Policy", "no-referrer");

@@ -48,21 +48,6 @@ Job read_job(const fs::path& file) {
   return job;
 }
 
-/// "error: a\n       b\n" as the problems a and b; notes of the program are no problems. Files are named from `root`.
-std::vector<std::string> problems_in(std::string messages, const std::string& root) {
-  std::vector<std::string> problems;
-  const std::string prefix = root + "/";
-  for (auto place = messages.find(prefix); !root.empty() && place != std::string::npos; place = messages.find(prefix))
-    messages.erase(place, prefix.size());
-  std::istringstream lines(messages);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("tumble: ") || line.empty()) continue;
-    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
-    problems.push_back(line.substr(begin == std::string::npos ? 0 : begin));
-  }
-  return problems;
-}
-
 std::vector<std::string> results_in(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code failed;
@@ -82,6 +67,21 @@ Job::Step in_folder(Job::Step step, const std::string& folder) {
 }
 
 }  // namespace
+
+/// "error: a\n       b\n" are the problems a and b.
+std::vector<std::string> problems_of_messages(std::string messages, const std::string& root) {
+  std::vector<std::string> problems;
+  const std::string prefix = root + "/";
+  for (auto place = messages.find(prefix); !root.empty() && place != std::string::npos; place = messages.find(prefix))
+    messages.erase(place, prefix.size());
+  std::istringstream lines(messages);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("tumble: ") || line.empty()) continue;
+    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
+    problems.push_back(line.substr(begin == std::string::npos ? 0 : begin));
+  }
+  return problems;
+}
 
 std::string name(Job::State state) { return state_names[static_cast<std::size_t>(state)]; }
 
@@ -240,7 +240,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    job.problems = problems_in(outcome.messages, options_.root);
+    job.problems = problems_of_messages(outcome.messages, options_.root);
     if (job.problems.empty()) job.problems.push_back("the program ended without a message");
   }
   if (ended_) return;

@@ -20,7 +20,7 @@ struct Job {
   using Step = std::vector<std::string>;
 
   std::string id;    ///< given by Jobs
-  std::string kind;  ///< "identify", "noise", "convert", "prepare"
+  std::string kind;  ///< "identify", "noise", "convert", "prepare", "rehearse", "optimise"
   std::string title;
   std::vector<Step> steps;  ///< {folder} stands for the folder of the job
   State state = State::waiting;
@@ -83,6 +83,9 @@ class Jobs {
   bool ended_ = false;
   std::vector<std::thread> runners_;
 };
+
+/// What the program said on standard error, problem by problem, without its notes. Files are named from `root` on.
+std::vector<std::string> problems_of_messages(std::string messages, const std::string& root);
 
 /// A job as one line of JSON.
 std::string to_json(const Job& job);

@@ -19,10 +19,13 @@ namespace routes {
 
 Context::Context(const WorkbenchOptions& given)
     : options(given),
-      guard{given.token, given.host, given.port, given.tls, given.computer},
+      guard{given.token,    given.host,
+            given.port,     given.tls,
+            given.computer, given.users.empty() ? nullptr : std::make_shared<SignIn>(given.users, given.steady)},
       feed(given.first_event),
       jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
-      recordings(given.cache, jobs) {}
+      recordings(given.cache, jobs),
+      predictions(given.program, 2) {}
 
 }  // namespace routes
 
@@ -30,8 +33,10 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some :
-       {routes::page_routes(), routes::recording_routes(), routes::view_routes(), routes::job_routes()})
+  for (const auto& some : {routes::page_routes(), routes::session_routes(), routes::recording_routes(),
+                           routes::view_routes(), routes::job_routes(), routes::plan_routes(),
+                           routes::plan_view_routes(), routes::result_routes(), routes::station_routes(),
+                           routes::station_run_routes(), routes::archive_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }
@@ -63,21 +68,26 @@ struct Workbench::State {
     return response;
   }
 
-  std::optional<HttpResponse> refusal(const HttpRequest& head, bool trusted) const {
+  std::optional<HttpResponse> refusal(const HttpRequest& head, const std::optional<Session>& session) const {
     if (!context.guard.names_this_server(head))
       return routes::problem_response(421, "the name of the server in the request is not one of this server");
     if (context.guard.is_cross_site(head)) return routes::problem_response(403, "the request comes from another site");
     const Route* route = route_of(head);
     if (!route) return unknown(head);
-    if (!route->open && !trusted)
-      return routes::problem_response(401, "open the workbench by the link that the program printed");
-    return std::nullopt;
+    if (route->open) return std::nullopt;
+    if (!session)
+      return routes::problem_response(
+          401, context.guard.users ? "sign in first" : "open the workbench by the link that the program printed");
+    const Right needed = routes::role_of(*route);
+    if (session->may(needed)) return std::nullopt;
+    return routes::problem_response(403, fmt::format("this needs the role '{}'", name(needed)));
   }
 
   BodyPlan admit(const HttpRequest& head) {
     BodyPlan plan;
-    plan.trusted = context.guard.has_token(head);
-    plan.refusal = refusal(head, plan.trusted);
+    const auto session = context.guard.session_of(head);
+    plan.trusted = session.has_value();
+    plan.refusal = refusal(head, session);
     if (!plan.refusal) {
       const Route& route = *route_of(head);
       plan.limit = route.body_to_file ? context.options.upload_limit : route.body_limit;
@@ -102,7 +112,11 @@ struct Workbench::State {
   HttpResponse answer(const HttpRequest& request) {
     HttpResponse response;
     try {
-      response = route_of(request)->answer(context, request);
+      // Again: who sent a long body may have signed out meanwhile.
+      if (auto refused = refusal(request, context.guard.session_of(request)))
+        response = std::move(*refused);
+      else
+        response = route_of(request)->answer(context, request);
     } catch (const Error& error) {
       response = routes::problem_response(error);
     } catch (const std::bad_alloc&) {

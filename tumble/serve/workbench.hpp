@@ -16,6 +16,9 @@ struct WorkbenchOptions {
   std::filesystem::path cache;   ///< of pyramids
   std::string program;           ///< file of the program, for jobs
   std::string token;             ///< empty: everybody who reaches the server may
+  std::string users;             ///< file of users, who sign in; empty: the token decides
+  std::string archive;           ///< address of the archive; empty: none
+  std::string person;            ///< who acts where there are no users: the login that started the program
   std::string host = "127.0.0.1";
   unsigned port = 0;
   bool tls = false;
@@ -23,6 +26,7 @@ struct WorkbenchOptions {
   std::uint64_t upload_limit = 0;  ///< [bytes] of one file
   std::uint64_t first_event = 1;   ///< a number that no earlier server reached
   std::function<double()> clock;   ///< [s] since 1970-01-01
+  std::function<double()> steady;  ///< [s] of a clock that never runs backwards
 };
 
 /// The workbench behind a server: pages, recordings, jobs.

@@ -52,6 +52,25 @@ TEST(EventFeed, SaysWhereItCannotGoOn) {
   }
 }
 
+/// Ids of a journal grow with gaps; a reader who names one gets exactly what is behind it.
+TEST(EventFeed, GoesOnBehindAnIdOfAJournal) {
+  EventFeed feed(1);
+  for (const std::uint64_t id : {10, 10, 25, 40}) feed.publish("happened", "{}", id);
+  const auto text_after = [&](std::uint64_t id) {
+    auto seen = feed.seen_by_id(id);
+    return feed.after(seen);
+  };
+  const std::string of_25 = "id: 25\nevent: happened\ndata: {}\n\n", of_40 = "id: 40\nevent: happened\ndata: {}\n\n";
+  EXPECT_EQ(text_after(10), of_25 + of_40);
+  EXPECT_EQ(text_after(24), of_25 + of_40);
+  EXPECT_EQ(text_after(25), of_40);
+  EXPECT_EQ(text_after(40), "");
+  EXPECT_EQ(text_after(99), "") << "the server was started again, and has not come so far";
+  for (std::uint64_t id = 41; id < 3000; ++id) feed.publish("view", "{}", id);
+  EXPECT_EQ(text_after(25), "id: 2999\nevent: reset\ndata: {}\n\n") << "some are no longer kept";
+  EXPECT_EQ(text_after(2998), "id: 2999\nevent: view\ndata: {}\n\n");
+}
+
 TEST(EventFeed, WakesThoseWhoSubscribed) {
   EventFeed feed(1);
   int woken = 0;
@@ -119,19 +138,32 @@ TEST(Guard, RefusesPagesOfOthers) {
   EXPECT_FALSE(asked({{"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "navigate"}}, "GET", "/"));
 }
 
+TEST(Guard, RolesAreWhatTheySay) {
+  const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
+  EXPECT_FALSE(guard.session_of(from({})));
+  const auto session = guard.session_of(from({{"authorization", "Bearer secret"}}));
+  ASSERT_TRUE(session);
+  for (const Right right : all_rights()) EXPECT_TRUE(session->may(right)) << name(right);
+  const Session operator_only{"a", {Right::operate}}, approver{"b", {Right::approve}}, nobody{"c", {}};
+  EXPECT_TRUE(operator_only.may(Right::read) && operator_only.may(Right::operate) &&
+              !operator_only.may(Right::approve));
+  EXPECT_TRUE(approver.may(Right::read) && !approver.may(Right::operate) && approver.may(Right::approve));
+  EXPECT_FALSE(nobody.may(Right::read));
+}
+
 TEST(Guard, TheCookieIsNotTheToken) {
   const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
   const std::string cookie = guard.cookie(), pair = cookie.substr(0, cookie.find(';'));
   EXPECT_EQ(cookie.find("secret"), std::string::npos);
-  EXPECT_TRUE(guard.has_token(from({{"cookie", pair}})));
-  EXPECT_TRUE(guard.has_token(from({{"cookie", "a=b; " + pair + "; c=d"}})));
-  EXPECT_TRUE(guard.has_token(from({{"authorization", "Bearer secret"}})));
+  EXPECT_TRUE(guard.session_of(from({{"cookie", pair}})));
+  EXPECT_TRUE(guard.session_of(from({{"cookie", "a=b; " + pair + "; c=d"}})));
+  EXPECT_TRUE(guard.session_of(from({{"authorization", "Bearer secret"}})));
   for (const auto& headers : std::vector<std::map<std::string, std::string>>{{},
                                                                              {{"cookie", pair + "x"}},
                                                                              {{"cookie", "x" + pair}},
                                                                              {{"authorization", "Bearer "}},
                                                                              {{"authorization", "secret"}}})
-    EXPECT_FALSE(guard.has_token(from(headers)));
+    EXPECT_FALSE(guard.session_of(from(headers)));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
 #include "tumble/units/error.hpp"
@@ -21,6 +22,7 @@ namespace tumble {
 namespace {
 
 using conduct::DeviceLine;
+using conduct::StreamLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
@@ -50,7 +52,12 @@ class Conductor {
       devices_.push_back(
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
-    for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
+    for (std::size_t i = 0; i < station.instruments.size(); ++i) {
+      streams_.push_back(recorder_of(i));
+      starts_.emplace_back(
+          parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
+          station.instruments[i].answer_within);
+    }
     begin_ = wires_.now();
     for (const StationInterlock& interlock : station.interlocks)
       for (const auto& term : interlock.require.terms) watched_.insert(term.channel);
@@ -73,6 +80,7 @@ class Conductor {
       if (!end_) look_around();
     }
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
+    tell_recorded();
     return *end_;
   }
 
@@ -95,10 +103,16 @@ class Conductor {
     wires_.send(device, bytes);
   }
 
+  void send_to_unit(std::size_t i, std::string_view bytes) {
+    if (streams_[i]) streams_[i]->sent(wires_.now(), bytes);
+    wires_.send(devices_.size() + i, bytes);
+  }
+
   /// [s] when something is due.
   double next() const {
     double due = std::min(state_.wake.value_or(never), next_values_);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
+    for (const StreamLine& start : starts_) due = std::min(due, start.next());
     return due;
   }
 
@@ -126,10 +140,16 @@ class Conductor {
     const std::size_t i = event.link - devices_.size();
     if (i >= streams_.size() || !streams_[i]) return;
     if (event.kind == LinkEvent::Kind::lost) return stream_lost(i, event);
-    if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
+    if (event.kind == LinkEvent::Kind::up) {
+      streams_[i]->restart();
+      return starts_[i].link_is_up(event.time);
+    }
     const std::uint64_t before = streams_[i]->counts().channel_frames;
     streams_[i]->receive(event.time, event.bytes);
-    if (streams_[i]->counts().channel_frames > before) heard_[i] = event.time;  // bytes alone are no measurement
+    const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
+    if (has_frame) heard_[i] = event.time;
+    if (starts_[i].receive(event.bytes, has_frame, event.time))
+      take(StreamStarted{state_.course->station.instruments[i].slot}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
 
@@ -165,6 +185,7 @@ class Conductor {
   void look_around() {
     const double now = wires_.now();
     for (std::size_t d = 0; d < devices_.size(); ++d) replied(d, devices_[d].line.at(now), now);
+    look_at_starts(now);
     if (const auto failure = recorder_.failure(); failure && !store_failed_) {
       store_failed_ = true;
       take(StoreFailed{failure->text}, now);
@@ -178,10 +199,33 @@ class Conductor {
           [&](const Note& note) { perform(note); });
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
+    tell_recorded();
     if (company_.show && now >= next_show_) {
       show_to_company([&] { company_.show(view(now)); });
+      for (const auto& stream : streams_)
+        if (stream) stream->begin_bar();
       next_show_ = now + company_.show_every;
     }
+  }
+
+  /// Commands of instruments that were not answered are sent again.
+  void look_at_starts(double now) {
+    for (std::size_t i = 0; i < starts_.size(); ++i)
+      if (const std::string missing = starts_[i].at(now); !missing.empty())
+        perform(Note{"stream", fmt::format("slot {}: {}", state_.course->station.instruments[i].slot, missing)});
+  }
+
+  /// An event of the store, which others hear of when it is on the disk.
+  void record(StoreEvent event) {
+    const std::uint64_t sequence = recorder_.event(event);
+    if (company_.event) unheard_.emplace_back(sequence, std::move(event));
+  }
+
+  void tell_recorded() {
+    if (unheard_.empty()) return;
+    const std::uint64_t on_disk = recorder_.acknowledged().sequence;
+    for (; !unheard_.empty() && unheard_.front().first <= on_disk; unheard_.pop_front())
+      show_to_company([&] { company_.event(unheard_.front().first, unheard_.front().second); });
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -292,22 +336,32 @@ class Conductor {
       note_step(step);
     }
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    recorder_.event({now, "journal", {}, row.label, conduct::text_of(row)});
+    record({now, "journal", {}, row.label, conduct::text_of(row)});
     if (store_failed_) return;  // nothing waits for it any more
     if (recorder_.flush(company_.longest_commit) || recorder_.failure()) return;
     store_failed_ = row_waits_ = true;
     events_.push_back(
         {wires_.now(), StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}});
   }
+  void perform(const StreamSwitch& stream) {
+    const auto& all = state_.course->station.instruments;
+    const auto found = std::ranges::find(all, stream.slot, &StationInstrument::slot);
+    if (found == all.end()) return;
+    StreamLine& start = starts_[static_cast<std::size_t>(found - all.begin())];
+    if (stream.on)
+      start.start(wires_.now());
+    else
+      start.stop();
+  }
   void perform(const Prompt& prompt) {
-    recorder_.event({wires_.now(), "prompt", {}, prompt.text, {}});
+    record({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
     if (company_.ask) show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    recorder_.event({wires_.now(), note.kind, {}, note.text, {}});
+    record({wires_.now(), note.kind, {}, note.text, {}});
     tell(note);
   }
   void tell(const Note& note) {
@@ -325,9 +379,11 @@ class Conductor {
   conduct::Estimates estimates_;
   std::vector<Device> devices_;
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
+  std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
   std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;
+  std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
@@ -346,7 +402,11 @@ RunView Conductor::view(double now) const {
   view.segments = course.schedule.size();
   if (state_.segment < course.schedule.size()) view.label = course.schedule[state_.segment].label;
   for (std::size_t s = state_.segment; s < course.schedule.size(); ++s) view.left += course.schedule[s].duration;
-  if (state_.recording) view.left -= std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
+  if (state_.recording) {
+    view.recorded = std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
+    view.left -= view.recorded;
+  }
+  view.progress = state_.segments;
   for (std::size_t a = 0; a < state_.axes.size(); ++a) {
     const AxisProgress& axis = state_.axes[a];
     view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
@@ -360,11 +420,14 @@ RunView Conductor::view(double now) const {
     view.damaged += counts.damaged.count;
     for (const auto& shown : streams_[i]->shown())
       view.channels.push_back({course.station.instruments[i].slot, shown.channel.name, shown.channel.unit,
-                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan()});
+                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan(), shown.low, shown.high});
   }
   view.estimates = estimates_.view();
   view.prompt = prompt_;
-  view.acknowledged = recorder_.acknowledged().time - begin_;
+  const Acknowledged on_disk = recorder_.acknowledged();
+  view.acknowledged = on_disk.time - begin_;
+  view.sequence = on_disk.sequence;
+  if (!unheard_.empty()) view.sequence = std::min(view.sequence, unheard_.front().first - 1);
   return view;
 }
 

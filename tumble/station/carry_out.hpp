@@ -41,7 +41,9 @@ struct RunView {
   RunPhase phase = RunPhase::idle;
   std::size_t segment = 0, segments = 0;
   std::string label;
-  double left = 0.0;  ///< [s] of the schedule, without ways and waiting
+  double left = 0.0;                      ///< [s] of the schedule, without ways and waiting
+  double recorded = 0.0;                  ///< [s] of this segment
+  std::vector<SegmentProgress> progress;  ///< by segment of the course
   struct AxisView {
     std::string name;
     StationAxis::Kind kind = StationAxis::Kind::angle;
@@ -53,7 +55,9 @@ struct RunView {
   struct ChannelView {
     std::string slot, name;
     Unit unit;
-    double mean = 0.0, sd = 0.0, allan = 0.0;  ///< [SI]
+    double mean = 0.0, sd = 0.0, allan = 0.0;  ///< [SI] of this segment
+    /// [SI] least and greatest sample since the last view; NaN: none has come
+    double low = std::numeric_limits<double>::quiet_NaN(), high = std::numeric_limits<double>::quiet_NaN();
   };
   std::vector<ChannelView> channels;
   struct EstimateView {
@@ -64,7 +68,8 @@ struct RunView {
   std::vector<EstimateView> estimates;              ///< the answer of the method from what has been recorded so far
   std::uint64_t frames = 0, lost = 0, damaged = 0;  ///< of all streams
   std::optional<Prompt> prompt;
-  double acknowledged = 0.0;  ///< [s] up to which everything is on the disk
+  double acknowledged = 0.0;   ///< [s] up to which everything is on the disk
+  std::uint64_t sequence = 0;  ///< up to which items are on the disk, and their events were handed out
 };
 
 /// What takes part in a run beside devices: people, and what shows it.
@@ -76,6 +81,8 @@ struct RunCompany {
   std::function<void(const std::map<std::string, double>&)> by_hand = {};
   /// What happens, and "records" for each segment; `time` [s] since the begin.
   std::function<void(const Note& note, double time)> note = {};
+  /// The events of the store, in order, once they are on the disk; `sequence` is 0 where the recording has stopped.
+  std::function<void(std::uint64_t sequence, const StoreEvent& event)> event = {};
   std::function<void(const RunView&)> show = {};
   double show_every = 0.5;  ///< [s] of the station's clock
   /// [s of the wall] that the disk may take for a row of the journal. Nobody watches the rig in the meantime: after it

@@ -111,6 +111,10 @@ struct EstimateNow {
   std::string slot, parameter;
   double value = 0.0, sd = 0.0;  ///< [SI]
 };
+/// A stream that was to be started delivers frames.
+struct StreamStarted {
+  std::string slot;
+};
 struct PromptAnswer {
   int prompt = 0;
   std::string choice, who;
@@ -125,8 +129,8 @@ struct StoreFailed {
 };
 struct RunEvent {
   double time = 0.0;  ///< [s] of the station's clock
-  std::variant<Tick, DeviceReply, LinkLost, LinkUp, ChannelValues, UnitFailed, EstimateNow, PromptAnswer, RunOrder,
-               StoreFailed>
+  std::variant<Tick, DeviceReply, LinkLost, LinkUp, ChannelValues, UnitFailed, StreamStarted, EstimateNow, PromptAnswer,
+               RunOrder, StoreFailed>
       what = Tick{};
   bool more = false;  ///< others have arrived already: whether a device is silent is judged after them
 };
@@ -146,6 +150,11 @@ struct RecordSwitch {
 };
 struct JournalEntry {
   RunRow row;
+};
+/// The commands of a unit's declaration that start its stream, or stop it.
+struct StreamSwitch {
+  std::string slot;
+  bool on = false;
 };
 struct Prompt {
   int id = 0;
@@ -169,7 +178,8 @@ struct RunEnd {
   RunEnding ending = RunEnding::complete;
   std::string text;  ///< for a person
 };
-using RunAction = std::variant<Ask, RecordSwitch, JournalEntry, Prompt, PromptClosed, WakeAt, Note, RunEnd>;
+using RunAction =
+    std::variant<Ask, RecordSwitch, JournalEntry, StreamSwitch, Prompt, PromptClosed, WakeAt, Note, RunEnd>;
 
 /// A request on its way to a device.
 struct PendingRequest {
@@ -181,6 +191,13 @@ struct PendingRequest {
   bool operator==(const PendingRequest&) const = default;
 };
 
+/// A set point that was acknowledged, and is to be read back.
+struct OpenSetPoint {
+  int axis = 1;
+  double value = 0.0;  ///< [SI] of the controller
+  double due = 0.0;    ///< [s] until when it must be read back
+};
+
 /// How far the executive is with a device.
 struct DeviceProgress {
   std::deque<PendingRequest> waiting;
@@ -189,6 +206,7 @@ struct DeviceProgress {
   double heard = 0.0;  ///< [s] last good reply
   double next_poll = 0.0;
   std::size_t turn = 0;  ///< of the polls
+  std::vector<OpenSetPoint> set_points = {};
   int refusals = 0;      ///< of polls, one after the other
   bool lost = false;     ///< nothing was heard for too long, or it is cut
   bool cut = false;      ///< nothing can be sent
@@ -220,6 +238,12 @@ struct AxisProgress {
   double sum = 0.0, count = 0.0;  ///< of what is demanded, while recording
   bool ramping = false;
   double ramp_from = 0.0, ramp_to = 0.0, ramp_rate = 0.0, ramp_begin = 0.0, next_set = 0.0;
+};
+
+/// How far the stream of an instrument is, where commands start it.
+struct StreamProgress {
+  enum class Status { off, starting, on } status = Status::off;
+  double due = 0.0;  ///< [s] until when it must have started
 };
 
 struct SegmentProgress {
@@ -262,6 +286,7 @@ struct ExecutiveState {
   std::vector<SegmentProgress> segments;
   std::vector<DeviceProgress> devices;
   std::vector<AxisProgress> axes;
+  std::vector<StreamProgress> streams;  ///< by instrument
   std::map<std::string, KnownChannel> channels;
   std::vector<InterlockProgress> interlocks;
   std::vector<SafeProgress> safe;

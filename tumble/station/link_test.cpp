@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "tumble/units/error.hpp"
@@ -247,6 +250,67 @@ TEST(LinkTcp, ThePeerOfANameIsANumber) {
   EXPECT_EQ(links.peer(link), "127.0.0.1");
   links.close(link);
   EXPECT_EQ(links.peer(link), "");
+}
+
+/// What arrives while this process is stopped is there when it goes on, although the time of the wait is over.
+TEST(Link, AWaitThatWasOversleptGivesWhatHasArrived) {
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t process = fork();
+  if (process == 0) {
+    Links links(steady_seconds);
+    const std::uint16_t port = links.listen(0);
+    if (write(ready[1], &port, sizeof port) != sizeof port) _exit(2);
+    const std::size_t link = came_in(links);
+    if (write(ready[1], &port, sizeof port) != sizeof port) _exit(3);
+    for (const LinkEvent& event : links.wait(0.6))
+      if (event.link == link && event.bytes == "now") _exit(0);
+    _exit(1);
+  }
+  std::uint16_t port = 0;
+  ASSERT_EQ(read(ready[0], &port, sizeof port), static_cast<ssize_t>(sizeof port));
+  const int client = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(connect(client, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(read(ready[0], &port, sizeof port), static_cast<ssize_t>(sizeof port));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  kill(process, SIGSTOP);
+  EXPECT_EQ(write(client, "now", 3), 3);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  kill(process, SIGCONT);
+  int status = 0;
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  for (const int file : {client, ready[0], ready[1]}) close(file);
+}
+
+/// A server that runs out of file handles goes on to serve those that are connected, and takes the next one in later.
+TEST(Link, ADoorWaitsForAFileHandle) {
+  Links links(steady_seconds);
+  const std::uint16_t port = links.listen(0);
+  const int client = socket(AF_INET, SOCK_STREAM, 0);
+  ASSERT_GE(client, 0);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const int next = dup(client);
+  close(next);
+  rlimit none = before;
+  none.rlim_cur = static_cast<rlim_t>(next);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int connected = connect(client, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const bool nothing = links.wait(0.3).empty();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(connected, 0);
+  EXPECT_TRUE(nothing);
+  EXPECT_NE(came_in(links), static_cast<std::size_t>(-1));
+  close(client);
 }
 
 }  // namespace

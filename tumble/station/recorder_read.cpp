@@ -89,17 +89,32 @@ std::vector<StoreRecording> StoreReading::recordings(const Progress& progress) {
 
 }  // namespace recorder
 
-StoreContent visit_store(const std::string& run, const std::function<void(const StoreItem&)>& visit) {
+namespace {
+
+StoreContent visit_some(const std::string& run, const std::function<void(const StoreItem&)>& visit,
+                        std::optional<StoreItem::Kind> only) {
   const std::string path = recorder::path_of_store(run);
   Disk disk;
   const recorder::StoreFile store = recorder::open_store(path, disk);
   try {
     StoreContent content = recorder::describe(store);
-    recorder::visit(store, content, visit);
+    recorder::visit(store, content, visit, only);
     return content;
   } catch (const recorder::Refusal& refusal) {
     recorder::refuse_to_read(path, refusal);
   }
+}
+
+}  // namespace
+
+StoreContent visit_store(const std::string& run, const std::function<void(const StoreItem&)>& visit) {
+  return visit_some(run, visit, {});
+}
+
+StoreContent visit_events(const std::string& run,
+                          const std::function<void(std::uint64_t sequence, const StoreEvent&)>& visit) {
+  return visit_some(
+      run, [&](const StoreItem& item) { visit(item.sequence, *item.event); }, StoreItem::Kind::event);
 }
 
 std::uint64_t write_raw(const std::string& run, const std::string& file) {

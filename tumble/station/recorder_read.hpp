@@ -39,6 +39,10 @@ struct StoreContent {
 /// Throws Error::bad_file: no store, a store that a process is still writing, not a store.
 StoreContent visit_store(const std::string& run, const std::function<void(const StoreItem&)>& visit);
 
+/// Hands out the events of a store alone, in their order: quick however long the run was. Throws as visit_store().
+StoreContent visit_events(const std::string& run,
+                          const std::function<void(std::uint64_t sequence, const StoreEvent&)>& visit);
+
 /// The recording of one unit.
 struct StoreRecording {
   std::string slot;  ///< empty: there is only one unit

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/version.hpp"
 #include "tumble/wire/instruments.hpp"
@@ -89,6 +90,8 @@ class Session {
         folder_(store_folder_of(request.output)),
         begin_(world.clock()),
         links_([this] { return now(); }),
+        line_(
+            instrument_.codec.link, [this](std::string_view bytes) { send(bytes); }, answer_within),
         disk_(world.fault) {}
 
   RecordOutcome run() {
@@ -136,11 +139,13 @@ class Session {
   }
 
   /// Takes what has arrived. False: the recording has to end.
-  bool receive(double seconds, std::string* heard = nullptr) {
+  bool receive(double seconds) {
     for (const LinkEvent& event : links_.wait(seconds)) {
-      if (event.kind == LinkEvent::Kind::bytes) stream_->receive(event.time, event.bytes);
+      if (event.kind == LinkEvent::Kind::bytes) {
+        stream_->receive(event.time, event.bytes);
+        line_.receive(event.bytes, false, event.time);
+      }
       received_ += event.bytes.size();
-      if (event.kind == LinkEvent::Kind::bytes && heard) *heard += event.bytes;
       if (event.kind != LinkEvent::Kind::lost) continue;
       recorder_->event({event.time, "link lost", instrument_.link.name, event.reason, {}});
       end("the link was lost: " + event.reason);
@@ -155,7 +160,7 @@ class Session {
     outcome_.ending = reason;
   }
 
-  void send(const std::string& bytes) {
+  void send(std::string_view bytes) {
     stream_->sent(now(), bytes);
     links_.send(link_, bytes);
   }
@@ -174,30 +179,15 @@ class Session {
   }
 
   void start() {
-    for (const auto& [bytes, expected] : instrument_.codec.link.start) {
-      send(bytes);
-      std::string heard;
-      const double until = now() + answer_within;
-      while (!expected.empty() && heard.find(expected) == std::string::npos) {
-        if (world_.ended() || !receive(look_interval, &heard)) return;
-        if (now() > until) refuse_answer(bytes, expected, heard);
-      }
+    line_.start(now());
+    while (!line_.answered()) {
+      if (world_.ended() || !receive(look_interval)) return;
+      if (line_.answered() || now() <= line_.next()) continue;
+      throw Error(Error::Kind::bad_data,
+                  fmt::format("{}: {}; compare the declaration and the rate of the line, or use --no-start for an "
+                              "instrument that streams already",
+                              instrument_.link.name, line_.at(now())));
     }
-  }
-
-  [[noreturn]] void refuse_answer(std::string sent, const std::string& expected, std::string heard) const {
-    const auto readable = [](std::string& text) {
-      if (text.size() > 60) text = "..." + text.substr(text.size() - 60);
-      for (char& letter : text)
-        if (letter < ' ' || letter > '~') letter = '.';
-    };
-    const std::size_t count = heard.size();
-    readable(sent), readable(heard);
-    throw Error(Error::Kind::bad_data,
-                fmt::format("{}: the instrument did not answer '{}' with '{}' within {} s, but with {} bytes: '{}'; "
-                            "compare the declaration and the rate of the line, or use --no-start for an instrument "
-                            "that streams already",
-                            instrument_.link.name, sent, expected, answer_within, count, heard));
   }
 
   /// There is nothing to seal. Bytes that are no frames may still tell a person what the device sends.
@@ -228,7 +218,7 @@ class Session {
   }
 
   void stop() {
-    for (const auto& [bytes, expected] : instrument_.codec.link.stop) send(bytes);
+    line_.stop();
     const double until = now() + 0.5;
     while (links_.unsent(link_) > 0 && now() < until) receive(0.01);
   }
@@ -268,6 +258,7 @@ class Session {
   std::string folder_;
   double begin_;
   Links links_;
+  conduct::StreamLine line_;
   std::size_t link_ = 0;
   Disk disk_;
   std::optional<Recorder> recorder_;

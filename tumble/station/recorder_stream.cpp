@@ -43,6 +43,7 @@ InstrumentRecorder::InstrumentRecorder(Recorder& recorder, const FrameCodec& cod
 
 void InstrumentRecorder::sent(double time, std::string_view bytes) {
   recorder_.raw(link_, StoreDirection::sent, time, bytes);
+  stream_.begin_again();
 }
 
 bool InstrumentRecorder::receive(double time, std::string_view bytes) {
@@ -53,6 +54,10 @@ bool InstrumentRecorder::receive(double time, std::string_view bytes) {
 
 void InstrumentRecorder::begin_noise() {
   for (Shown& shown : shown_) shown.noise = LiveNoise();
+}
+
+void InstrumentRecorder::begin_bar() {
+  for (Shown& shown : shown_) shown.low = shown.high = std::nan("");
 }
 
 void InstrumentRecorder::restart() {
@@ -83,6 +88,8 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     values_.push_back(value);
     shown_[i].noise.add(time, value);
     shown_[i].last = value;
+    shown_[i].low = std::fmin(shown_[i].low, value);
+    shown_[i].high = std::fmax(shown_[i].high, value);
     shown_[i].seen = shown_[i].seen || !std::isnan(value);
   }
   const StoreSample sample{time, frame.time, frame.sequence, values_};

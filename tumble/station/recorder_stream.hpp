@@ -41,6 +41,8 @@ class InstrumentRecorder {
     LiveNoise noise;  ///< [SI]; of increments as they come: times rate() they are the signal
     double last = std::numeric_limits<double>::quiet_NaN();  ///< [SI] the last sample, as in `noise`; NaN: none yet
     bool seen = false;                                       ///< a number has come since the beginning
+    /// [SI] least and greatest since begin_bar(); NaN: no number has come
+    double low = std::numeric_limits<double>::quiet_NaN(), high = std::numeric_limits<double>::quiet_NaN();
   };
 
   /// `codec` must live as long, and is that of the declaration of the link. `live`, which may be null, gets the samples
@@ -53,6 +55,8 @@ class InstrumentRecorder {
   void sent(double time, std::string_view bytes);
   /// Mean, deviation and Allan deviation are those of the samples from now on.
   void begin_noise();
+  /// Least and greatest are those of the samples from now on.
+  void begin_bar();
   /// The link came back: what is half decoded is given up, and the counts begin again.
   void restart();
 

@@ -93,6 +93,7 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   Disk disk;
   const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
   const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
+  if (rehearsal.resume && rehearsal.desk) remember_run(*rehearsal.desk, rehearsal.folder);
   if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
     bench.put(mounted_for(rehearsal.plan, station));
     bench.power(true);
@@ -109,6 +110,9 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     options.commit_bytes = std::size_t{1} << 22;  // it comes faster than a disk synchronises
     Recorder recorder(rehearsal.folder, rehearsal.disk ? *rehearsal.disk : disk, options);
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
+    if (rehearsal.desk)
+      company = at_desk(*rehearsal.desk, rehearsal.folder,
+                        facts_of(rehearsal.plan.title, *course, "rehearsed", "rehearsed"), rehearsal.speed, company);
     const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
     rehearsed.end =
         carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);

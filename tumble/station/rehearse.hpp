@@ -11,6 +11,7 @@
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/disk.hpp"
 #include "tumble/station/recorder_read.hpp"
+#include "tumble/station/run_desk.hpp"
 #include "tumble/station/virtual_faults.hpp"
 
 namespace tumble {
@@ -27,6 +28,8 @@ struct Rehearsal {
   std::string recording = {};  ///< file that it is sealed into; empty: as seal() chooses
   std::map<std::string, std::string> units = {};    ///< serial number by slot; absent: that of the plan
   std::function<void(double simulated)> pace = {};  ///< waits until this time [s] may be; absent: as fast as it goes
+  RunDesk* desk = nullptr;                          ///< where others watch it and give orders
+  double speed = 0.0;                               ///< [1] that `pace` keeps; 0: as fast as it goes
   RunCompany company = {};  ///< `ask` and `orders` are played by the rehearsal where they are empty
 };
 

@@ -60,7 +60,11 @@ void wait_in_wall_time(Station& station, double speed) {
     device.lost_after *= speed;
     for (auto& [verb, timeout] : device.timeouts) timeout *= speed;
   }
-  for (StationInstrument& instrument : station.instruments) instrument.lost_after = silence_of(instrument) * speed;
+  for (StationInstrument& instrument : station.instruments) {
+    instrument.lost_after = silence_of(instrument) * speed;
+    instrument.start_within *= speed;
+    instrument.answer_within *= speed;
+  }
   for (SafeCommand& command : station.safe) command.within *= speed;
 }
 
@@ -94,6 +98,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const auto rows = run.resume ? journal_of(run.folder) : std::vector<RunRow>{};
   // A run that goes on has times after those that it has recorded.
   const double before = run.resume ? end_of(run.folder) + 1.0 : 0.0;
+  if (run.resume && run.desk) remember_run(*run.desk, run.folder);
   const double begin = run.clock();
   const auto clock = [&run, before, begin] { return before + run.speed * (run.clock() - begin); };
   Lease lease(station, run.folder);
@@ -106,11 +111,15 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   options.resume = run.resume;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
+  if (!run.rig.empty()) recorder.set("rig", run.rig);
   if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
     recorder.event(
         {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
   RunCompany company = run.company;
+  company.show_every *= std::max(1.0, run.speed);  // people look in time of the wall
+  if (run.desk)
+    company = at_desk(*run.desk, run.folder, facts_of(run.plan.title, *course, run.who, run.rig), run.speed, company);
   company.estimates = estimates.get();
   company.longest_commit = std::min(company.longest_commit, longest_commit);
   const RunEnd end =

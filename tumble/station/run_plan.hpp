@@ -6,6 +6,7 @@
 
 #include "tumble/core/plan.hpp"
 #include "tumble/station/carry_out.hpp"
+#include "tumble/station/run_desk.hpp"
 
 namespace tumble {
 
@@ -23,6 +24,8 @@ struct PlannedRunAtStation {
   std::function<double()> clock;             ///< [s] of the wall, which grows
   std::string started = {};                  ///< UTC now, "2026-03-01T12:00:00Z"; empty: nobody says it
   RunCompany company = {};
+  RunDesk* desk = nullptr;      ///< where others watch it and give orders; opened in the folder of the run
+  std::string rig = {};         ///< "virtual": noted in the store; empty: a real one
   bool show_estimates = false;  ///< the estimate so far is for people too, and not for stopping rules alone
 };
 

@@ -67,6 +67,10 @@ struct StationDevice {
   std::vector<std::string> once = {};   ///< of these, those that are never sent again
   /// By verb, the values that a request may carry, and those without which it is refused; empty: not known.
   std::map<std::string, std::vector<std::string>> takes = {}, needs = {};
+  /// How a set point is confirmed: the verb that reads it, and by how much the reading may differ [K]; empty: it is
+  /// not.
+  std::string set_point_verb = {};
+  double set_point_step = 0.0;
   std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
   std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
 
@@ -83,6 +87,10 @@ struct StationInstrument {
   double rate = 0.0;  ///< [Hz]; 0: not stated
   double lost_after =
       0.0;  ///< [s] without a byte while it is recorded, after which the unit drops out; 0: silence_of()
+  /// The commands of its declaration start and stop the stream; parts_of() clears it where the declaration has none.
+  bool start = false;
+  double start_within = 30.0;  ///< [s] in which the stream must have started, else the unit drops out
+  double answer_within = 2.0;  ///< [s] for a command that starts it, after which all are sent again
 };
 
 /// [s] that a stream may be silent while it is recorded: as stated, else 5 s, but at least 20 samples.

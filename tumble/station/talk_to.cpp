@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tumble/station/conduct/device_line.hpp"
+#include "tumble/station/conduct/stream_line.hpp"
 
 namespace tumble {
 namespace {
@@ -39,6 +40,28 @@ ControllerReply answer_of(conduct::DeviceLine& line, std::size_t wire, const Con
   }
 }
 
+/// An instrument that is listened to.
+struct Listening {
+  FrameStream stream;
+  conduct::StreamLine line;
+  bool started = false;  ///< by us
+};
+
+void listen(std::vector<Listening>& all, std::size_t devices, const Wires& wires, double until) {
+  while (wires.now() < until) {
+    double due = until;
+    for (const Listening& one : all) due = std::min(due, one.line.next());
+    for (const LinkEvent& event : wires.wait(due)) {
+      const std::size_t i = event.link - devices;
+      if (event.kind != LinkEvent::Kind::bytes || event.link < devices || i >= all.size()) continue;
+      const auto before = all[i].stream.counts().channel_frames;
+      all[i].stream.feed(event.bytes, [](const StreamFrame&) {});
+      all[i].line.receive(event.bytes, all[i].stream.counts().channel_frames > before, event.time);
+    }
+    for (Listening& one : all) one.line.at(wires.now());
+  }
+}
+
 }  // namespace
 
 std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& parts, const Wires& wires) {
@@ -60,19 +83,28 @@ std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& pa
 
 std::vector<FrameCounts> listen_to(const Station& station, const StationParts& parts, const Wires& wires,
                                    double seconds) {
-  std::vector<FrameStream> streams;
-  streams.reserve(parts.streams.size());
-  for (const auto& stream : parts.streams) streams.emplace_back(stream.codec);
-  const double until = wires.now() + seconds;
-  while (wires.now() < until)
-    for (const LinkEvent& event : wires.wait(until)) {
-      const std::size_t i = event.link - station.devices.size();
-      if (event.kind == LinkEvent::Kind::bytes && event.link >= station.devices.size() && i < streams.size())
-        streams[i].feed(event.bytes, [](const StreamFrame&) {});
-    }
+  std::vector<Listening> all;
+  all.reserve(parts.streams.size());
+  const std::size_t devices = station.devices.size();
+  for (std::size_t i = 0; i < parts.streams.size(); ++i)
+    all.push_back({FrameStream(parts.streams[i].codec),
+                   conduct::StreamLine(
+                       parts.streams[i].codec.link,
+                       [&wires, wire = devices + i](std::string_view bytes) { wires.send(wire, bytes); }, seconds)});
+  listen(all, devices, wires, wires.now() + seconds);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].started = station.instruments[i].start && all[i].stream.counts().good == 0;
+    if (all[i].started) all[i].line.start(wires.now());
+  }
+  const auto is_awaited = [](const Listening& one) { return one.started && one.stream.counts().good == 0; };
+  for (const double until = wires.now() + 3.0 * seconds; wires.now() < until && std::ranges::any_of(all, is_awaited);)
+    listen(all, devices, wires, std::min(until, wires.now() + 0.1 * seconds));
   std::vector<FrameCounts> counts;
-  counts.reserve(streams.size());
-  for (const auto& stream : streams) counts.push_back(stream.counts());
+  counts.reserve(all.size());
+  for (Listening& one : all) {
+    if (one.started) one.line.stop();
+    counts.push_back(one.stream.counts());
+  }
   return counts;
 }
 

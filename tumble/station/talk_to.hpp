@@ -17,7 +17,8 @@ struct DeviceAnswer {
 /// Speaks to every device, and moves none: who it is, what it reads, in which state it is.
 std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& parts, const Wires& wires);
 
-/// Bytes that each instrument has sent within `seconds` [s]: good frames and others, in the order of the station.
+/// Bytes that each instrument has sent within `seconds` [s]: good frames and others, in the order of the station. Those
+/// without a frame that commands start are started, listened to for up to three times as long, and stopped.
 std::vector<FrameCounts> listen_to(const Station& station, const StationParts& parts, const Wires& wires,
                                    double seconds);
 

@@ -13,6 +13,7 @@
 #include "tumble/station/virtual_rig.hpp"
 #include "tumble/station/virtual_speech.hpp"
 #include "tumble/station/virtual_stream.hpp"
+#include "tumble/station/virtual_switch.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -35,6 +36,7 @@ struct Streaming {
   std::size_t wire = 0;
   VirtualStream stream;
   LinkFaults faults;
+  VirtualSwitch commands;
 };
 
 /// A value of the controller as that of the rig, or back.
@@ -88,6 +90,8 @@ struct VirtualBench::Inner {
   std::uint64_t order = 0;
   double now = 0.0, next_stream = stream_every;
   std::uint64_t streamed = 1;  ///< portions, of which the next is due then
+  int power_up = 0;            ///< that the instruments are in; 0: they are off
+  bool commanded = false;      ///< a stream is started by commands
   bool faulty;                 ///< frames are handed on one by one, since each may be hit
 
   Inner(const Plan& plan, std::uint64_t seed, const std::vector<VirtualFault>& timed)
@@ -108,8 +112,10 @@ struct VirtualBench::Inner {
 
   /// All that the instruments have sent until now.
   void stream_on() {
+    note_power();
     for (const VirtualSamples& samples : rig.samples(now))
       for (Streaming& one : streaming) {
+        if (!one.commands.streams()) continue;
         if (!faulty) {
           std::string together;
           one.stream.append_frames(samples, together);
@@ -120,6 +126,14 @@ struct VirtualBench::Inner {
           for (TimedBytes& message : one.faults.pass(frame.time, frame.bytes))
             arrive(one.wire, std::max(now, message.time), std::move(message.bytes));
       }
+  }
+
+  /// What was told to an instrument before it was switched on is forgotten.
+  void note_power() {
+    const int is = rig.power_up();
+    if (is != 0 && is != power_up)
+      for (Streaming& one : streaming) one.commands.power_on();
+    power_up = is;
   }
 
   void look_at_links() {
@@ -150,7 +164,17 @@ struct VirtualBench::Inner {
     return reply;
   }
 
+  /// What an instrument is told: it hears it while it has power.
+  void receive_by_instrument(std::size_t wire, std::string_view bytes) {
+    const auto one = std::ranges::find(streaming, wire, &Streaming::wire);
+    if (one == streaming.end() || rig.power_up() == 0) return;
+    stream_on();  // what it has sent before
+    note_power();
+    if (const std::string answer = one->commands.receive(bytes); !answer.empty()) deliver(wire, one->faults, answer);
+  }
+
   void receive(std::size_t wire, std::string_view bytes) {
+    if (commanded) stream_on();  // before the power may change
     Controlled& one = controlled[wire];
     for (ControllerRequest request : one.protocol.feed(bytes)) {
       convert(request.values, one.axes, request.axis, true);
@@ -193,8 +217,11 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
   }
   for (std::size_t i = 0; i < station.instruments.size(); ++i)
     if (!station.instruments[i].frames.empty())
-      inner_->streaming.push_back({station.devices.size() + i, VirtualStream(parts.streams[i].codec, plan.sample_rate),
-                                   LinkFaults(faults, name_of_link(station.instruments[i]), seed)});
+      inner_->streaming.push_back(
+          {station.devices.size() + i, VirtualStream(parts.streams[i].codec, plan.sample_rate),
+           LinkFaults(faults, name_of_link(station.instruments[i]), seed),
+           VirtualSwitch(station.instruments[i].start ? parts.streams[i].codec.link : FrameLink())});
+  inner_->commanded = std::ranges::any_of(station.instruments, &StationInstrument::start);
   inner_->up.assign(station.devices.size() + station.instruments.size(), true);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   if (!station.power.device) inner_->rig.power(0.0, true);  // nobody else would switch the unit on
@@ -206,8 +233,11 @@ VirtualBench::VirtualBench(VirtualBench&&) noexcept = default;
 double VirtualBench::now() const { return inner_->now; }
 
 void VirtualBench::send(std::size_t wire, std::string_view bytes) {
-  if (wire >= inner_->controlled.size() || !inner_->up[wire]) return;
-  inner_->receive(wire, bytes);
+  if (wire >= inner_->up.size() || !inner_->up[wire]) return;
+  if (wire < inner_->controlled.size())
+    inner_->receive(wire, bytes);
+  else
+    inner_->receive_by_instrument(wire, bytes);
 }
 
 std::vector<LinkEvent> VirtualBench::wait(double until) {

@@ -93,7 +93,7 @@ void go_to_set_point(Asked& asked) {
 
 void answer_temperature(Asked& asked) {
   const double temperature = asked.need("temperature");
-  if (asked.reply.refused) return;
+  if (asked.reply.refused || !asked.rig.obeys(asked.axis)) return;
   auto& memory = asked.device.memory[asked.axis];
   const auto before = memory.set_point;
   memory.set_point = temperature;

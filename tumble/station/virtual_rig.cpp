@@ -58,6 +58,11 @@ void VirtualRig::clear_fault(double time, const std::string& axis) {
 
 void VirtualRig::place(double time, const std::map<std::string, double>& values) { state_->bench.place(time, values); }
 void VirtualRig::power(double time, bool on) { state_->bench.power(time, on); }
+bool VirtualRig::obeys(const std::string& axis) const {
+  const auto found = state_->bench.axes.find(axis);
+  return found == state_->bench.axes.end() || !found->second.has(Trouble::stuck);
+}
+
 int VirtualRig::power_up() const { return state_->bench.on ? state_->bench.power_ups : 0; }
 AxisReading VirtualRig::reading(double time, const std::string& axis) { return state_->bench.reading(time, axis); }
 

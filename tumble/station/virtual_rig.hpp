@@ -78,6 +78,8 @@ class VirtualRig {
   /// as the begin of a run is to simulate(). `time` [s].
   void power(double time, bool on);
   /// Which power-up it is, from 1; 0: off.
+  /// Whether the drive of the axis obeys commands: not while it is stuck.
+  bool obeys(const std::string& axis) const;
   int power_up() const;
 
   /// `time` [s].

@@ -147,6 +147,10 @@ void read_certificate(Section& section, CertificateDetails& details) {
   details.replaces = text_in(section, "replaces"), details.replaces_reason = text_in(section, "replaces_reason");
   details.rule_agreed_with = text_in(section, "rule_agreed_with");
   details.remarks = section.texts("remarks");
+  const auto place = text_in(section, "signatures");
+  if (!place.empty() && place != "archive" && place != "hand")
+    section.problem_at("signatures", "'" + place + "' is not known: archive or hand is expected");
+  details.signed_in_archive = place == "archive";
   if (const auto rule = section.text("rule")) try {
       details.rule = parse_decision_rule(*rule);
     } catch (const Error& error) {

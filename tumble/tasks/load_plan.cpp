@@ -18,6 +18,7 @@
 #include "tumble/tasks/plan_file/recording_entry.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/site.hpp"
+#include "tumble/tasks/plan_text.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -341,11 +342,10 @@ void note_source(Plan& plan, const std::string& text, const Sets& sets) {
   for (const auto& [key, value] : sets) plan.command_line[key] = value;
 }
 
-Plan load(const std::string& path, const Sets& sets, bool part) {
+Plan plan_of(const std::string& text, const std::string& path, const Sets& sets, bool part) {
   Reading reading;
   reading.part = part;
   reading.plan.file = reading.problems.file = path;
-  const auto text = read_text_file(path);
   const auto document = tables::document_of(text, path);
   note_source(reading.plan, text, sets);
   reading.sets = sorted(sets);
@@ -355,7 +355,13 @@ Plan load(const std::string& path, const Sets& sets, bool part) {
   return reading.plan;
 }
 
+Plan load(const std::string& path, const Sets& sets, bool part) {
+  return plan_of(read_text_file(path), path, sets, part);
+}
+
 }  // namespace
+
+Plan plan_of_text(const std::string& text, const std::string& path) { return plan_of(text, path, {}, false); }
 
 Plan load_plan(const std::string& path, const Sets& sets) { return load(path, sets, false); }
 

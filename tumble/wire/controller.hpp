@@ -242,11 +242,30 @@ class ControllerHost {
   double pause() const;  ///< [s] of quiet that the controller wants before the next bytes
   const ControllerRequest& request() const { return request_; }
 
-  /// Forgets the request that is outstanding. Returned: a reply whose problem says what was missing.
+  /// Forgets the request that is outstanding. Returned: a reply whose problem says what was missing. Its reply may come
+  /// late. Before the next reading is asked for, a question whose answer is of another form is sent: what comes before
+  /// that answer is late, and is no reading of another axis. Where the declaration has no such question, nothing is
+  /// sent until the late reply has come, or the caller says that the line is clear.
   ControllerReply give_up();
+  bool waits_for_quiet() const { return quiet_; }
+  /// No late reply can come any more: the link is new, or was quiet for long enough.
+  void line_is_clear();
 
  private:
+  struct Owed {
+    const ControllerExchange* exchange = nullptr;
+    std::string sent;
+  };
   const ControllerExchange& exchange() const { return command_->exchanges[exchange_]; }
+  const ControllerExchange* awaited() const { return probe_ ? probe_ : waiting() && !quiet_ ? &exchange() : nullptr; }
+  void owe(const ControllerExchange& late);
+  std::optional<std::size_t> late_match(std::string_view body) const;
+  bool drop_late(std::string_view body);
+  bool is_reading() const;
+  bool must_clear() const;
+  const ControllerExchange* question_to_clear() const;
+  std::string ask_to_clear();
+  void take_while_unclear(const std::string& body, std::vector<ControllerReply>& replies);
   std::string send();
   void advance(std::vector<ControllerReply>& replies);
   void take_body(std::string body, std::vector<ControllerReply>& replies);
@@ -267,6 +286,10 @@ class ControllerHost {
   std::string pending_, sent_;
   std::map<std::string, double> last_;  ///< [SI] values by axis that were sent last
   std::uint16_t transaction_ = 0;       ///< of Modbus over TCP
+  std::vector<Owed> owed_;              ///< of requests that were given up, in order: their replies may come late
+  const ControllerExchange* probe_ = nullptr;  ///< question whose answer shows that no late reply follows; null: none
+  bool spoiled_ = false;                       ///< something came in place of the reply
+  bool quiet_ = false;                         ///< the request is sent when the line is clear
 };
 
 /// The side of the controller: for the virtual rig, and for the test that a declaration works in both directions.

@@ -168,6 +168,7 @@ std::string fault_of(const Controller& controller, const ControllerRequest& requ
 bool recovers(const Controller& controller, ControllerHost& host, const ControllerTalk& talk) {
   for (int times = 0; times < 2; ++times) {
     if (!host.idle()) host.give_up();
+    host.line_is_clear();
     ControllerDevice device(controller);
     const auto conversation = testing::carry_out(host, device, talk.request, talk.answer);
     if (std::ranges::count_if(conversation.replies, testing::is_accepted) == 1) return true;

@@ -271,6 +271,9 @@ class FrameStream {
   void feed(std::string_view bytes, const FrameSink& sink);
   /// What waits for more bytes is decoded or counted as cut off.
   void finish(const FrameSink& sink);
+  /// The instrument was told to start or to stop: until the next frame it answers, which is no garbage, and its counter
+  /// may begin anew, which is no loss.
+  void begin_again();
   const FrameCounts& counts() const { return counts_; }
 
   enum class State { none, waits, damaged, good };  ///< of bytes that may be a frame
@@ -307,6 +310,7 @@ class FrameStream {
   std::uint64_t proven_ = 0;         ///< where frames that are found by their counter are used from
   std::uint64_t bad_bytes_ = 0;      ///< in no good frame since the last one that carries channels
   bool in_run_ = false;              ///< of skipped bytes
+  bool answers_ = false;             ///< bytes that are skipped are answers of the instrument
   bool counted_ = false;             ///< some layout has a counter
   std::optional<std::size_t> main_;  ///< without counters: the layout whose frames the sequence counts
   std::optional<std::uint64_t> counter_;

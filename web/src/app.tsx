@@ -6,6 +6,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { get, Job, post, problemsOf, waiting } from "./api";
 import { cancel, connected, fileOfJob, jobs, start } from "./jobs";
 import { ROOMS } from "./rooms";
+import { loadSession } from "./session/session";
+import { Signed, SignIn } from "./session/sign_in";
 import { addressOf, arrive, go, path, query } from "./route";
 import { language, loadTexts, setLanguage, t } from "./texts";
 
@@ -89,6 +91,7 @@ function Frame() {
         <span class={connected.value ? "connection" : "connection lost"} role="status">
           {connected.value ? "" : `⚠ ${t("connection_lost")}`}
         </span>
+        <Signed />
         <select aria-label={t("language")} value={language.value} onChange={(event) => void setLanguage(event.currentTarget.value as "en" | "zh")}>
           <option value="en" lang="en">English</option>
           <option value="zh" lang="zh-CN">中文</option>
@@ -126,6 +129,11 @@ async function begin(): Promise<void> {
   await loadTexts();
   try {
     await openSession();
+    const session = await loadSession();
+    if (session.users && !session.open) {
+      render(<SignIn onOpen={() => void begin()} />, place);
+      return;
+    }
     const { body } = await get<{ folder: string }>("/api/workbench");
     document.title = `${body.folder} · Tumble`;
   } catch (error) {

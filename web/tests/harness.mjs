@@ -18,9 +18,10 @@ mkdirSync(folder);
 mkdirSync(pictures, { recursive: true });
 export const environment = { ...process.env, XDG_CACHE_HOME: join(scratch, "cache") };
 
-function startServer() {
+/// A server over a folder, with these options; ended by its own test.
+export function startServer(where = folder, ...options) {
   return new Promise((started, failed) => {
-    const server = spawn(program, ["serve", folder, "--port", "0"], { env: environment });
+    const server = spawn(program, ["serve", where, "--port", "0", ...options], { env: environment });
     let text = "";
     server.stdout.on("data", (bytes) => {
       text += bytes;

@@ -1,4 +1,4 @@
-"""Writes the files of this folder by scipy.io.savemat and h5py: needs numpy, scipy and h5py.
+"""Writes the files of this folder by scipy.io.savemat and h5py: needs numpy, scipy, h5py and hdf5storage.
 
     python3 make.py FOLDER
 
@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import hdf5storage
 import numpy
 import scipy.io
 
@@ -54,6 +55,19 @@ def hdf5(path):
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: never".ljust(116) + bytes(8) + b"\x00\x02IM")
 
 
+def cells(path):
+    """Version 7.3 by hdf5storage: a cell array with a text and a cell within, an array of structures, an object of MATLAB."""
+    inside = numpy.empty((1, 1), dtype=object)
+    inside[0, 0] = block(4, 1)
+    cell = numpy.empty((1, 4), dtype=object)
+    cell[0, 0], cell[0, 1], cell[0, 2], cell[0, 3] = block(1, 3), block(2, 3), "unit 0117", inside
+    hdf5storage.savemat(str(path), {"run": cell, "trial": structure()["trial"], "fs": 200.0}, format="7.3",
+                        store_python_metadata=False)
+    with h5py.File(path, "r+") as file:
+        table = file.create_dataset("table", data=numpy.array([[3707764736, 2, 1, 1, 1, 1]], dtype=numpy.uint32))
+        table.attrs["MATLAB_class"], table.attrs["MATLAB_object_decode"] = numpy.bytes_("table"), numpy.int32(3)
+
+
 def main(folder):
     folder = Path(folder)
     scipy.io.savemat(folder / "plain.mat", variables(), oned_as="column")
@@ -62,6 +76,9 @@ def main(folder):
     scipy.io.savemat(folder / "old.mat", variables(), format="4", oned_as="row")
     scipy.io.savemat(folder / "table.mat", {"data": numpy.column_stack([K / 200, block(1, 3)])}, do_compression=True)
     hdf5(folder / "hdf5.mat")
+    cells(folder / "cells.mat")
+    read = hdf5storage.loadmat(str(folder / "cells.mat"))
+    assert numpy.array_equal(read["run"][0, 1], block(2, 3)) and numpy.array_equal(read["trial"][0, 1]["gyro"], block(6, 1))
     for name in ("plain", "packed", "old"):
         read = scipy.io.loadmat(folder / f"{name}.mat")
         assert numpy.array_equal(read["gyro"], block(1, 3)) and numpy.array_equal(read["acc"], block(2, 3).T), name

@@ -19,6 +19,9 @@ FORMATS = {
     "sensor_accel": "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;"
                     "float temperature;uint32_t error_count;uint8_t[3] clip_counter;uint8_t samples;uint8_t[4] _padding0;",
     "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;float[3] accelerometer_m_s2;",
+    "combined": "uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;int32_t accelerometer_timestamp_relative;"
+                "float[3] accelerometer_m_s2;uint32_t accelerometer_integral_dt;uint8_t accelerometer_clipping;"
+                "uint8_t gyro_clipping;uint8_t accel_calibration_count;uint8_t gyro_calibration_count;",
     "esc_report": "float voltage;int16_t[2] current;uint8_t[2] _padding0;",
     "esc_status": "uint64_t timestamp;esc_report[2] esc;int8_t count;",
     "sensor_gyro_fifo": "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;"
@@ -83,6 +86,16 @@ def bursts(count=10):
     return out
 
 
+def combined(count=24):
+    """The gyro every 5 ms; the accelerometer every 10 ms, 1.25 ms earlier, in two messages each; none in the last two."""
+    out = head() + message("F", ("sensor_combined:" + FORMATS["combined"]).encode()) + subscribe(3, "sensor_combined")
+    for k in range(count):
+        later = -1250 - 5000 * (k % 2) if k < count - 2 else 2**31 - 1
+        out += message("D", struct.pack("<HQ3fIi3fI4B", 3, 1000000 + 5000 * k, 0.1 * k, 0.2, 0.3, 5000, later,
+                                        float(k // 2), -0.5 * (k // 2), 9.5, 5000, 0, 0, 0, 0))
+    return out
+
+
 def appended():
     """A crash log behind the samples; the last message before it was cut off by the crash."""
     def made(place):
@@ -103,6 +116,7 @@ def main(folder):
     (folder / "flight.ulg").write_bytes(flight())
     (folder / "bursts.ulg").write_bytes(bursts())
     (folder / "appended.ulg").write_bytes(appended())
+    (folder / "combined.ulg").write_bytes(combined())
     k = numpy.arange(40)
     check(folder / "flight.ulg", "sensor_gyro", 0, "x", 0.001 * k)
     check(folder / "flight.ulg", "sensor_gyro", 1, "x", 0.002 * k[::2])
@@ -110,6 +124,9 @@ def main(folder):
     check(folder / "flight.ulg", "sensor_accel", 0, "timestamp_sample", 1000000 + 1000 * k - 250)
     check(folder / "flight.ulg", "esc_status", 0, "esc[1].current[0]", 2 * k[::4])
     check(folder / "bursts.ulg", "sensor_gyro_fifo", 0, "y[3]", -(100 * numpy.arange(10) + 3))
+    check(folder / "combined.ulg", "sensor_combined", 0, "accelerometer_timestamp_relative",
+          [-1250 - 5000 * (k % 2) if k < 22 else 2**31 - 1 for k in range(24)])
+    check(folder / "combined.ulg", "sensor_combined", 0, "accelerometer_m_s2[1]", [-0.5 * (k // 2) for k in range(24)])
     check(folder / "appended.ulg", "sensor_gyro", 0, "x", 0.001 * numpy.arange(10))
 
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
@@ -209,12 +210,21 @@ std::vector<Stated> component_numbers(const std::string& name, const Unit& unit,
   return numbers;
 }
 
-std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means) {
+/// Units over time; those that the table of outliers names are a series of their own.
+std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, const std::vector<Table>& tables) {
+  const auto table = std::ranges::find(tables, "outliers", &Table::name);
+  std::set<std::string> outliers;
+  if (table != tables.end())
+    for (const auto& row : table->rows) outliers.insert(std::get<std::string>(row.front()));
   const std::int64_t day = past.occasions.front().day;
   Curve units = curve_over_time("unit", "units", day, past.over.parameter, past.over.shown);
-  units.points = true;
-  for (std::size_t i = 0; i < means.values.size(); ++i) add_point(units, day, means.moment[i], means.values[i].value);
-  return {units};
+  Curve marked = curve_over_time("outlier", "units", day, past.over.parameter, past.over.shown);
+  units.points = marked.points = true;
+  for (std::size_t i = 0; i < means.values.size(); ++i) {
+    const bool is_outlier = outliers.contains(name_of(past.over.units[means.unit[i]].second));
+    add_point(is_outlier ? marked : units, day, means.moment[i], means.values[i].value);
+  }
+  return marked.y.values.empty() ? std::vector{units} : std::vector{units, marked};
 }
 
 /// Factors [n x k] [SI] of the shared errors in the mean of each unit.
@@ -362,7 +372,7 @@ Estimate summary_of_model(const Archive& archive, const SummaryRequest& request)
   add_population(past, means, request, numbers, estimate);
   state(estimate, numbers);
   estimate.provenance.settings["units"] = fmt::format("{}", past.units);
-  estimate.curves = units_curves(past, means);
+  estimate.curves = units_curves(past, means, estimate.tables);
   if (past.errors.size() > 1)
     estimate.findings.push_back({Severity::info, "chart_sources_changed", {{"sets", past.errors.size()}}});
   return estimate;

@@ -23,5 +23,6 @@ void allow_changes(const Archive& archive, const std::string& table);
 std::vector<ArchiveCase> cases_of_changes();
 std::vector<ArchiveCase> cases_of_names_and_notes();
 std::vector<ArchiveCase> cases_of_transfer();
+std::vector<ArchiveCase> cases_of_signatures();
 
 }  // namespace tumble::testing

@@ -118,7 +118,9 @@ std::string persons(const Certificate& certificate, const Words& words) {
   for (const auto& person : certificate.details.persons)
     text += fmt::format("<div>{}<span>{}</span>{}</div>", escaped(person.name), escaped(person.role),
                         person.signs ? "<span>" + words("signed_by") + "</span>" : "");
-  return text + "</div></section>\n";
+  text += "</div>\n";
+  if (certificate.details.signed_in_archive) text += "<p>" + words("signed_in_archive") + "</p>\n";
+  return text + "</section>\n";
 }
 
 std::string remarks(const Certificate& certificate, const Words& words) {

@@ -157,6 +157,21 @@ TEST(Compare, OfThreeAlsoComparesTheLastWithTheFirst) {
   EXPECT_FALSE(to_svg(figures[0]).empty());
 }
 
+TEST(Compare, DrawsAParameterOverUnitsWithGaps) {
+  auto without = result("2", 1.0, 5.0), seconds = result("3", 2.0, 6.0);
+  without.estimate.parameters[0].name = "c";
+  seconds.estimate.parameters[0].unit = Unit::parse("s");
+  const auto figures = figures_of_units({result("1", 0.5, 4.0), without, seconds});
+  ASSERT_EQ(figures.size(), 3u);  // a, b, and c of the second alone
+  const auto& a = figures[0].series[0];
+  EXPECT_EQ(a.x, (std::vector{1.0, 2.0, 3.0}));
+  EXPECT_EQ(a.y[0], 0.5);
+  EXPECT_TRUE(std::isnan(a.y[1]) && std::isnan(a.y[2]) && std::isnan(a.lower[2]));
+  EXPECT_NEAR(a.upper[0] - a.y[0], 1.959964 * std::sqrt(153.0), 1e-5);
+  EXPECT_EQ(figures[1].series[0].y, (std::vector{4.0, 5.0, 6.0}));
+  EXPECT_EQ(figures[2].series[0].y[1], 1.0);
+}
+
 TEST(Compare, RefusesOtherDimensionsAndNothingInCommon) {
   auto other = result("2", 1.0, 0.0);
   other.estimate.parameters[0].unit = Unit::parse("s");

@@ -14,9 +14,9 @@ namespace {
 
 using ComparisonJson = nlohmann::ordered_json;
 
-std::string e_n_text(double e_n) {
-  if (std::isnan(e_n)) return "–";
-  return fmt::format("{:.2f}{}", e_n, std::abs(e_n) > 1.0 ? " *" : "  ");
+std::string marked(const Difference& one) {
+  const auto text = texts_of(one).e_n;
+  return std::isnan(one.e_n) ? text : text + (std::abs(one.e_n) > 1.0 ? " *" : "  ");
 }
 
 std::string pair_text(const Comparison& comparison, const ResultPair& pair, std::size_t width) {
@@ -25,22 +25,17 @@ std::string pair_text(const Comparison& comparison, const ResultPair& pair, std:
   TextColumn earlier{.name = "earlier", .unit = "", .cells = {}}, later{.name = "later", .unit = "", .cells = {}};
   TextColumn difference{.name = "difference ± U", .unit = "", .cells = {}}, e_n{.name = "E_n", .unit = "", .cells = {}};
   for (const auto& one : pair.differences) {
-    const double step = one.unit.difference_from_si(one.difference), u = one.unit.difference_from_si(one.expanded);
-    const Rounding rounding = rounding_for(step, u);
-    const auto number = [&](double si) {
-      return mantissa(one.unit.from_si(si), {rounding.place, 0, rounding.significant});
-    };
+    const auto texts = texts_of(one);
     names.cells.push_back(printable(one.parameter));
     units.cells.push_back(one.unit.text() == "1" ? "" : one.unit.text());
-    earlier.cells.push_back(number(one.earlier)), later.cells.push_back(number(one.later));
-    difference.cells.push_back(with_uncertainty(step, u));
-    e_n.cells.push_back(e_n_text(one.e_n));
+    earlier.cells.push_back(texts.earlier), later.cells.push_back(texts.later);
+    difference.cells.push_back(texts.difference);
+    e_n.cells.push_back(marked(one));
   }
   const auto& results = comparison.results;
   return fmt::format("{} -> {}\n", printable(results[pair.earlier].name), printable(results[pair.later].name)) +
          text_table({names, earlier, later, difference, units, e_n}, width) +
-         fmt::format("  all together: chi-square {:.3g} with {} degrees of freedom, {}\n", pair.chi_square, pair.rank,
-                     pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
+         "  all together: " + chi_square_text(pair) + "\n";
 }
 
 ComparisonJson finite_or_null(double value) {
@@ -62,6 +57,21 @@ ComparisonJson difference_json(const Difference& one) {
 }
 
 }  // namespace
+
+DifferenceTexts texts_of(const Difference& one) {
+  const double step = one.unit.difference_from_si(one.difference), u = one.unit.difference_from_si(one.expanded);
+  const Rounding rounding = rounding_for(step, u);
+  const auto number = [&](double si) {
+    return mantissa(one.unit.from_si(si), {rounding.place, 0, rounding.significant});
+  };
+  return {number(one.earlier), number(one.later), with_uncertainty(step, u),
+          std::isnan(one.e_n) ? "–" : fmt::format("{:.2f}", one.e_n)};
+}
+
+std::string chi_square_text(const ResultPair& pair) {
+  return fmt::format("chi-square {:.3g} with {} degrees of freedom, {}", pair.chi_square, pair.rank,
+                     pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
+}
 
 std::string to_text(const Comparison& comparison, std::size_t width) {
   std::string text;

@@ -92,7 +92,17 @@ struct Notes {
       find("text_encoding", {{"encoding", table.encoding.name}});
     else if (table.encoding.name != "UTF-8" || table.encoding.return_ends)
       plain = false;
-    if (layout.mark == ',') find("decimal_comma", {});
+    if (layout.mark == ',') decimal_comma();
+  }
+
+  /// Says which number was read, where every comma could also separate thousands.
+  void decimal_comma() {
+    const auto grouped = std::ranges::find_if(table.samples, [](const auto& s) { return !s.grouped.empty(); });
+    const bool open = table.options.decimal == 0 && std::ranges::none_of(table.samples, &ColumnSample::decimal_commas);
+    if (!open || grouped == table.samples.end()) return find("decimal_comma", {});
+    std::string number = grouped->grouped;
+    std::ranges::replace(number, ',', '.');
+    find("decimal_comma_or_thousands", {{"written", grouped->grouped}, {"number", number}});
   }
 
   void header() {
@@ -135,7 +145,7 @@ struct Notes {
       sets.push_back("encoding=" + lower_case(table.encoding.name));
     if (layout.mark == ',' && table.options.decimal == 0) sets.emplace_back("decimal=comma");
     if (!layout.stamp.how.empty() && table.options.time.empty())
-      sets.push_back("time=" + table.names[layout.stamp.first].name);
+      sets.push_back("time=" + table.names[layout.stamp.first()].name);
     return sets;
   }
 
@@ -149,9 +159,9 @@ struct Notes {
     else
       list("header", table.options.columns.empty() ? "the comment before the first row" : "columns as given");
     if (table.shape.units) list("units", "line " + std::to_string(table.lines[*table.shape.units].number));
-    if (layout.stamp.first != no_column)
-      list("clock", layout.stamp.how.empty() ? in_quotes(table.names[layout.stamp.first].name) + " in " +
-                                                   table.names[layout.stamp.first].unit
+    if (!layout.stamp.columns.empty())
+      list("clock", layout.stamp.how.empty() ? in_quotes(table.names[layout.stamp.first()].name) + " in " +
+                                                   table.names[layout.stamp.first()].unit
                                              : layout.stamp.how);
     for (const auto& [index, reason] : table.skipped)
       list("not read", (table.names[index].cell.empty() ? "column " + std::to_string(index + 1)

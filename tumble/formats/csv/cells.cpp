@@ -57,6 +57,28 @@ bool is_number(const std::string& cell) {
   return !cell.empty() && fast_float::from_chars(cell.data(), cell.data() + cell.size(), value).ec == std::errc();
 }
 
+bool in_groups(std::string_view cell, char separator, char mark) {
+  if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
+  const auto digits = [&] {
+    std::size_t count = 0;
+    while (count < cell.size() && cell[count] >= '0' && cell[count] <= '9') ++count;
+    cell.remove_prefix(count);
+    return count;
+  };
+  if (cell.starts_with('0')) return false;
+  if (const std::size_t first = digits(); first < 1 || first > 3) return false;
+  if (!cell.starts_with(separator)) return false;
+  while (cell.starts_with(separator)) {
+    cell.remove_prefix(1);
+    if (digits() != 3) return false;
+  }
+  if (cell.starts_with(mark)) {
+    cell.remove_prefix(1);
+    digits();
+  }
+  return cell.empty();
+}
+
 bool reads_like_missing(std::string_view cell) {
   const auto word = lower_case(cell);
   return std::ranges::any_of(

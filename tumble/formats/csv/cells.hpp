@@ -22,6 +22,10 @@ bool is_number(const std::string& cell);
 /// Whether it reads as a number with either decimal mark, or as a word that instruments write for a missing number.
 bool numeric(const std::string& cell);
 
+/// "1,234", "12,345,678.5": digits in groups of three, the first of which is not "0".
+/// Given  separator  of the groups; mark  the other one of comma and point, which only digits may follow
+bool in_groups(std::string_view cell, char separator, char mark);
+
 /// "nan", "n/a", "--": words for a missing number.
 bool reads_like_missing(std::string_view cell);
 

@@ -142,15 +142,43 @@ std::optional<Candidate> split_stamp(const Columns& table, std::size_t column) {
     candidate.rank = before.ends_with("header.stamp.") || before.ends_with("header/stamp/") ? 1
                      : before.ends_with("stamp.") || before.ends_with("stamp/")             ? 2
                                                                                             : 3;
-    candidate.clock.first = column;
-    candidate.clock.second = i;
-    candidate.clock.first_format = {StampKind::number, DateOrder::open, 1'000'000'000};
-    candidate.clock.second_format = {StampKind::number, DateOrder::open, nano ? 1 : 1000};
+    candidate.clock.columns = {{column, {StampKind::number, DateOrder::open, 1'000'000'000}},
+                               {i, {StampKind::number, DateOrder::open, nano ? 1 : 1000}}};
     candidate.clock.how = in_quotes(table.names[column].name) + " in s and " + in_quotes(table.names[i].name) +
                           (nano ? " in ns" : " in us");
     return candidate;
   }
   return std::nullopt;
+}
+
+/// [ns] of the unit that a column of fractions of a second has by its name; 0: it is no such column.
+std::int64_t fraction_unit(const std::string& name) {
+  const std::string lower = lower_case(name);
+  if (one_of(lower,
+             {"ms", "msec", "msecs", "millis", "millisec", "millisecond", "milliseconds", "millisekunden", "毫秒"}))
+    return 1'000'000;
+  if (one_of(lower,
+             {"us", "usec", "usecs", "micros", "microsec", "microsecond", "microseconds", "mikrosekunden", "微秒"}))
+    return 1000;
+  return 0;
+}
+
+/// Milliseconds or microseconds of whole seconds, in a column of their own.
+void add_fraction(const Columns& table, Clock& clock) {
+  const auto whole = [](const std::string& cell) {
+    return std::ranges::count(cell, ':') == 2 && cell.find_first_of(".,", cell.rfind(':')) == cell.npos;
+  };
+  if (!std::ranges::all_of(table.samples[clock.columns.back().index].cells, whole)) return;
+  for (std::size_t i = 0; i < table.names.size(); ++i) {
+    const std::int64_t unit = fraction_unit(table.names[i].name);
+    const ColumnSample& sample = table.samples[i];
+    if (unit == 0 || table.names[i].cell == not_read || !sample.numbers || sample.text ||
+        sample.greatest * static_cast<double>(unit) >= 1e9)
+      continue;
+    clock.columns.push_back({i, {StampKind::number, DateOrder::open, unit, 1'000'000'000}});
+    clock.how += ", and " + in_quotes(table.names[i].name) + " in " + unit_name(unit);
+    return;
+  }
 }
 
 /// A column of dates, times of day, or both; the date is completed by the only column with times of day.
@@ -159,8 +187,7 @@ std::optional<Candidate> calendar(const Columns& table, std::size_t column) {
   if (kind == StampKind::none) return std::nullopt;
   const std::string name = in_quotes(table.names[column].name);
   Candidate candidate;
-  candidate.clock.first = column;
-  candidate.clock.first_format.kind = kind;
+  candidate.clock.columns = {{column, {kind}}};
   const int rank = rank_of(table.names[column].name);
   candidate.rank = rank > 0 ? rank : 6;
   if (kind == StampKind::date_time) candidate.clock.how = name + ", date and time";
@@ -168,8 +195,7 @@ std::optional<Candidate> calendar(const Columns& table, std::size_t column) {
     const std::size_t time = table.only(StampKind::time_of_day);
     if (time == no_column) return std::nullopt;
     candidate.rank = 3;
-    candidate.clock.second = time;
-    candidate.clock.second_format.kind = StampKind::time_of_day;
+    candidate.clock.columns.push_back({time, {StampKind::time_of_day}});
     candidate.clock.how = name + ", date, and " + in_quotes(table.names[time].name) + ", time of day";
   }
   if (kind == StampKind::time_of_day) {
@@ -177,6 +203,7 @@ std::optional<Candidate> calendar(const Columns& table, std::size_t column) {
     candidate.rank += 1;
     candidate.clock.how = name + ", time of day";
   }
+  add_fraction(table, candidate.clock);
   return candidate;
 }
 
@@ -187,7 +214,7 @@ std::optional<Candidate> numbers(const Columns& table, std::size_t column, bool 
   if (sample.kind != StampKind::none || (sample.text && !said)) return std::nullopt;
   Candidate candidate;
   candidate.rank = rank_of(name.name);
-  candidate.clock.first = column;
+  candidate.clock.columns = {{column}};
   std::string unit = name.unit;
   const std::string in_name = unit_in_name(name.name);
   if (unit.empty() && !in_name.empty()) {
@@ -202,7 +229,7 @@ std::optional<Candidate> numbers(const Columns& table, std::size_t column, bool 
   const std::int64_t stated = known ? nanoseconds_of(unit) : 0;
   if (known && kind_of(parse_written_unit(unit)) != QuantityKind::time && !said && !ours) return std::nullopt;
   if (!ours && by_size > 0 && (!known || stated == by_size)) {
-    candidate.clock.first_format = {StampKind::number, DateOrder::open, by_size};
+    candidate.clock.columns.front().format = {StampKind::number, DateOrder::open, by_size};
     candidate.clock.how = in_quotes(name.name) + ", Unix time in " + unit_name(by_size) +
                           (known ? "" : ", as the size of its numbers shows");
   } else if (!ours && known) {
@@ -247,7 +274,7 @@ Clock said_clock(const Columns& table, const std::string& said, std::vector<std:
     if (auto number = numbers(table, column, true)) return number->clock;
   } catch (const Error&) {  // its unit: a problem of the column
     Clock clock;
-    clock.first = column;
+    clock.columns = {{column}};
     return clock;
   }
   problems.push_back("column " + in_quotes(said) + " for time: it holds neither numbers nor times");
@@ -319,7 +346,7 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
   Clock chosen;
   if (!options.time.empty()) {
     chosen = said_clock(table, options.time, problems);
-    if (chosen.first == no_column) return chosen;
+    if (chosen.columns.empty()) return chosen;
   } else {
     const auto best = std::ranges::min_element(candidates, {}, &Candidate::rank);
     if (best == candidates.end()) {
@@ -329,19 +356,19 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
     chosen = best->clock;
   }
   for (const Candidate& candidate : candidates)
-    for (const std::size_t column : {candidate.clock.first, candidate.clock.second})
-      if (column != no_column && column != chosen.first && column != chosen.second) chosen.others.push_back(column);
+    for (const ClockColumn& column : candidate.clock.columns)
+      if (!chosen.uses(column.index)) chosen.others.push_back(column.index);
   for (std::size_t i = 0; i < samples.size(); ++i)
-    if (samples[i].kind != StampKind::none && i != chosen.first && i != chosen.second &&
+    if (samples[i].kind != StampKind::none && !chosen.uses(i) &&
         std::ranges::find(chosen.others, i) == chosen.others.end())
       chosen.others.push_back(i);
-  chosen.zoned = chosen.first_format.kind == StampKind::number;
-  if (chosen.first_format.kind == StampKind::date || chosen.first_format.kind == StampKind::date_time) {
-    const ColumnSample& sample = samples[chosen.first];
-    chosen.first_format.order = order_of(sample, names[chosen.first].name, options.date, problems, proposals);
+  chosen.zoned = chosen.kind() == StampKind::number;
+  if (chosen.kind() == StampKind::date || chosen.kind() == StampKind::date_time) {
+    auto& [column, format] = chosen.columns.front();
+    const ColumnSample& sample = samples[column];
+    format.order = order_of(sample, names[column].name, options.date, problems, proposals);
     Stamp first;
-    chosen.zoned =
-        !sample.cells.empty() && parse_stamp(sample.cells.front(), chosen.first_format, first) && first.zoned;
+    chosen.zoned = !sample.cells.empty() && parse_stamp(sample.cells.front(), format, first) && first.zoned;
   }
   return chosen;
 }

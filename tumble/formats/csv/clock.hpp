@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -23,24 +24,35 @@ struct ColumnSample {
   double greatest = 0.0;           ///< magnitude of the numbers
   double step = 0.0;               ///< from number to number: the median of the magnitudes that are not zero
   std::vector<std::string> cells;
+  std::string grouped = {};     ///< the first cell such as 1,234, where a comma may separate thousands
+  bool decimal_commas = false;  ///< a comma in another cell cannot
 };
 
 std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& rows, std::size_t columns);
 
-/// The columns that say the time. Without a format of its own, `first` is a number of the unit of its column.
+/// Part of a clock: a date, a time of day, a number.
+struct ClockColumn {
+  std::size_t index = no_column;
+  StampFormat format = {};
+};
+
+/// The columns that say the time; their stamps are added. Without a format, the only one is a number of the unit of its
+/// column.
 struct Clock {
-  std::size_t first = no_column, second = no_column;
-  StampFormat first_format, second_format;
+  std::vector<ClockColumn> columns;
   std::string how;                  ///< for people; empty: a column time[unit], which needs no words
   std::vector<std::size_t> others;  ///< clocks too, which are not used
-  std::string unit;                 ///< that the name of `first` says; empty: see its column
+  std::string unit;                 ///< that the name of the first column says; empty: see the column
   bool zoned = false;               ///< the stamps say their time zone, or are Unix time: they are UTC
-  bool stamped() const { return first_format.kind != StampKind::none; }
+  std::size_t first() const { return columns.empty() ? no_column : columns.front().index; }
+  bool uses(std::size_t index) const { return std::ranges::find(columns, index, &ClockColumn::index) != columns.end(); }
+  StampKind kind() const { return columns.empty() ? StampKind::none : columns.front().format.kind; }
+  bool stamped() const { return kind() != StampKind::none; }
 };
 
 /// The clock of a table: the column that options.time names, time[unit], a pair of seconds and nanoseconds, the names
-/// that programs give their stamps, a date and a time of day. Unix time is recognised by its size. What must be said by
-/// the user is a problem, with what to say in `proposals` (key=value).
+/// that programs give their stamps, a date and a time of day, with milliseconds in a column of their own. Unix time is
+/// recognised by its size. What must be said by the user is a problem, with what to say in `proposals` (key=value).
 Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,
                const ReadOptions& options, std::vector<std::string>& problems, std::vector<std::string>& proposals);
 

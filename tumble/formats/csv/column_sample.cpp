@@ -39,6 +39,11 @@ std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& r
       if (c >= row.size() || row[c].empty()) continue;
       const std::string& cell = row[c];
       sample.empty = false;
+      if (in_groups(cell, ',', '.') && cell.find(',') == cell.rfind(',') && cell.find('.') == cell.npos) {
+        if (sample.grouped.empty()) sample.grouped = cell;
+      } else {
+        sample.decimal_commas = sample.decimal_commas || cell.find(',') != cell.npos;
+      }
       ++filled;
       const StampKind kind = stamp_kind(cell);
       if (kind != StampKind::none && (stamps == 0 || kind == sample.kind)) {

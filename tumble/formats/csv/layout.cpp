@@ -105,7 +105,7 @@ struct Header {
 
   Unit unit_of(std::size_t index, const std::string& where) {
     const ColumnName& name = names[index];
-    const std::string& unit = index == clock.first && !clock.unit.empty() ? clock.unit : name.unit;
+    const std::string& unit = index == clock.first() && !clock.unit.empty() ? clock.unit : name.unit;
     if (unit.empty()) {
       without_unit.push_back(index);
       return {};
@@ -126,9 +126,9 @@ struct Header {
 
   Column column(std::size_t index) {
     const ColumnName& name = names[index];
-    Column result{name.name, {}, index == clock.first && !clock.stamped(), true};
+    Column result{name.name, {}, index == clock.first() && !clock.stamped(), true};
     result.label = !name.name.empty() && name.name == options.segment_column;
-    const bool stamp = clock.stamped() && (index == clock.first || index == clock.second);
+    const bool stamp = clock.stamped() && clock.uses(index);
     if (result.label || stamp || name.cell == not_read) return {name.name, {}, false, false, result.label, false};
     result.wanted = result.time || wanted(name.name);
     const std::string where = "column " + std::to_string(index + 1) + " " + in_quotes(name.cell) + ": ";
@@ -152,13 +152,13 @@ struct Header {
     std::string text;
     for (const std::size_t index : without_unit) {
       text += (text.empty() ? "" : ", ") + in_quotes(names[index].name);
-      const std::string likely = index == clock.first ? likely_clock_unit(samples[index])
-                                                      : likely_unit(names[index].name, samples[index].greatest);
+      const std::string likely = index == clock.first() ? likely_clock_unit(samples[index])
+                                                        : likely_unit(names[index].name, samples[index].greatest);
       proposals.push_back("unit." + names[index].name + "=" + likely);
     }
     const std::string one = plain_text(names[without_unit.front()].name, 60);
     const std::string likely = likely_unit(one, samples[without_unit.front()].greatest);
-    const std::string example = without_unit.front() == clock.first
+    const std::string example = without_unit.front() == clock.first()
                                     ? "[" + likely_clock_unit(samples[without_unit.front()]) + "]"
                                 : likely == "1" ? "[deg/h]"
                                                 : "[" + likely + "]";

@@ -32,8 +32,7 @@ Rows::Rows(std::string path, const Layout& layout, std::string missing, Look loo
       missing_(lower_case(missing)),
       time_(layout.columns.size()),
       label_(layout.columns.size()),
-      stamps_{layout.stamp.stamped() ? layout.stamp.first : no_column,
-              layout.stamp.stamped() ? layout.stamp.second : no_column},
+      stamped_(layout.stamp.stamped()),
       looked_at_(look == Look::at_all ? layout.columns.size() : 0),
       line_(layout.lines) {
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
@@ -92,7 +91,7 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
 
 /// Whether a line without a number is a sample: without a clock a blank line of the only column, or one of tabs alone.
 bool Rows::is_row_of_blanks(std::string_view line) const {
-  if (time_ < targets_.size() || layout_.stamp.stamped() || label_ < targets_.size()) return false;
+  if (time_ < targets_.size() || stamped_ || label_ < targets_.size()) return false;
   if (targets_.size() == 1) return targets_.front() != nullptr;
   return layout_.separator == '\t' && line.find('\t') != std::string_view::npos;
 }
@@ -126,8 +125,8 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
   for (std::size_t column = 0; column < count; ++column)
     if (targets_[column] != nullptr) targets_[column][row] = value_of(cells[column], column);
   if (label_ < count) take_label(cells[label_], row);
-  for (const std::size_t column : stamps_)
-    if (column < count && !take_stamp(cells[column], column, row))
+  for (std::size_t column = 0; column < count; ++column)
+    if (stamp_column(column) && !take_stamp(cells[column], column, row))
       note(column, cells[column].empty()
                        ? "a row without its time"
                        : in_quotes(cells[column], 40) + " is not a time written as in the first rows");
@@ -135,12 +134,13 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
 
 /// False where the cell holds no stamp of the format of its column.
 bool Rows::take_stamp(std::string_view cell, std::size_t column, std::size_t row) {
-  const bool first = column == stamps_[0];
+  const auto& parts = layout_.stamp.columns;
+  std::size_t part = 0;
+  while (parts[part].index != column) ++part;
   Stamp stamp;
-  if (!parse_stamp(trimmed(cell), first ? layout_.stamp.first_format : layout_.stamp.second_format, stamp))
-    return false;
-  stamp_target_[(first ? 0 : Batch::capacity) + row] = stamp.time;
-  if (!first || stamps_[1] == no_column) exponent_ = std::min(exponent_, stamp.place);
+  if (!parse_stamp(trimmed(cell), parts[part].format, stamp)) return false;
+  stamp_target_[part * Batch::capacity + row] = stamp.time;
+  if (part + 1 == parts.size()) exponent_ = std::min(exponent_, stamp.place);
   return true;
 }
 
@@ -158,9 +158,12 @@ double Rows::value_of(std::string cell, std::size_t column) {
     return missing_sample;
   }
   const std::string written = cell;
+  if (grouped_.empty() && in_groups(cell, layout_.mark == '.' ? ',' : '.', layout_.mark)) grouped_ = cell;
   if (layout_.mark != '.') {
-    if (cell.find('.') != std::string::npos)
+    if (cell.find('.') != std::string::npos) {
       note(column, in_quotes(written, 40) + " has a point, but the decimal mark here is a comma");
+      return missing_sample;
+    }
     std::replace(cell.begin(), cell.end(), layout_.mark, '.');
   }
   const char* const first = cell.data() + (cell.starts_with('+') && !cell.starts_with("+-"));
@@ -171,7 +174,8 @@ double Rows::value_of(std::string cell, std::size_t column) {
     if (column == time_) exponent_ = std::min(exponent_, last_place(cell));
     return value;
   }
-  if (layout_.mark == '.' && cell.find(',') != std::string::npos && numeric(cell)) commas_ = true;
+  if (layout_.mark == '.' && std::ranges::count(cell, ',') == 1 && cell.find('.') == cell.npos && numeric(cell))
+    commas_ = true;
   const bool number = result.ptr == last && (std::isinf(value) || result.ec == std::errc::result_out_of_range);
   if (word_.empty() && reads_like_missing(cell)) word_ = cell;
   note(column, in_quotes(written, 40) + (number ? " is not finite" : " is not a number"));
@@ -194,6 +198,12 @@ void Rows::finish() const {
   if (bad_ > notes_.size()) problems.push_back("and " + std::to_string(bad_ - notes_.size()) + " more");
   problems.push_back("accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing=" +
                      (word_.empty() ? "NaN" : plain_text(word_, 40)) + " if that word means one");
+  if (!grouped_.empty()) {
+    std::string plain = grouped_;
+    std::erase(plain, layout_.mark == '.' ? ',' : '.');
+    problems.push_back(std::string("numbers with a mark between thousands are not read: export ") +
+                       in_quotes(plain, 40) + " in place of " + in_quotes(grouped_, 40));
+  }
   if (commas_)
     problems.push_back(layout_.separator == ','
                            ? "commas stand in numbers and between columns: export the file with semicolons or tabs"
@@ -205,8 +215,8 @@ void Rows::parse(std::string_view& text, Batch& batch) {
   batch.cells.resize(slots_ * Batch::capacity);
   targets_.clear();
   for (const int slot : slot_) targets_.push_back(slot < 0 ? nullptr : batch.cells.data() + slot * Batch::capacity);
-  if (layout_.stamp.stamped()) {
-    batch.stamps.resize(2 * Batch::capacity);
+  if (stamped_) {
+    batch.stamps.resize(layout_.stamp.columns.size() * Batch::capacity);
     stamp_target_ = batch.stamps.data();
   }
   exponent_ = batch.rows == 0 ? std::numeric_limits<int>::max() : batch.time_exponent;

@@ -22,7 +22,7 @@ struct Batch {
   std::vector<double> cells;  ///< capacity for each wanted column
   int time_exponent = 0;      ///< of ten of the last digit written in the time column, the smallest of the rows
   std::vector<LabelChange> labels = {};
-  std::vector<std::int64_t> stamps = {};  ///< [ns] of the one or two columns of a clock, capacity for each
+  std::vector<std::int64_t> stamps = {};  ///< [ns] of the columns of a clock that is no plain number, capacity for each
 
   /// The cells of a wanted column, [rows] in use, in the unit of the file.
   const double* column(std::size_t slot) const { return cells.data() + slot * capacity; }
@@ -51,7 +51,7 @@ class Rows {
   void take_cells(const std::vector<std::string>& cells, std::size_t row);
   void take_label(std::string_view label, std::size_t row);
   bool take_stamp(std::string_view cell, std::size_t column, std::size_t row);
-  bool stamp_column(std::size_t column) const { return column == stamps_[0] || column == stamps_[1]; }
+  bool stamp_column(std::size_t column) const { return stamped_ && layout_.stamp.uses(column); }
   double value_of(std::string cell, std::size_t column);
   void note(std::size_t column, const std::string& what);
 
@@ -63,7 +63,7 @@ class Rows {
   std::vector<double*> targets_;  ///< each column of the file in the batch; null: not wanted
   std::size_t time_;              ///< index of the time column, or none
   std::size_t label_;             ///< index of the column of labels, or none
-  std::size_t stamps_[2];         ///< indices of the columns of a clock that is no plain number, or none
+  bool stamped_;                  ///< the clock is no plain number
   std::int64_t* stamp_target_ = nullptr;
   std::size_t looked_at_;  ///< columns, from the first on
   bool labelled_ = false;  ///< a row was read
@@ -75,6 +75,7 @@ class Rows {
   std::size_t bad_ = 0;
   std::vector<std::string> notes_;
   bool commas_ = false;  ///< a bad cell would be a number with a decimal comma
+  std::string grouped_;  ///< the first bad cell that would be a number with groups of three digits
   std::string word_;     ///< the first bad cell that reads like a missing sample
 };
 

@@ -28,7 +28,7 @@ double Taker::seconds(std::int64_t stamp) {
   constexpr std::int64_t half_day = 43'200'000'000'000;
   if (!zero_) {
     zero_ = last_ = stamp;
-  } else if (layout_.stamp.first_format.kind == StampKind::time_of_day && stamp < last_ - half_day) {
+  } else if (layout_.stamp.kind() == StampKind::time_of_day && stamp < last_ - half_day) {
     past_midnight_ = true;
     days_ += 2 * half_day;
   }
@@ -44,9 +44,11 @@ void Taker::take_time(const Batch& batch, std::vector<double>* stamps) {
     const double* const written = batch.column(slot_);
     for (std::size_t i = 0; i < batch.rows; ++i) times_[i] = unit_.to_si(written[i]);
   } else {
-    const bool two = layout_.stamp.second != no_column;
-    for (std::size_t i = 0; i < batch.rows; ++i)
-      times_[i] = seconds(batch.stamps[i] + (two ? batch.stamps[Batch::capacity + i] : 0));
+    for (std::size_t i = 0; i < batch.rows; ++i) {
+      std::int64_t stamp = 0;
+      for (std::size_t part = i; part < batch.stamps.size(); part += Batch::capacity) stamp += batch.stamps[part];
+      times_[i] = seconds(stamp);
+    }
   }
   const double place = std::pow(10.0, batch.time_exponent) * (numbered_ ? unit_.factor() : 1.0);
   for (const double t : times_) clock_.add(t, place);
@@ -94,9 +96,9 @@ std::optional<Timeline> Taker::timeline(const std::string& path, const ReadOptio
 }
 
 std::string Taker::start() const {
-  const StampFormat& format = layout_.stamp.first_format;
-  const bool dated = format.kind == StampKind::date_time || format.kind == StampKind::date ||
-                     (format.kind == StampKind::number && zero_.value_or(0) >= 1'000'000'000'000'000'000);
+  const StampKind kind = layout_.stamp.kind();
+  const bool dated = kind == StampKind::date_time || kind == StampKind::date ||
+                     (kind == StampKind::number && zero_.value_or(0) >= 1'000'000'000'000'000'000);
   return dated && zero_ ? iso_time(*zero_) + (layout_.stamp.zoned ? "Z" : "") : "";
 }
 

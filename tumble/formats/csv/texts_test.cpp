@@ -28,6 +28,45 @@ TEST_F(CsvTexts, TheClocksOfArduinoHaveTheirUnitInTheirNames) {
   EXPECT_DOUBLE_EQ(read("micros,gyro[deg/s]\n100,1\n200,2\n300,3\n").channels.at(0).timeline.rate, 1e4);
 }
 
+TEST_F(CsvTexts, MillisecondsMayHaveAColumnOfTheirOwn) {
+  for (const char* table : {"date,time,ms,gyro[deg/s]\n2024-03-05,12:00:59,980,1\n2024-03-05,12:00:59,990,2\n"
+                            "2024-03-05,12:01:00,0,3\n",
+                            "Date Time,Milliseconds,gyro[deg/s]\n05.03.2024 12:00:59,980,1\n05.03.2024 12:00:59,990,2\n"
+                            "05.03.2024 12:01:00,000,3\n"}) {
+    const Recording recording = read(table);
+    ASSERT_EQ(recording.channels.size(), 1u) << table;
+    EXPECT_EQ(recording.channels[0].timeline.rate, 100.0) << table;
+    EXPECT_EQ(recording.meta.at("clock_start"), "2024-03-05T12:00:59.98") << table;
+  }
+  const Recording fine = read("time,usec,gyro[deg/s]\n23:59:59,999900,1\n00:00:00,0,2\n00:00:00,100,3\n");
+  EXPECT_DOUBLE_EQ(fine.channels.at(0).timeline.rate, 1e4);
+  expect_holds(said(fine.findings, "clock_recognised"), {"'time', time of day, and 'usec' in us"});
+  // A count since the start of the device passes the second; with a fraction in the time, ms means something else.
+  std::string table = "time,ms,gyro[deg/s]\n";
+  for (int k = 0; k < 9000; ++k) table += "12:00:0" + std::to_string(k / 1000) + "," + std::to_string(k / 2) + ",1\n";
+  expect_holds(refusal(table), {"column 2 'ms': '1000' is not a time"});
+  expect_holds(refusal("time,ms,gyro[deg/s]\n12:00:00.5,1,1\n12:00:01.5,2,1\n"), {"without a unit: 'ms'"});
+}
+
+TEST_F(CsvTexts, MarksBetweenThousandsAreNoDecimalMarks) {
+  expect_holds(refusal("time[s];a[1];b[1]\n0;1,000.50;2.5\n1;1,001.50;2.5\n"),
+               {"2 places", "'1,000.50' is not a number", "export '1000.50' in place of '1,000.50'"});
+  EXPECT_EQ(refusal("time[s];a[1];b[1]\n0;1,000.50;2.5\n").find("decimal=comma"), std::string::npos);
+  expect_holds(refusal("time[s];a[1];b[1]\n0;1.000,50;2,5\n1;1.001,50;2,5\n"),
+               {"2 places", "export '1000,50' in place of '1.000,50'"});
+  expect_holds(refusal("time[s];a[1];b[1]\n0;1,000;2.5\n"), {"export '1000' in place of '1,000'", "decimal=comma"});
+}
+
+TEST_F(CsvTexts, CommasThatMaySeparateThousandsAreSaid) {
+  const Recording open = read("time[s];a[1]\n0;1,000\n1;12,345\n2;13\n");
+  EXPECT_EQ(open.channels.at(0).values, (std::vector{1.0, 12.345, 13.0}));
+  expect_holds(said(open.findings, "decimal_comma_or_thousands"), {"1,000 is 1.000"});
+  for (const char* decimal : {"time[s];a[1]\n0;1,000\n1;0,345\n", "time[s];a[1]\n0;1,000\n0,5;2,000\n"})
+    EXPECT_EQ(said(read(decimal).findings, "decimal_comma_or_thousands"), "") << decimal;
+  options.decimal = ',';
+  EXPECT_EQ(said(read("time[s];a[1]\n0;1,000\n1;2,345\n").findings, "decimal_comma_or_thousands"), "");
+}
+
 std::string utf16(const std::string& text, bool little, bool mark) {
   std::string bytes = mark ? (little ? "\xff\xfe" : "\xfe\xff") : "";
   for (const char c : text) {

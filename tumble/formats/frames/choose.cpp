@@ -32,10 +32,11 @@ FrameCounts counts_in(const FrameCodec& codec, std::string_view bytes) {
   return stream.counts();
 }
 
-/// Whether a counter of a few bits is all that shows its frames: many other streams repeat in such a way.
-bool counts_alone(const FrameCodec& codec) {
-  return std::ranges::any_of(codec.frames,
-                             [](const FrameLayout& frame) { return frame.counter && frame.counter->lock > 0; });
+/// Whether no checksum shows its frames, but a counter of a few bits or their head alone: many other streams have that.
+bool is_unchecked(const FrameCodec& codec) {
+  return std::ranges::any_of(codec.frames, [](const FrameLayout& frame) {
+    return !frame.fields.empty() && !frame.text && frame.checks.empty();
+  });
 }
 
 Match match_of(const FrameCodec& codec, std::string_view bytes) {
@@ -44,7 +45,7 @@ Match match_of(const FrameCodec& codec, std::string_view bytes) {
   const auto whole = counts.bytes - counts.cut;
   match.part = whole == 0 ? 0.0 : static_cast<double>(counts.good_bytes) / static_cast<double>(whole);
   match.explains =
-      !counts_alone(codec) && match.part >= 0.5 && (match.frames >= 3 || (match.frames >= 1 && match.part == 1.0));
+      !is_unchecked(codec) && match.part >= 0.5 && (match.frames >= 3 || (match.frames >= 1 && match.part == 1.0));
   return match;
 }
 

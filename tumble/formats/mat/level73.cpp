@@ -14,6 +14,8 @@ namespace {
 
 constexpr int deepest_group = 16;
 constexpr hsize_t longest_characters = 65536;
+constexpr std::size_t longest_path = 1024;
+constexpr hssize_t most_followed = 10000;           ///< of all cells and arrays of structures of a file
 constexpr hsize_t most_at_once = hsize_t{1} << 19;  ///< numbers of a piece
 
 class Level73 {
@@ -36,7 +38,7 @@ class Level73 {
       else if (type == H5O_TYPE_GROUP)
         group(inner, shown, depth + 1);
       else if (type == H5O_TYPE_DATASET)
-        dataset(inner, shown);
+        dataset(inner, shown, depth);
     }
   }
 
@@ -64,14 +66,16 @@ class Level73 {
     return group.valid() && H5Aexists(group, "MATLAB_sparse") > 0;
   }
 
-  void dataset(const std::string& at, const std::string& name) try {
+  void dataset(const std::string& at, const std::string& name, int depth) try {
     hdf5::Numbers numbers;
     numbers.dataset = hdf5::Handle(H5Dopen2(file_, at.c_str(), H5P_DEFAULT), H5Dclose);
     if (!numbers.dataset.valid()) hdf5::fail(hdf5::last_reason());
     if (hdf5::number_attribute(numbers.dataset, "MATLAB_empty").value_or(0.0) != 0.0) return;
+    if (H5Aexists(numbers.dataset, "MATLAB_object_decode") > 0) return contents_.skipped.push_back(name);
     const hdf5::Handle type(H5Dget_type(numbers.dataset), H5Tclose);
     numbers.space = hdf5::Handle(H5Dget_space(numbers.dataset), H5Sclose);
     numbers.rank = H5Sget_simple_extent_ndims(numbers.space);
+    if (H5Tequal(type, H5T_STD_REF_OBJ) > 0) return elements(numbers, at, name, depth);
     const bool flat = numbers.rank == 1 || numbers.rank == 2;
     if (!hdf5::is_number(type) || !flat) return contents_.skipped.push_back(name);
     std::vector<hsize_t> extent(static_cast<std::size_t>(numbers.rank));
@@ -99,6 +103,44 @@ class Level73 {
     throw Error(Error::Kind::bad_file, "'" + path_ + "': " + name + ": " + error.what());
   }
 
+  /// A cell array or a field of an array of structures: each element is an object elsewhere, named as in version 5.
+  void elements(hdf5::Numbers& of, const std::string& at, const std::string& name, int depth) {
+    const hssize_t count = H5Sget_simple_extent_npoints(of.space);
+    if (depth > deepest_group || count < 0 || count > most_followed - followed_)
+      return contents_.skipped.push_back(name);
+    followed_ += count;
+    std::vector<hsize_t> extent(static_cast<std::size_t>(of.rank));
+    H5Sget_simple_extent_dims(of.space, extent.data(), nullptr);
+    hdf5::look_at_storage(of, file_, at, extent, size_);
+    std::vector<hobj_ref_t> references(static_cast<std::size_t>(count));
+    if (H5Dread(of.dataset, H5T_STD_REF_OBJ, H5S_ALL, H5S_ALL, H5P_DEFAULT, references.data()) < 0)
+      hdf5::fail(hdf5::last_reason());
+    const bool cell = hdf5::text_attribute(of.dataset, "MATLAB_class").value_or("") == "cell";
+    const auto dot = name.rfind('.');
+    for (std::size_t k = 0; k < references.size(); ++k) {
+      const std::string index = "." + std::to_string(k + 1);
+      const std::string shown = cell || dot == name.npos ? name + index
+                                : references.size() == 1 ? name
+                                                         : name.substr(0, dot) + index + name.substr(dot);
+      element(of.dataset, references[k], shown, depth + 1);
+    }
+  }
+
+  void element(hid_t from, const hobj_ref_t& reference, const std::string& shown, int depth) {
+    H5O_type_t type = H5O_TYPE_UNKNOWN;
+    std::string at(longest_path, '\0');
+    const bool known = H5Rget_obj_type2(from, H5R_OBJECT, &reference, &type) >= 0;
+    const ssize_t length = known ? H5Rget_name(from, H5R_OBJECT, &reference, at.data(), at.size()) : 0;
+    if (length <= 0 || static_cast<std::size_t>(length) >= at.size()) return contents_.skipped.push_back(shown);
+    at.resize(static_cast<std::size_t>(length));
+    if (type == H5O_TYPE_GROUP && !is_sparse(at))
+      group(at, shown, depth);
+    else if (type == H5O_TYPE_DATASET)
+      dataset(at, shown, depth);
+    else
+      contents_.skipped.push_back(shown);
+  }
+
   /// Pieces along the longer side, with all of the shorter.
   static void fill(const hdf5::Numbers& numbers, Array& array) {
     const std::size_t vectors = array.vectors.size();
@@ -124,6 +166,7 @@ class Level73 {
   Contents& contents_;
   std::size_t size_;
   Budget budget_;
+  hssize_t followed_ = 0;  ///< elements of cells and arrays of structures
   hdf5::Handle file_;
 };
 

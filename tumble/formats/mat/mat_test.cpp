@@ -210,6 +210,25 @@ TEST(Mat, CutAnywhereWholeVariablesRemain) {
   }
 }
 
+TEST(Mat, CellsOfVersion73AreFollowed) {
+  ReadOptions options = units({"run.1", "run.2", "run.4.1", "trial.1.gyro", "trial.2.gyro"});
+  const Recording read = read_recording(reference("cells.mat"), options, {});
+  std::vector<std::string> names;
+  for (const Channel& channel : read.channels) names.push_back(channel.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"run.1.x", "run.1.y", "run.1.z", "run.2.x", "run.2.y", "run.2.z",
+                                             "run.4.1", "trial.1.gyro", "trial.2.gyro"}));
+  for (std::size_t k = 0; k < 60; ++k) {
+    const double n = 0.001 * static_cast<double>(k + 1);
+    EXPECT_EQ(read.channels[4].values[k], 2 + n * 2);
+    EXPECT_EQ(read.channels[6].values[k], 4 + n);
+    EXPECT_EQ(read.channels[8].values[k], 6 + n);
+  }
+  EXPECT_EQ(read.channels[0].timeline.rate, 200.0);
+  EXPECT_EQ(read.meta.at("run.3"), "unit 0117");
+  EXPECT_NE(said(read.findings, "variables_not_read").find("table"), std::string::npos);
+  expect_streams_the_same(reference("cells.mat"), options, 7);
+}
+
 /// A variable of version 5, packed.
 std::string packed(const std::string& content) {
   std::string bytes(compressBound(content.size()), '\0');

@@ -83,7 +83,9 @@ void name_channels(const ReadOptions& options, Log& log) {
       if (given == options.units.end()) without_unit.push_back(name);
       column.unit = given == options.units.end() ? Unit() : given->second;
     }
-    if (!sources.empty()) log.frame.meta[topic.name] = sources;
+    if (sources.empty()) continue;
+    std::string& meta = log.frame.meta[topic.name];  // two topics of the log may be halves of one in the file
+    meta += (meta.empty() ? "" : ", ") + sources;
   }
   std::erase_if(log.topics, [](const Topic& topic) { return topic.columns.empty(); });
   if (log.topics.empty())

@@ -55,7 +55,8 @@ std::size_t samples_in(const Topic& topic, const char* message) {
 }
 
 double stamp_of(const Topic& topic, const char* message) {
-  return number_at(message + topic.time, topic.time_number) / topic.ticks;
+  const double later = topic.later ? as<std::int32_t>(message + *topic.later) : 0.0;
+  return (number_at(message + topic.time, topic.time_number) + later) / topic.ticks;
 }
 
 /// [s] between the samples of a burst.

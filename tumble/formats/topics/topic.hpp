@@ -81,7 +81,8 @@ struct Topic {
   std::vector<Column> columns = {};
   std::size_t time = 0;  ///< offset of the stamp, of the last sample of a burst
   Number time_number = Number::u64;
-  double ticks = 1e6;  ///< [1/s] of the stamp
+  double ticks = 1e6;                     ///< [1/s] of the stamp
+  std::optional<std::size_t> later = {};  ///< offset of an i32 [ticks] to be added to the stamp
   std::optional<Burst> burst = {};
   std::size_t messages = 0;  ///< in the file
 };

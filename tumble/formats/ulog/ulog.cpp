@@ -2,6 +2,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
+#include <limits>
+#include <utility>
 
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -28,6 +31,10 @@ bool recognises(const std::string& path) {
   throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
 }
 
+/// The time of the accelerometer after that of the gyro [us] in sensor_combined, or `no_sample`.
+constexpr std::string_view accelerometer_later = "accelerometer_timestamp_relative";
+constexpr std::int32_t no_sample = std::numeric_limits<std::int32_t>::max();
+
 /// The fields of a topic that become channels: of a known topic its samples, of another every number.
 topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
   topics::Topic topic{.name = from.name, .messages = from.messages};
@@ -41,6 +48,7 @@ topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
       sampled = sampled || place.field == "timestamp_sample";
       continue;
     }
+    if (known && place.field == accelerometer_later && place.number == topics::Number::i32) topic.later = place.offset;
     if (known && known->burst) {
       if (place.field == "samples") burst.count = place.offset;
       if (place.field == "dt") burst.interval = place.offset;
@@ -56,6 +64,17 @@ topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
   if (burst.count > 0 && burst.interval > 0 && burst.scale > 0) topic.burst = burst;
   if (known && known->burst && !topic.burst) topic.columns.clear();
   return topic;
+}
+
+/// The topic, or its gyro and its accelerometer where these have times of their own.
+std::vector<topics::Topic> halves_of(topics::Topic topic) {
+  if (!topic.later) return {std::move(topic)};
+  topics::Topic accelerometer = topic;
+  const auto felt = [](const topics::Column& column) { return column.names.front().starts_with("accelerometer"); };
+  std::erase_if(topic.columns, felt);
+  std::erase_if(accelerometer.columns, std::not_fn(felt));
+  topic.later = {};
+  return {std::move(topic), std::move(accelerometer)};
 }
 
 /// What the log says of the vehicle, and the calibration that it had.
@@ -130,13 +149,40 @@ void say_slow(const std::vector<std::string>& names, const std::vector<std::size
     }
 }
 
+/// A topic of the log that is read.
+struct Taken {
+  std::size_t topic;   ///< in Log::topics
+  std::size_t time;    ///< offset of the stamp
+  std::size_t later;   ///< offset of what is added to it
+  std::uint64_t last;  ///< stamp [us] of the last sample
+};
+
+/// Whether a message brings a sample: that of the accelerometer may be absent, or that of the message before.
+bool is_new(Taken& of, const char* message) {
+  std::uint64_t stamp;
+  std::int32_t later;
+  std::memcpy(&stamp, message + of.time, sizeof stamp);
+  std::memcpy(&later, message + of.later, sizeof later);
+  stamp += static_cast<std::uint64_t>(later);
+  return later != no_sample && std::exchange(of.last, stamp) != stamp;
+}
+
+/// `chosen` has for each topic of the log its index in the scan.
 std::function<void(const topics::Take&, const Progress&)> player(const std::string& path, const Scan& scan,
+                                                                 const Log& log,
                                                                  const std::vector<std::size_t>& chosen) {
-  std::vector<int> index(scan.topics.size(), -1);  // in Log::topics
-  for (std::size_t i = 0; i < chosen.size(); ++i) index[chosen[i]] = static_cast<int>(i);
-  return [path, index](const topics::Take& take, const Progress& progress) {
+  std::vector<std::vector<Taken>> whole(scan.topics.size()), with_own_time(scan.topics.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const topics::Topic& topic = log.topics[i];
+    (topic.later ? with_own_time : whole)[chosen[i]].push_back(
+        {i, topic.time, topic.later.value_or(0), std::numeric_limits<std::uint64_t>::max()});
+  }
+  return [path, whole, with_own_time](const topics::Take& take, const Progress& progress) {
+    auto late = with_own_time;
     replay(path, progress, [&](std::size_t topic, const char* sample) {
-      if (index[topic] >= 0) take(static_cast<std::size_t>(index[topic]), sample);
+      for (const Taken& of : whole[topic]) take(of.topic, sample);
+      for (Taken& of : late[topic])
+        if (is_new(of, sample)) take(of.topic, sample);
     });
   };
 }
@@ -178,8 +224,8 @@ Log open(const std::string& path, const ReadOptions& options) {
   log.frame.origin.file = path;
   std::vector<std::size_t> of_scan;
   for (const std::size_t i : chosen) {
-    auto topic = topic_of(found, found.topics[indices[i]]);
-    log.topics.push_back(std::move(topic));
+    for (topics::Topic& topic : halves_of(topic_of(found, found.topics[indices[i]])))
+      log.topics.push_back(std::move(topic));
     of_scan.push_back(indices[i]);
   }
   take_meta(found, log.frame);
@@ -192,7 +238,7 @@ Log open(const std::string& path, const ReadOptions& options) {
   for (const topics::Topic& topic : log.topics)
     for (const std::size_t i : of_scan)
       if (found.topics[i].name == topic.name) remaining.push_back(i);
-  log.play = player(path, found, remaining);
+  log.play = player(path, found, log, remaining);
   return log;
 }
 

@@ -77,6 +77,30 @@ TEST(ULog, CorrectedSamplesAreReadOnlyWithAWarning) {
   EXPECT_NE(said(read.findings, "corrected_topic"), "");
 }
 
+TEST(ULog, TheAccelerometerOfACombinedTopicHasItsOwnTimes) {
+  const Recording read = read_recording(reference("combined.ulg"), {}, {});
+  ASSERT_EQ(names_of(read),
+            (std::vector<std::string>{"gyro.x[rad/s]", "gyro.y[rad/s]", "gyro.z[rad/s]", "accelerometer.x[m/s^2]",
+                                      "accelerometer.y[m/s^2]", "accelerometer.z[m/s^2]"}));
+  const Channel& gyro = read.channels[0];
+  const Channel& accelerometer = read.channels[4];
+  ASSERT_EQ(gyro.values.size(), 24u);
+  ASSERT_EQ(accelerometer.values.size(), 11u);  // every sample once, and none where the log says that there is none
+  EXPECT_EQ(gyro.timeline.rate, 200.0);
+  EXPECT_EQ(accelerometer.timeline.rate, 100.0);
+  for (std::size_t k = 0; k < 11; ++k) {
+    EXPECT_NEAR(accelerometer.time(k), 1.0 + 0.01 * static_cast<double>(k) - 0.00125, 1e-12);
+    EXPECT_EQ(accelerometer.values[k], -0.5 * static_cast<double>(k));
+  }
+  EXPECT_EQ(read.meta.at("sensor_combined:0"),
+            "gyro.x = gyro_rad.0, gyro.y = gyro_rad.1, gyro.z = gyro_rad.2, accelerometer.x = accelerometer_m_s2.0, "
+            "accelerometer.y = accelerometer_m_s2.1, accelerometer.z = accelerometer_m_s2.2");
+  expect_streams_the_same(reference("combined.ulg"), {}, 7);
+  const Recording only = read_recording(reference("combined.ulg"), {.only = {"accelerometer.y"}}, {});
+  ASSERT_EQ(only.channels.size(), 1u);
+  EXPECT_EQ(only.channels[0].values, accelerometer.values);
+}
+
 TEST(ULog, BurstsAreSpreadOut) {
   const Recording read = read_recording(reference("bursts.ulg"), {}, {});
   ASSERT_EQ(read.channels.size(), 3u);

@@ -178,11 +178,27 @@ Residuals residuals_of(const Calibration* c, const Checked& checked, std::size_t
   return out;
 }
 
+/// Residuals of a channel over the number of the position, by the calibration of the whole unit or of the channels
+/// alone.
+Curve residual_curve(Kind kind, const Calibration& c, const Checked& means, std::size_t axis, const std::string& by) {
+  Curve curve;
+  curve.name = role_of(kind, axis) + ", " + by;
+  curve.figure = std::string("residuals of the ") + (kind == Kind::gyro ? "gyros" : "accelerometers");
+  curve.x.name = "number of the position";
+  curve.y = {"residual", Unit::parse(kind == Kind::gyro ? "deg/h" : "ug"), {}};
+  curve.points = true;
+  for (std::size_t g = 0; g < means.output.size(); ++g) {
+    curve.x.values.push_back(static_cast<double>(g + 1));
+    curve.y.values.push_back(residual(&c, means, g, axis));
+  }
+  return curve;
+}
+
 }  // namespace
 
-Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings) {
+void add_comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Estimate& estimate) {
   const bool separate = !sorted.check.recordings.empty();
-  if (!separate) findings.push_back({Finding::Severity::info, "no_check_positions", {}});
+  if (!separate) estimate.findings.push_back({Finding::Severity::info, "no_check_positions", {}});
   Table table{"comparison",
               separate ? "residuals in the positions for the check after compensation by each calibration"
                        : "residuals in the positions of the whole unit after compensation by each calibration",
@@ -204,9 +220,11 @@ Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings&
       for (const double value : {raw.rms, whole.rms, split.rms, whole.most, split.most})
         row.emplace_back(unit.difference_from_si(value));
       table.rows.push_back(std::move(row));
+      estimate.curves.push_back(residual_curve(pair.kind, pair.whole, means, axis, "whole unit"));
+      estimate.curves.push_back(residual_curve(pair.kind, pair.split, means, axis, "channels alone"));
     }
   }
-  return table;
+  estimate.tables.push_back(std::move(table));
 }
 
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate) {

@@ -19,8 +19,9 @@ void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate);
 /// of those that agree.
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate);
 
-/// Table `comparison`: residuals of each channel in the positions for the check after compensation by each calibration.
-Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings);
+/// Table `comparison`, and curves: residuals of each channel in the positions for the check after compensation by each
+/// calibration.
+void add_comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Estimate& estimate);
 
 /// Table `terms`: whole, split and difference side by side.
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate);

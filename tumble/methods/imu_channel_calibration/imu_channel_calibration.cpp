@@ -85,7 +85,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   }
   add(all.findings, estimate);
   add_parameters(pairs, estimate);
-  estimate.tables = {comparison(pairs, all, estimate.findings), side_by_side(pairs, estimate), covered(pairs)};
+  add_comparison(pairs, all, estimate);
+  estimate.tables.insert(estimate.tables.end(), {side_by_side(pairs, estimate), covered(pairs)});
   add_agreement(pairs, evidence.plan.settings, estimate);
   return estimate;
 }

@@ -103,8 +103,8 @@ Table matrices(const Calibration& c, const Recorded& recorded) {
 Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded) {
   const Unit second = Unit::parse("s"), mg = Unit::parse("mg");
   Table table{"poses",
-              "the calibrated specific force of each pose: its size should be gravity",
-              {{"section", {}}, {"samples", {}}, {"time", second}, {"size less gravity", mg}},
+              "the calibrated specific force of each pose; the residual is its size less gravity",
+              {{"section", {}}, {"samples", {}}, {"time", second}, {"residual", mg}},
               {}};
   for (std::size_t p = 0; p < poses; ++p) {
     const auto& section = recorded.section[p];

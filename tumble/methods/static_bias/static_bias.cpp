@@ -324,6 +324,30 @@ std::vector<ErrorLine> lines_of(const std::vector<RunBias>& runs, const Referenc
   return lines;
 }
 
+/// Averages of each power-up less their mean over the time since power-on: a drift or a step is seen here.
+std::vector<Curve> averages_of(const std::vector<RunBias>& runs, const Unit& unit) {
+  std::vector<Curve> curves;
+  for (const auto& run : runs) {
+    Curve curve;
+    curve.name = run.label;
+    curve.figure = "residuals of the averages";
+    curve.x = {"time since power-on", Unit::parse("min"), {}};
+    curve.y = {fmt::format("average of {:.3g} s less the mean", run.blocks.length), unit, {}};
+    double sum = 0.0, weight = 0.0;
+    for (std::size_t i = 0; i < run.blocks.means.size(); ++i) {
+      sum += run.blocks.shares[i] * run.blocks.means[i];
+      weight += run.blocks.shares[i];
+    }
+    for (std::size_t i = 0; i < run.blocks.means.size(); ++i) {
+      if (run.blocks.shares[i] <= 0.0) continue;
+      curve.x.values.push_back((static_cast<double>(i) + 0.5) * run.blocks.length);
+      curve.y.values.push_back(run.blocks.means[i] - sum / weight);
+    }
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
 void finish(const std::vector<RunBias>& runs, const Reference& reference, Builder& builder) {
   Estimate& estimate = builder.estimate;
   settle(estimate, lines_of(runs, reference, builder));
@@ -340,6 +364,7 @@ void finish(const std::vector<RunBias>& runs, const Reference& reference, Builde
     table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean, run.file});
   estimate.tables.push_back(std::move(table));
   estimate.tables.push_back(covered());
+  estimate.curves = averages_of(runs, builder.unit);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {

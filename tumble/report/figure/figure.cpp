@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/decimate.hpp"
+#include "tumble/report/figure/derived.hpp"
 #include "tumble/report/markup.hpp"
+#include "tumble/report/names.hpp"
 
 namespace tumble {
 namespace {
@@ -24,9 +26,9 @@ struct Group {
   const Curve::Axis& y() const { return curves.front()->y; }
 };
 
-std::vector<Group> groups_of(const Estimate& estimate) {
+std::vector<Group> groups_of(const std::vector<Curve>& curves) {
   std::vector<Group> groups;
-  for (const auto& curve : estimate.curves) {
+  for (const auto& curve : curves) {
     const auto fits = [&](const Group& group) {
       return group.name == curve.figure && group.x().unit.dimension() == curve.x.unit.dimension() &&
              group.y().unit.dimension() == curve.y.unit.dimension();
@@ -88,7 +90,7 @@ Figure::Series series_of(const Curve& original, const Group& group, Missing& mis
   if (indices.size() < count)
     Missing::add(missing.shortened, curve, fmt::format("{} of {} points", indices.size(), count));
   const Unit &x = group.x().unit, &y = group.y().unit;
-  return {curve.name,
+  return {readable_name(curve.name),
           curve.points,
           chosen(curve.x.values, indices, x),
           chosen(curve.y.values, indices, y),
@@ -98,9 +100,9 @@ Figure::Series series_of(const Curve& original, const Group& group, Missing& mis
 }
 
 Figure figure_of(const Group& group) {
-  Figure figure{group.name.empty() ? group.y().name + " over " + group.x().name : group.name,
-                {group.x().name, group.x().unit, group.logarithmic_x},
-                {group.y().name, group.y().unit, group.logarithmic},
+  Figure figure{readable_name(group.name.empty() ? group.y().name + " over " + group.x().name : group.name),
+                {readable_name(group.x().name), group.x().unit, group.logarithmic_x},
+                {readable_name(group.y().name), group.y().unit, group.logarithmic},
                 {},
                 {}};
   Missing missing;
@@ -136,7 +138,7 @@ Json described(const Figure::Axis& axis) {
 
 Json described(const Figure::Series& series, std::size_t index) {
   const auto style = style_of_series(index);
-  Json result{{"name", series.name},    {"points", series.points}, {"colour", style.colour},
+  Json result{{"name", series.name},    {"points", series.points}, {"colour", style.colour}, {"dark", style.dark},
               {"dashes", style.dashes}, {"x", numbers(series.x)},  {"y", numbers(series.y)}};
   if (!series.lower.empty()) {
     result["band"] = series.band;
@@ -150,7 +152,9 @@ Json described(const Figure::Series& series, std::size_t index) {
 
 std::vector<Figure> figures_of(const Estimate& estimate) {
   std::vector<Figure> figures;
-  for (const Group& group : groups_of(estimate)) figures.push_back(figure_of(group));
+  const auto curves = figure::curves_to_draw(estimate);
+  for (const Group& group : groups_of(curves)) figures.push_back(figure_of(group));
+  figure::add_overviews(figures);
   return figures;
 }
 
@@ -175,7 +179,8 @@ std::string to_json(const std::vector<Figure>& figures) {
 
 SeriesStyle style_of_series(std::size_t index) {
   static const char* const dashes[] = {"", "7 3", "2 2.5", "9 3 2 3", "12 4", "5 2 1.5 2 1.5 2"};
-  return {palette()[index % palette().size()], dashes[index % std::size(dashes)]};
+  const auto colour = index % palette().size();
+  return {palette()[colour], palette_on_dark()[colour], dashes[index % std::size(dashes)]};
 }
 
 }  // namespace tumble

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/figure/ticks.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
 
 namespace tumble {
@@ -94,6 +96,76 @@ TEST(Figures, TheDescriptionForProgramsHasEveryPoint) {
   EXPECT_EQ(json[0]["series"][1]["y"], nlohmann::json({1.0, 2.0}));
   EXPECT_EQ(json[0]["series"][1]["dashes"], "7 3");
   EXPECT_EQ(json[1]["y"]["name"], "temperature");
+}
+
+Table table_of_residuals() {
+  Table table{"positions", "", {{"label", {}}, {"noise_sd", Unit::parse("ug")}, {"residual_x", Unit::parse("ug")}}, {}};
+  table.rows = {{std::string("up"), si(2.0, "ug"), si(10.0, "ug")},
+                {std::string("down"), si(3.0, "ug"), si(-20.0, "ug")}};
+  return table;
+}
+
+TEST(Figures, AResultWithoutCurvesShowsTheResidualsOfItsTables) {
+  Estimate e;
+  e.tables = {table_of_residuals()};
+  const auto figure = figures_of(e).at(0);
+  EXPECT_EQ(figure.name, "residuals of the positions");
+  EXPECT_EQ(title_of(figure.y), "residual [ug]");
+  const auto& series = figure.series.at(0);
+  EXPECT_EQ(series.x, (std::vector{1.0, 2.0}));
+  EXPECT_NEAR(series.y[1], -20.0, 1e-12);
+  EXPECT_NEAR(series.lower[1], -26.0, 1e-12);
+  EXPECT_NEAR(series.upper[0], 14.0, 1e-12);
+  e.curves = two_units().curves;  // a result with curves has its own
+  EXPECT_EQ(figures_of(e).at(0).name, "f");
+}
+
+TEST(Figures, OfSeveralOutputsStandTogetherFirst) {
+  Estimate e = two_units();
+  e.curves.pop_back();
+  e.curves[0].figure = "deviation x", e.curves[1].figure = "deviation y";
+  const auto figures = figures_of(e);
+  ASSERT_EQ(figures.size(), 3u);
+  EXPECT_EQ(figures[0].name, "y, all together");
+  ASSERT_EQ(figures[0].series.size(), 2u);
+  EXPECT_EQ(title_of(figures[0].y), "y [deg/h]");
+  EXPECT_NEAR(figures[0].series[1].y[1], 2.0, 1e-12);  // deg/s in its own figure, deg/h here
+  EXPECT_EQ(title_of(figures[2].y), "y [deg/s]");
+}
+
+TEST(Figures, NamesAreWords) {
+  EXPECT_EQ(readable_name("angle_random_walk"), "angle random walk");
+  EXPECT_EQ(readable_name("gyro.x allan_deviation"), "gyro.x allan deviation");
+  EXPECT_EQ(readable_name("gyro.x.angle_random_walk"), "gyro.x angle random walk");
+  EXPECT_EQ(readable_name("gyro.x.bias"), "gyro.x bias");
+  for (const char* symbol : {"gyro.x", "t.top", "K_1", "A1_0", "D_OO", "output less L_0", "", "_", "T_0"})
+    EXPECT_EQ(readable_name(symbol), symbol);
+}
+
+TEST(Figures, CsvHasEveryNumberOnce) {
+  Figure figure = plain_figure();
+  figure.series.push_back(figure.series[0]);
+  figure.series[1].name = "a, \"b\"";
+  figure.series[1].lower = figure.series[1].upper = {0, 0.5, 1, 1, 1e-7};
+  EXPECT_EQ(to_csv(figure),
+            "time[s],gyro[deg/h],\"a, \"\"b\"\"[deg/h]\",\"a, \"\"b\"\" lower[deg/h]\",\"a, \"\"b\"\" upper[deg/h]\"\n"
+            "0,1,1,0,0\n1,2,2,0.5,0.5\n2,,,1,1\n3,3,3,1,1\n4,4,4,1e-07,1e-07\n");
+}
+
+TEST(Figures, WithFewerPointsKeepTheirExtremes) {
+  Figure figure = plain_figure();
+  auto& series = figure.series[0];
+  series.x.clear(), series.y.clear();
+  for (int i = 0; i < 10000; ++i) series.x.push_back(i), series.y.push_back(i == 7777 ? 50.0 : i % 2);
+  const auto fewer = with_fewer_points(figure, 500).series[0];
+  EXPECT_LE(fewer.x.size(), 510u);
+  EXPECT_EQ(std::ranges::max(fewer.y), 50.0);
+  EXPECT_EQ(with_fewer_points(figure, 10000).series[0].x.size(), 10000u);
+}
+
+TEST(FigureSvg, ForAPhoneIsNarrow) {
+  EXPECT_TRUE(has(to_svg(plain_figure(), Drawing::phone), "viewBox=\"0 0 390 "));
+  EXPECT_TRUE(has(to_svg(plain_figure()), "viewBox=\"0 0 760 "));
 }
 
 TEST(FigureSvg, HasOneStrokeForEachPartBetweenGaps) {

@@ -16,8 +16,14 @@ namespace {
 using figure::linear_ticks, figure::logarithmic_ticks, figure::power_of_ten, figure::Ticks;
 
 // The drawing in its own units, which are pixels where it is shown at its own size.
-constexpr double width = 760, plot_height = 320, top = 12, right = 14, size_of_text = 12, line_height = 18;
+// 13.5 of 760 are 9 pt on the text width of A4.
+constexpr double top = 12, right = 14, size_of_text = 13.5, line_height = 19;
 constexpr double width_of_character = 0.56 * size_of_text;
+struct Size {
+  double width, plot_height;
+  int x_ticks, y_ticks;  ///< at most
+};
+constexpr Size of_page{760, 330, 9, 7}, of_phone{390, 260, 5, 6};
 constexpr const char* ink = "#1b2733";
 constexpr const char* soft = "#51606e";
 constexpr const char* grid = "#e1e6eb";
@@ -46,7 +52,7 @@ Ticks ticks_of(const Range& range, int most) {
 /// The plot's place in the drawing, and where a number of an axis lies in the plot.
 struct Frame {
   Ticks x, y;
-  double left, plot_width;
+  double left, plot_width, plot_height;
 
   double across(double value) const { return plot_width * x.place(value); }
   double down(double value) const { return plot_height * (1.0 - y.place(value)); }
@@ -60,15 +66,15 @@ void add_bands(const Figure& figure, Range& y) {
   if (figure.y.logarithmic && std::isfinite(values)) y.low = std::max(y.low, 0.01 * values);
 }
 
-Frame frame_of(const Figure& figure) {
+Frame frame_of(const Figure& figure, const Size& size) {
   Range x{figure.x.logarithmic}, y{figure.y.logarithmic};
   for (const auto& series : figure.series) x.add(series.x), y.add(series.y);
   add_bands(figure, y);
-  Frame frame{ticks_of(x, 9), ticks_of(y, 7), 0.0, 0.0};
+  Frame frame{ticks_of(x, size.x_ticks), ticks_of(y, size.y_ticks), 0.0, 0.0, size.plot_height};
   double widest = 0.0;
   for (const auto& text : frame.y.labels) widest = std::max(widest, width_of(text));
   frame.left = 30 + widest;
-  frame.plot_width = width - frame.left - right;
+  frame.plot_width = size.width - frame.left - right;
   return frame;
 }
 
@@ -84,26 +90,26 @@ std::string title_with(const Figure::Axis& axis, int exponent) {
 
 std::string axes(const Figure& figure, const Frame& frame) {
   std::string lines, minor, labels;
-  for (const double at : frame.x.minor) minor += fmt::format("M{:.1f} 0V{}", frame.across(at), plot_height);
+  for (const double at : frame.x.minor) minor += fmt::format("M{:.1f} 0V{}", frame.across(at), frame.plot_height);
   for (const double at : frame.y.minor) minor += fmt::format("M0 {:.1f}H{:.1f}", frame.down(at), frame.plot_width);
   for (std::size_t i = 0; i < frame.x.at.size(); ++i) {
     const double x = frame.across(frame.x.at[i]);
-    lines += fmt::format("M{:.1f} 0V{}", x, plot_height);
-    labels += text_at(x, plot_height + 17, "middle", frame.x.labels[i]);
+    lines += fmt::format("M{:.1f} 0V{}", x, frame.plot_height);
+    labels += text_at(x, frame.plot_height + 18, "middle", frame.x.labels[i]);
   }
   for (std::size_t i = 0; i < frame.y.at.size(); ++i) {
     const double y = frame.down(frame.y.at[i]);
     lines += fmt::format("M0 {:.1f}H{:.1f}", y, frame.plot_width);
     labels += text_at(-7, y + 4, "end", frame.y.labels[i]);
   }
-  labels += text_at(0.5 * frame.plot_width, plot_height + 37, "middle", title_with(figure.x, frame.x.exponent));
-  const auto turned = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", 14 - frame.left, 0.5 * plot_height);
-  labels +=
-      text_at(14 - frame.left, 0.5 * plot_height, "middle", title_with(figure.y, frame.y.exponent), turned.c_str());
+  labels += text_at(0.5 * frame.plot_width, frame.plot_height + 39, "middle", title_with(figure.x, frame.x.exponent));
+  const auto turned = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", 14 - frame.left, 0.5 * frame.plot_height);
+  labels += text_at(14 - frame.left, 0.5 * frame.plot_height, "middle", title_with(figure.y, frame.y.exponent),
+                    turned.c_str());
   return fmt::format(
       "<path d=\"{}\" stroke=\"{}\" stroke-width=\".5\"/>\n<path d=\"{}\" stroke=\"{}\"/>\n"
       "<path d=\"M0 0H{:.1f}V{}H0Z\" stroke=\"{}\"/>\n<g fill=\"{}\">\n{}</g>\n",
-      minor, grid, lines, grid, frame.plot_width, plot_height, soft, ink, labels);
+      minor, grid, lines, grid, frame.plot_width, frame.plot_height, soft, ink, labels);
 }
 
 bool is_drawn(const Figure::Series& series, std::size_t i) {
@@ -138,7 +144,8 @@ bool has_band(const Figure::Series& series, std::size_t i) {
 
 /// Down to where a logarithmic axis ends.
 double edge(const Frame& frame, double value) {
-  return std::min(frame.down(std::max(value, frame.y.logarithmic ? 0.1 * frame.y.lower : value)), 2.0 * plot_height);
+  return std::min(frame.down(std::max(value, frame.y.logarithmic ? 0.1 * frame.y.lower : value)),
+                  2.0 * frame.plot_height);
 }
 
 std::string bars(const Figure::Series& series, const Frame& frame) {
@@ -192,7 +199,7 @@ std::string drawn(const Figure::Series& series, std::size_t index, const Frame& 
 std::string legend(const Figure& figure, const Frame& frame, double& height) {
   constexpr double sample = 26, gap = 18;
   std::string text;
-  double x = 0.0, y = plot_height + 60;
+  double x = 0.0, y = frame.plot_height + 63;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
     const auto& series = figure.series[i];
     const double needed = sample + 6 + width_of(printable(series.name)) + gap;
@@ -204,7 +211,7 @@ std::string legend(const Figure& figure, const Frame& frame, double& height) {
     text += text_at(x + sample + 6, y, "start", series.name, fmt::format(" fill=\"{}\"", ink).c_str());
     x += needed;
   }
-  height = figure.series.empty() ? plot_height + 46 : y + 10;
+  height = figure.series.empty() ? frame.plot_height + 49 : y + 10;
   return text;
 }
 
@@ -220,8 +227,9 @@ std::string in_words(const Figure& figure) {
 
 }  // namespace
 
-std::string to_svg(const Figure& figure) {
-  const Frame frame = frame_of(figure);
+std::string to_svg(const Figure& figure, Drawing drawing) {
+  const Size& size = drawing == Drawing::page ? of_page : of_phone;
+  const Frame frame = frame_of(figure, size);
   double height = 0.0;
   const std::string below = legend(figure, frame, height);
   std::string lines;
@@ -231,8 +239,8 @@ std::string to_svg(const Figure& figure) {
       "font-family=\"system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial, sans-serif\" "
       "font-size=\"{}\" fill=\"none\">\n<title>{}</title>\n<g transform=\"translate({:.1f} {})\">\n{}"
       "<svg width=\"{:.1f}\" height=\"{}\">\n{}</svg>\n{}</g>\n</svg>\n",
-      width, height + top, escaped(in_words(figure)), size_of_text, escaped(figure.name), frame.left, top,
-      axes(figure, frame), frame.plot_width, plot_height, lines, below);
+      size.width, height + top, escaped(in_words(figure)), size_of_text, escaped(figure.name), frame.left, top,
+      axes(figure, frame), frame.plot_width, frame.plot_height, lines, below);
 }
 
 }  // namespace tumble

@@ -10,10 +10,6 @@
 #include "tumble/report/shape.hpp"
 #include "tumble/version.hpp"
 
-namespace tumble::assets {
-extern const std::string_view report_css;
-}
-
 namespace tumble::html {
 namespace {
 
@@ -21,13 +17,14 @@ namespace {
 constexpr const char* security =
     "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
-std::string head(const std::string& title, Language language) {
+std::string head(const std::string& title, const std::string& style, Language language) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n"
       "<meta name=\"generator\" content=\"Tumble {}\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n",
-      language == Language::chinese ? "zh-CN" : "en", security, version, title, assets::report_css);
+      language == Language::chinese ? "zh-CN" : "en", security, version, title, style);
 }
 
 std::string entry(const std::string& name, const std::string& value) {
@@ -74,10 +71,10 @@ std::string title_block(const Estimate& estimate, const std::string& title, cons
 /// Links to the sections that are there.
 std::string navigation(const std::string& sections, const Words& words) {
   std::string text = "<nav aria-label=\"" + words("sections") + "\">";
-  for (const char* id : {"verdicts", "parameters", "with_prior", "findings", "budget", "figures", "tables",
+  for (const char* id : {"verdicts", "figure", "parameters", "with_prior", "findings", "budget", "figures", "tables",
                          "correlation", "provenance"}) {
     if (sections.find(fmt::format("<section id=\"{}\">", id)) == std::string::npos) continue;
-    text += fmt::format("<a href=\"#{}\">{}</a> ", id, words(id));
+    text += fmt::format("<a href=\"#{}\">{}</a> ", id, words(id == std::string_view("figure") ? "first_figure" : id));
   }
   return text + "</nav>\n";
 }
@@ -93,15 +90,19 @@ using namespace html;
 std::string to_html(const Estimate& estimate, const PageOptions& page) {
   require_shape(estimate);
   const auto& own = estimate.title.empty() ? estimate.method : estimate.title;
-  const auto title = html::escaped(page.title.empty() ? own : page.title);
+  const auto& plain_title = page.title.empty() ? own : page.title;
+  const auto title = html::escaped(plain_title);
   const html::Words words{page.language};
-  const auto sections = html::verdicts(estimate, words) + html::parameters(estimate, words) +
-                        html::with_prior(estimate, words) + html::findings(estimate, words) +
-                        html::budget(estimate, words) + html::figures(estimate, words) + html::tables(estimate, words) +
+  const auto drawn = figures_of(estimate);
+  const auto sections = html::verdicts(estimate, words) + html::first_figure(drawn, words) +
+                        html::parameters(estimate, words) + html::with_prior(estimate, words) +
+                        html::findings(estimate, words) + html::budget(estimate, words) +
+                        html::further_figures(drawn, words) + html::tables(estimate, words) +
                         html::correlation(estimate, words) + html::provenance(estimate, words);
-  return head(title, page.language) + "<body>\n" + title_block(estimate, title, page.logo, words) +
-         navigation(sections, words) + "<main>\n" + sections + "</main>\n<footer>" + words.with("made_by", version) +
-         "</footer>\n</body>\n</html>\n";
+  const auto serial = estimate.instrument_serial.empty() ? "" : words("serial") + " " + estimate.instrument_serial;
+  return head(title, html::style(plain_title, serial), page.language) + "<body>\n" +
+         title_block(estimate, title, page.logo, words) + navigation(sections, words) + "<main>\n" + sections +
+         "</main>\n<footer>" + words.with("made_by", version) + "</footer>\n</body>\n</html>\n";
 }
 
 }  // namespace tumble

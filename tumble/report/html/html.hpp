@@ -5,6 +5,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/text.hpp"
+#include "tumble/report/figure.hpp"
 #include "tumble/report/markup.hpp"
 
 namespace tumble::html {
@@ -28,6 +29,8 @@ std::string number(std::string_view text);
 std::string unit(const Unit& unit);
 /// "K_1" with the index below: all behind the first underscore.
 std::string symbol(std::string_view text);
+/// "angle random walk" and, where it is written differently in files, the name itself: "angle_random_walk".
+std::string name_html(std::string_view name);
 /// "name [unit]".
 std::string name_and_unit(std::string_view name, const Unit& unit);
 
@@ -40,6 +43,11 @@ std::string budget(const Estimate& estimate, const Words& words);
 std::string tables(const Estimate& estimate, const Words& words);
 std::string correlation(const Estimate& estimate, const Words& words);
 std::string provenance(const Estimate& estimate, const Words& words);
-std::string figures(const Estimate& estimate, const Words& words);
+/// The figure that a reader looks for first stands before the numbers, the others behind them.
+std::string first_figure(const std::vector<Figure>& figures, const Words& words);
+std::string further_figures(const std::vector<Figure>& figures, const Words& words);
+
+/// The style of the page: that of every report, the colours of series, and what paper has above and below the text.
+std::string style(const std::string& title, const std::string& serial);
 
 }  // namespace tumble::html

@@ -2,117 +2,106 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "tumble/report/html/html.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/rounding.hpp"
-#include "tumble/report/utf8.hpp"
 
 namespace tumble::html {
 namespace {
 
-// The bar figure, in its own units (the page scales it).
-constexpr double label_width = 230, bar_width = 700, bar_height = 20, row_height = 28, legend_row = 22;
+/// So many sources fit beside each other on a sheet; of more, each parameter lists those that matter to it.
+constexpr std::size_t most_columns = 4;
 
-std::string table(const Estimate& estimate, const Words& words) {
-  std::string text = fmt::format(
-      "<div class=\"wide\"><table class=\"sources\">\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th>"
-      "<th scope=\"col\">{}</th>",
-      words("budget_caption"), words("parameter"), words("unit"));
-  for (const auto& part : estimate.budget) {
+std::string head_of_table(const Words& words) {
+  return fmt::format(
+      "<div class=\"wide\" tabindex=\"0\"><table class=\"sources\">\n<caption>{}</caption>\n<thead><tr><th "
+      "scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\" class=\"n\">{}</th>",
+      words("budget_caption"), words("parameter"), words("unit"), words("together"));
+}
+
+std::string head_of_row(const Estimate& estimate, std::size_t i) {
+  const double sd = shown(estimate, i).sd;
+  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"n\"><b>{}</b></td>",
+                     escaped(readable_name(estimate.parameters[i].name)), unit(estimate.parameters[i].unit),
+                     number(rounded(sd, rounding_for(0.0, sd))));
+}
+
+/// A column for each source.
+std::string table_of_columns(const Estimate& estimate, const Words& words) {
+  std::string text = head_of_table(words);
+  for (const auto& part : estimate.budget)
     text += fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"n\">{}</th>", escaped(part.source));
-  }
-  text += "<th scope=\"col\" class=\"n\">" + words("together") + "</th></tr></thead>\n<tbody>\n";
+  text += "</tr></thead>\n<tbody>\n";
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-    const auto& parameter = estimate.parameters[i];
-    text += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td>", escaped(parameter.name), unit(parameter.unit));
+    text += head_of_row(estimate, i);
     for (const auto& part : estimate.budget) {
       const auto [sd, share] = budget_cell(estimate, part, i);
       text += fmt::format("<td class=\"n\">{}</td><td class=\"n share\">{}</td>", number(sd), escaped(share));
     }
-    const double sd = shown(estimate, i).sd;
-    text += fmt::format("<td class=\"n\"><b>{}</b></td></tr>\n", number(rounded(sd, rounding_for(0.0, sd))));
+    text += "</tr>\n";
   }
   return text + "</tbody></table></div>\n";
 }
 
-std::string shortened(std::string_view name) {
-  const auto text = printable(name);
-  if (display_width(text) <= 32) return escaped(text);
-  std::string result;
-  for (const char c : text) {
-    const bool starts_character = (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-    if (starts_character && display_width(result) >= 30) break;
-    result += c;
+/// The sources of a parameter that give 1 % of its variance and more, the largest first: "output noise 0.012 (43 %),
+/// ..."
+std::string sources_of(const Estimate& estimate, std::size_t i) {
+  std::vector<const Contribution*> parts;
+  for (const auto& part : estimate.budget)
+    if (part.variance(i) >= 0.01 * estimate.covariance(i, i)) parts.push_back(&part);
+  std::ranges::stable_sort(parts, std::greater<>(), [&](const auto* part) { return part->variance(i); });
+  std::string text;
+  for (const auto* part : parts) {
+    const auto [sd, share] = budget_cell(estimate, *part, i);
+    text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", escaped(part->source), number(sd), escaped(share));
   }
-  return escaped(result) + "…";
-}
-
-const std::string& colour(std::size_t source) { return palette()[source % palette().size()]; }
-
-/// Sources beyond the colours of the palette are told apart by stripes over the colour.
-std::string segment(double x, double y, double width, std::size_t source, const std::string& tip) {
-  const auto at = fmt::format("x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.0f}\"", x, y, width, bar_height);
-  std::string text =
-      fmt::format("<rect {} fill=\"{}\" stroke=\"#fff\"><title>{}</title></rect>", at, colour(source), tip);
-  if (source >= palette().size()) text += fmt::format("<rect {} fill=\"url(#stripes)\" pointer-events=\"none\"/>", at);
   return text;
 }
 
-std::string bar(const Estimate& estimate, std::size_t i, double y) {
+std::string table_of_lists(const Estimate& estimate, const Words& words) {
+  std::string text = head_of_table(words) + "<th scope=\"col\">" + words("sources") + "</th></tr></thead>\n<tbody>\n";
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
+    text += head_of_row(estimate, i) + "<td class=\"sources-list\">" + sources_of(estimate, i) + "</td></tr>\n";
+  return text + "</tbody></table></div>\n";
+}
+
+/// Sources beyond the colours of the palette are distinguished by stripes over the colour.
+std::string class_of(std::size_t source) {
+  return fmt::format("s{}{}", source % palette().size(), source >= palette().size() ? " striped" : "");
+}
+
+std::string legend(const Estimate& estimate) {
+  std::string text = "<ul class=\"legend\">";
+  for (std::size_t k = 0; k < estimate.budget.size(); ++k)
+    text +=
+        fmt::format("<li><span class=\"swatch {}\"></span>{}</li>", class_of(k), escaped(estimate.budget[k].source));
+  return text + "</ul>\n";
+}
+
+std::string bar(const Estimate& estimate, std::size_t i) {
   const auto& parameter = estimate.parameters[i];
-  std::string text = fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", label_width - 10,
-                                 y + 15, shortened(parameter.name));
   const double whole = estimate.covariance(i, i);
-  double x = label_width;
+  std::string text = fmt::format("<div class=\"bar-row\"><span class=\"bar-name\">{}</span><span class=\"bar\">",
+                                 escaped(readable_name(parameter.name)));
   for (std::size_t k = 0; k < estimate.budget.size(); ++k) {
     const double share = estimate.budget[k].variance(i) / whole;
-    if (!(share > 0.0) || !std::isfinite(share)) continue;
-    const double width = std::min(share * bar_width, label_width + bar_width - x);
+    if (!(share > 0.001) || !std::isfinite(share)) continue;
     const auto percent = budget_cell(estimate, estimate.budget[k], i).share;
-    const auto tip = fmt::format("{}, {}: {}", escaped(parameter.name), escaped(estimate.budget[k].source), percent);
-    text += segment(x, y, std::max(0.0, width), k, tip);
-    if (share > 0.07) {
-      text += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" class=\"on-bar c{}\">{}</text>",
-                          x + width / 2, y + 15, k % palette().size(), percent);
-    }
-    x += width;
+    text += fmt::format("<span class=\"{}\" style=\"width:{:.1f}%\" title=\"{}: {}\">{}</span>", class_of(k),
+                        100.0 * std::min(share, 1.0), escaped(estimate.budget[k].source), percent,
+                        share > 0.09 ? percent : "");
   }
-  return text + "\n";
-}
-
-std::string legend(const Estimate& estimate, double& height) {
-  std::string text;
-  double x = label_width, y = 0;
-  for (std::size_t k = 0; k < estimate.budget.size(); ++k) {
-    const auto name = escaped(estimate.budget[k].source);
-    const double width = 40.0 + 7.6 * static_cast<double>(display_width(printable(estimate.budget[k].source)));
-    if (x + width > label_width + bar_width && x > label_width) {
-      x = label_width;
-      y += legend_row;
-    }
-    text +=
-        segment(x, y, 18, k, name) + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 24, y + 15, name);
-    x += width;
-  }
-  height = y + legend_row + 8;
-  return text;
+  return text + "</span></div>\n";
 }
 
 std::string bars(const Estimate& estimate, const Words& words) {
-  double top = 0;
-  const auto key = legend(estimate, top);
-  const double height = top + row_height * static_cast<double>(estimate.parameters.size());
-  std::string text = fmt::format(
-      "<figure class=\"bars\">\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n<defs><pattern "
-      "id=\"stripes\" width=\"6\" "
-      "height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" "
-      "fill=\"#fff\" fill-opacity=\"0.7\"/></pattern></defs>\n",
-      label_width + bar_width + 2, height, words("bars_label"));
-  text += key;
-  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-    text += bar(estimate, i, top + row_height * static_cast<double>(i));
-  }
-  return text + "</svg>\n<figcaption>" + words("bars_caption") + "</figcaption>\n</figure>\n";
+  std::string text =
+      fmt::format("<figure class=\"bars\" role=\"img\" aria-label=\"{}\">\n{}", words("bars_label"), legend(estimate));
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) text += bar(estimate, i);
+  return text + "<figcaption>" + words("bars_caption") + "</figcaption>\n</figure>\n";
 }
 
 }  // namespace
@@ -123,7 +112,8 @@ std::string budget(const Estimate& estimate, const Words& words) {
   shown.parameters = estimate.parameters;
   shown.covariance = estimate.covariance;
   shown.budget = budget_to_show(estimate);
-  return "<section id=\"budget\">\n<h2>" + words("budget") + "</h2>\n" + table(shown, words) + bars(shown, words) +
+  return "<section id=\"budget\">\n<h2>" + words("budget") + "</h2>\n" + bars(shown, words) +
+         (shown.budget.size() <= most_columns ? table_of_columns(shown, words) : table_of_lists(shown, words)) +
          "</section>\n";
 }
 

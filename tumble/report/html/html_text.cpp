@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tumble/report/html/html.hpp"
+#include "tumble/report/names.hpp"
 
 namespace tumble::html {
 namespace {
@@ -66,9 +67,10 @@ std::string symbol(std::string_view text) {
   return "<var>" + escaped(text.substr(0, split)) + "</var><sub>" + escaped(text.substr(split + 1)) + "</sub>";
 }
 
-std::string name_and_unit(std::string_view name, const Unit& shown_in) {
-  const auto text = unit(shown_in);
-  return escaped(name) + (text.empty() ? "" : " [" + text + "]");
+std::string name_html(std::string_view name) {
+  const auto readable = readable_name(name);
+  if (readable == name) return escaped(name);
+  return escaped(readable) + " <code>" + escaped(name) + "</code>";
 }
 
 }  // namespace tumble::html

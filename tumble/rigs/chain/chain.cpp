@@ -151,6 +151,55 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
   }
 }
 
+Vector3 direction_of(About about) {
+  return {about == About::x ? 1.0 : 0.0, about == About::y ? 1.0 : 0.0, about == About::z ? 1.0 : 0.0};
+}
+
+namespace {
+
+/// Angle of a joint from that of its axis [rad].
+double angle_of(const Joint& joint, double turn) {
+  double angle = joint.zero + joint.share * turn;
+  for (const auto& h : joint.harmonics)
+    angle += h.cosine * std::cos(h.order * turn) + h.sine * std::sin(h.order * turn);
+  return angle;
+}
+
+/// The frame of a joint from that of the joint before.
+PartPlacement passed(const PartPlacement& before, const Joint& joint, std::span<const Turn> turns) {
+  Vector3 offset = joint.offset;
+  if (!turns.empty()) offset.x += joint.stretch * turns[0].rate * turns[0].rate;
+  const Rotation fixed = joint.fixed * before.part_from_level;
+  const Vector3 origin = before.origin + inverse(before.part_from_level) * offset;
+  if (joint.axis < 0) return {fixed, origin};
+  const double turn = turns[static_cast<std::size_t>(joint.axis)].angle;
+  return {about(direction_of(joint.about), angle_of(joint, turn)) * fixed, origin};
+}
+
+PartPlacement passed(const Chain& chain, std::size_t joints, double time) {
+  std::vector<Turn> turns;
+  for (const auto& axis : chain.axes) {
+    std::size_t piece = 0;
+    turns.push_back(at(axis, time, piece));
+  }
+  PartPlacement placement{chain.base, {}};
+  for (std::size_t j = 0; j < joints; ++j) placement = passed(placement, chain.joints[j], turns);
+  return placement;
+}
+
+}  // namespace
+
+PartPlacement joint_at(const Chain& chain, std::size_t joint, double time) { return passed(chain, joint + 1, time); }
+
+PartPlacement instrument_at(const Chain& chain, double time) {
+  const PartPlacement fixture = passed(chain, chain.joints.size(), time);
+  const auto next = std::upper_bound(chain.poses.begin(), chain.poses.end(), time,
+                                     [](double t, const Pose& pose) { return t < pose.begin; });
+  const Pose& pose = next == chain.poses.begin() ? chain.poses.front() : *(next - 1);
+  return {pose.instrument_from_fixture * fixture.part_from_level,
+          fixture.origin + inverse(fixture.part_from_level) * chain.lever};
+}
+
 double steady_until(const Chain& chain, double time) {
   double until = std::numeric_limits<double>::infinity();
   for (const auto& axis : chain.axes) until = std::min(until, steady_until(axis, time));

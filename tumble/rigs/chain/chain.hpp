@@ -8,6 +8,7 @@
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/chain/oven.hpp"
 #include "tumble/rigs/chain/profile.hpp"
+#include "tumble/rigs/rig.hpp"
 
 namespace tumble::chain {
 
@@ -39,6 +40,9 @@ struct Harmonic {
 
 enum class About { x, y, z };
 
+/// Unit vector.
+Vector3 direction_of(About about);
+
 /// One joint: a shift and a constant rotation from the frame before, then a turn about one of the new axes.
 struct Joint {
   Vector3 offset = {};   ///< of its origin, in the frame before [m]
@@ -59,7 +63,8 @@ struct Pose {
 
 /// From the ground to the instrument.
 struct Chain {
-  Kinematics ground;  ///< level axes at rest on the Earth
+  Rotation base = {};  ///< from level, with the constant rotation of the first joint
+  Kinematics ground;   ///< in the axes of the base, at rest on the Earth
   std::vector<Profile> axes;
   std::vector<Joint> joints;    ///< the last one's frame is the fixture's
   Vector3 lever;                ///< of the instrument's reference point, in the fixture's axes [m]
@@ -73,6 +78,12 @@ struct Chain {
 /// Accuracy  rounding; no angle is taken as small. What changes with the place within the rig is left out: the
 ///           Earth's centrifugal and gravity gradients (3e-6 m/s^2 for a metre of height)
 void felt(const Chain& chain, double first, double step, std::span<Felt> out);
+
+/// Where the frame of one of the joints is at `time` [s].
+PartPlacement joint_at(const Chain& chain, std::size_t joint, double time);
+
+/// Where the instrument is at `time` [s]: its axes as mounted, at its reference point.
+PartPlacement instrument_at(const Chain& chain, double time);
 
 /// Until when nothing changes [s]. Given: time [s].
 double steady_until(const Chain& chain, double time);

@@ -82,8 +82,8 @@ std::vector<Joint> with_axis_errors(Joint joint, const std::string& axis, int ri
 
 Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& errors) {
   Chain chain;
-  chain.ground = seen_in(base_from_level(errors),
-                         ground_of(run.site, errors(error_names::gravity), errors(error_names::latitude)));
+  chain.base = base_from_level(errors);
+  chain.ground = seen_in(chain.base, ground_of(run.site, errors(error_names::gravity), errors(error_names::latitude)));
   for (const auto& axis : machine.axes)
     chain.axes.push_back(driven(run, limits_of(machine, axis, run.options), errors));
   const int ripple_order = run.options.has("ripple_order") ? run.options.integer("ripple_order") : 1;
@@ -95,7 +95,8 @@ Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& err
     const auto& axis = machine.axes[static_cast<std::size_t>(joint.axis)].name;
     for (const auto& part : with_axis_errors(joint, axis, ripple_order, errors)) chain.joints.push_back(part);
   }
-  // The first joint's constant part belongs to the ground.
+  // The first joint's constant part belongs to the base.
+  chain.base = chain.joints.front().fixed * chain.base;
   chain.ground = seen_in(chain.joints.front().fixed, chain.ground);
   chain.joints.front().fixed = {};
   chain.lever = {run.options.number("lever_x") + errors(error_names::lever_x),
@@ -130,6 +131,19 @@ std::vector<Drive> drives_of(const Machine& machine, const RigRun& run, const st
                       return DriveState{shown_by(oven, now.temperature), now.rate, time >= oven.settled[segment(time)]};
                     }});
   return drives;
+}
+
+/// What each axis turns, and the instrument.
+std::vector<RigPart> parts_of(const Machine& machine, const std::shared_ptr<const Chain>& chain) {
+  std::vector<RigPart> parts;
+  for (std::size_t j = 0; j < chain->joints.size(); ++j) {
+    const Joint& joint = chain->joints[j];
+    if (joint.axis < 0 || joint.share == 0.0) continue;
+    parts.push_back({machine.axes[static_cast<std::size_t>(joint.axis)].name, direction_of(joint.about), false,
+                     [chain, j](double time) { return joint_at(*chain, j, time); }});
+  }
+  parts.push_back({"instrument", {}, false, [chain](double time) { return instrument_at(*chain, time); }});
+  return parts;
 }
 
 void check_options(const Machine& machine, const Settings& options, std::vector<std::string>& problems) {
@@ -210,6 +224,7 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
     out.settled.push_back(settled);
   }
   out.drives = drives_of(machine, run, chain);
+  out.parts = parts_of(machine, chain);
   const bool ideal = run.options.flag("ideal");
   for (std::size_t a = 0; a < machine.axes.size(); ++a)
     out.sensors.push_back(encoder(machine.axes[a].name + "_angle", chain, a,

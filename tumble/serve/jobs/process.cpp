@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <utility>
 
 namespace tumble::jobs {
 namespace {
@@ -34,10 +36,15 @@ struct Pipe {
   }
 };
 
+/// What a program reads and where it writes; -1: nothing.
+struct Files {
+  int input = -1, output = -1;
+};
+
 /// Between fork and exec: only what a signal handler may do. The process ends with the server. Signals were blocked
 /// before the fork: a handler of the server that ran in here would write to what both share, and end the server.
 [[noreturn]] void become(const char* program, char* const* arguments, char* const* environment, int messages,
-                         int progress, pid_t parent) {
+                         int progress, Files files, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(127);
@@ -47,12 +54,31 @@ struct Pipe {
   sigprocmask(SIG_SETMASK, &none, nullptr);
   const int nothing = open("/dev/null", O_RDWR);
   const int kept = fcntl(progress, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
-  dup2(nothing, STDIN_FILENO);
-  dup2(nothing, STDOUT_FILENO);
+  const int input = files.input < 0 ? nothing : fcntl(files.input, F_DUPFD, 10);
+  const int output = files.output < 0 ? nothing : fcntl(files.output, F_DUPFD, 10);
+  dup2(input, STDIN_FILENO);
+  dup2(output, STDOUT_FILENO);
   dup2(told, STDERR_FILENO);
   dup2(kept, progress_descriptor);
   close_range(progress_descriptor + 1, ~0u, 0);
   execve(program, arguments, environment);
+  _exit(127);
+}
+
+/// As become(), without a leader: no terminal, no signal and no end of this process reaches it.
+[[noreturn]] void become_detached(const char* program, char* const* arguments, int messages, int alive) {
+  for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  const int nothing = open("/dev/null", O_RDWR);
+  const int kept = fcntl(alive, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
+  dup2(nothing, STDIN_FILENO);
+  dup2(told, STDOUT_FILENO);
+  dup2(told, STDERR_FILENO);
+  dup2(kept, progress_descriptor);
+  close_range(progress_descriptor + 1, ~0u, 0);
+  execv(program, arguments);
   _exit(127);
 }
 
@@ -110,11 +136,8 @@ void listen_to(int messages, int progress, Outcome& outcome,
   }
 }
 
-}  // namespace
-
-Outcome run_process(const std::string& program, const std::vector<std::string>& arguments,
-                    const std::function<void(int)>& started,
-                    const std::function<void(double, const std::string&)>& progress) {
+Outcome run(const std::string& program, const std::vector<std::string>& arguments, Files files,
+            const std::function<void(int)>& started, const std::function<void(double, const std::string&)>& progress) {
   Outcome outcome{-1, {}};
   Pipe messages, steps;
   std::vector<std::string> words{program}, environment = environment_of_job();
@@ -126,7 +149,8 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   pthread_sigmask(SIG_SETMASK, &all, &before);
   const pid_t child = messages.write >= 0 && steps.write >= 0 ? fork() : -1;
   if (child == 0)
-    become(program.c_str(), argument_pointers.data(), environment_pointers.data(), messages.write, steps.write, parent);
+    become(program.c_str(), argument_pointers.data(), environment_pointers.data(), messages.write, steps.write, files,
+           parent);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) {
     outcome.messages = "error: no process can be started\n";
@@ -142,6 +166,81 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   started(0);
   outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return outcome;
+}
+
+/// A file without a name.
+struct MemoryFile {
+  int descriptor = memfd_create("tumble", MFD_CLOEXEC);
+  MemoryFile() = default;
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() {
+    if (descriptor >= 0) close(descriptor);
+  }
+};
+
+bool write_all(int descriptor, const std::string& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const auto count = write(descriptor, bytes.data() + done, bytes.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    done += static_cast<std::size_t>(count);
+  }
+  return lseek(descriptor, 0, SEEK_SET) == 0;
+}
+
+void read_all(int descriptor, std::string& bytes) {
+  lseek(descriptor, 0, SEEK_SET);
+  char block[1 << 14];
+  for (;;) {
+    const auto count = read(descriptor, block, sizeof block);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return;
+    bytes.append(block, static_cast<std::size_t>(count));
+  }
+}
+
+}  // namespace
+
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments,
+                    const std::function<void(int)>& started,
+                    const std::function<void(double, const std::string&)>& progress) {
+  return run(program, arguments, {}, started, progress);
+}
+
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments, const std::string& input,
+                    std::string& output, const std::function<void(int)>& started) {
+  const MemoryFile given, answered;
+  if (given.descriptor < 0 || answered.descriptor < 0 || !write_all(given.descriptor, input))
+    return {-1, "error: there is not enough memory for the plan\n"};
+  const auto outcome =
+      run(program, arguments, {given.descriptor, answered.descriptor}, started, [](double, const std::string&) {});
+  read_all(answered.descriptor, output);
+  return outcome;
+}
+
+int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages) {
+  Pipe alive;
+  const int told = open(messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  if (alive.write < 0 || told < 0) return close(told), -1;
+  std::vector<std::string> words{program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const auto argument_pointers = pointers(words);
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t child = fork();
+  if (child == 0) {
+    setsid();
+    // The child of a child that ends at once belongs to the first process of the system, which buries it.
+    if (fork() == 0) become_detached(program.c_str(), argument_pointers.data(), told, alive.write);
+    _exit(0);
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  close(told);
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  return child > 0 ? std::exchange(alive.read, -1) : -1;
 }
 
 void end_process(int process) {

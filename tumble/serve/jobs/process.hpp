@@ -20,6 +20,17 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
                     const std::function<void(int)>& started,
                     const std::function<void(double, const std::string&)>& progress);
 
+/// Starts the program so that it goes on when this process ends, in a session of its own: a run must stay with its rig.
+///
+/// Given     messages  a file that takes what it writes; replaced
+///
+/// Returned  a descriptor, to be closed by the caller, that reads its end when the process ends; -1: not started
+int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages);
+
+/// Starts a program that reads `input` and answers on standard output, which `output` gets.
+Outcome run_process(const std::string& program, const std::vector<std::string>& arguments, const std::string& input,
+                    std::string& output, const std::function<void(int)>& started);
+
 /// Ends a process and what it started.
 void end_process(int process);
 

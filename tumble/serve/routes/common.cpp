@@ -10,6 +10,8 @@
 
 namespace tumble::routes {
 
+Right role_of(const Route& route) { return route.role.value_or(route.method == "GET" ? Right::read : Right::operate); }
+
 HttpResponse json_response(const Json& json, unsigned status) {
   HttpResponse response;
   response.status = status;
@@ -43,6 +45,24 @@ HttpResponse problem_response(unsigned status, const std::string& problem) {
 std::string required(const HttpRequest& request, std::string_view name) {
   if (const auto* value = find_query(request, name)) return *value;
   throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' is missing", name)};
+}
+
+std::string optional(const HttpRequest& request, std::string_view name) {
+  const auto* value = find_query(request, name);
+  return value ? *value : std::string();
+}
+
+Json body_of(const HttpRequest& request) {
+  Json body = Json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
+  return body;
+}
+
+std::string text_in(const Json& body, const char* name) {
+  const auto found = body.find(name);
+  if (found == body.end()) return "";
+  if (!found->is_string()) throw Error{Error::Kind::bad_input, fmt::format("'{}' must be a text", name)};
+  return found->get<std::string>();
 }
 
 double required_number(const HttpRequest& request, std::string_view name) {

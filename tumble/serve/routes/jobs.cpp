@@ -1,14 +1,13 @@
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/archive.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 
@@ -17,14 +16,6 @@ namespace tumble::routes {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::size_t most_plans = 1000;
-
-Json body_of(const HttpRequest& request) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
-  return body;
-}
 
 /// A member of the body; `fallback` where it is absent. Throws Error::bad_input where it is of another kind.
 template <class Value>
@@ -71,6 +62,7 @@ HttpResponse identify(Context& context, const HttpRequest& request) {
   for (const auto& name : names) step.push_back(existing(context, name));
   if (names.empty()) throw Error{Error::Kind::bad_input, "'recordings' names none"};
   step.insert(step.end(), {"--quiet", "-o", "{folder}/result.json"});
+  if (!context.options.archive.empty()) step.push_back("--by=" + person_of(context, request));
   add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
   job.title = fmt::format("{}: {}", fs::path(step[1]).filename().string(), names.front());
   job.steps = {step, {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};
@@ -172,33 +164,6 @@ HttpResponse job_file(Context& context, const HttpRequest& request) {
   return response;
 }
 
-/// Plans of the folder, and the methods that need none.
-HttpResponse plans(Context& context, const HttpRequest&) {
-  Json list = Json::array(), methods = Json::array();
-  std::error_code failed;
-  fs::recursive_directory_iterator place(context.options.folder, fs::directory_options::skip_permission_denied, failed);
-  for (; place != fs::recursive_directory_iterator() && list.size() < most_plans; place.increment(failed)) {
-    if (failed) break;
-    const auto& path = place->path();
-    const auto name = fs::relative(path, context.options.folder, failed).generic_string();
-    if (path.filename().string().starts_with('.') || place.depth() > 3 || name == "jobs")
-      place.disable_recursion_pending();
-    if (path.extension() != ".toml" || place->is_symlink(failed) || !place->is_regular_file(failed) ||
-        !is_plain_name(name) || place->file_size(failed) > 1'000'000)
-      continue;
-    try {
-      const auto table = toml::parse(read_text_file(path.string()));
-      const auto method = table["method"].value<std::string>();
-      if (method) list.push_back({{"name", name}, {"method", *method}, {"title", table["title"].value_or(name)}});
-    } catch (const std::exception&) {
-      continue;  // it is no plan
-    }
-  }
-  for (const Method* method : method_catalogue())
-    if (!method->needs_plan) methods.push_back({{"name", method->name}, {"summary", method->summary}});
-  return json_response({{"plans", list}, {"methods", methods}});
-}
-
 HttpResponse events(Context& context, const HttpRequest& request) {
   HttpResponse response;
   response.type = "text/event-stream";
@@ -216,8 +181,7 @@ HttpResponse events(Context& context, const HttpRequest& request) {
 
 std::vector<Route> job_routes() {
   constexpr std::uint64_t small = 1 << 16;
-  return {{"GET", "/api/plans", plans},
-          {"GET", "/api/jobs", list_jobs},
+  return {{"GET", "/api/jobs", list_jobs},
           {"GET", "/api/jobs/file", job_file},
           {.method = "POST", .path = "/api/jobs/cancel", .answer = cancel, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/identify", .answer = identify, .body_limit = small},

@@ -78,37 +78,27 @@ HttpResponse texts(Context&, const HttpRequest& request) {
   return json_response(texts_of(code == "zh" ? Language::chinese : Language::english, "web"));
 }
 
-/// The token of the link for a cookie that no script can read.
-HttpResponse session(Context& context, const HttpRequest& request) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  const auto token = body.is_object() && body.contains("token") && body["token"].is_string()
-                         ? body["token"].get<std::string>()
-                         : std::string();
-  if (!context.guard.token.empty() && !context.guard.is_token(token))
-    return problem_response(401, "the token is not that of this server");
-  auto response = json_response({{"open", true}});
-  response.headers.emplace_back("Set-Cookie", context.guard.cookie());
-  return response;
-}
-
 HttpResponse workbench(Context& context, const HttpRequest&) {
   return json_response({{"program", "tumble"},
                         {"version", version},
                         {"folder", context.options.folder.filename().string()},
                         {"languages", language_codes()},
+                        {"archive", !context.options.archive.empty()},
                         {"upload_limit", context.options.upload_limit}});
 }
 
 }  // namespace
 
 std::vector<Route> page_routes() {
-  constexpr std::uint64_t small = 4096;
   return {{.method = "GET", .path = "/", .answer = index, .open = true},
+          {.method = "GET", .path = "/archive", .answer = index, .open = true},
+          {.method = "GET", .path = "/station", .answer = index, .open = true},
+          {.method = "GET", .path = "/results", .answer = index, .open = true},
+          {.method = "GET", .path = "/plans", .answer = index, .open = true},
           {.method = "GET", .path = "/app.js", .answer = script, .open = true},
           {.method = "GET", .path = "/app.css", .answer = style, .open = true},
           {.method = "GET", .path = "/openapi.json", .answer = description, .open = true},
           {.method = "GET", .path = "/api/texts", .answer = texts, .open = true},
-          {.method = "POST", .path = "/api/session", .answer = session, .open = true, .body_limit = small},
           {"GET", "/api/workbench", workbench}};
 }
 

@@ -1,13 +1,17 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
+#include "tumble/serve/live_runs.hpp"
+#include "tumble/serve/predictions.hpp"
 #include "tumble/serve/recording_cache.hpp"
+#include "tumble/serve/result_cache.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -22,6 +26,9 @@ struct Context {
   EventFeed feed;
   Jobs jobs;
   RecordingCache recordings;
+  LiveRuns runs = {};
+  ResultCache results;
+  Predictions predictions;
 
   explicit Context(const WorkbenchOptions& given);
 };
@@ -33,26 +40,55 @@ struct Route {
   bool open = false;             ///< without the token
   std::uint64_t body_limit = 0;  ///< [bytes]
   bool body_to_file = false;     ///< into the folder of uploads
+  std::optional<Right> role{};   ///< what its user must be allowed to do; not given: read for GET, operate for POST
 };
 
+/// What a user must be allowed to do at this route. The workbench asks it before any body is read.
+Right role_of(const Route& route);
+
 std::vector<Route> page_routes();
+std::vector<Route> session_routes();
 std::vector<Route> recording_routes();
 std::vector<Route> view_routes();
 std::vector<Route> job_routes();
+std::vector<Route> archive_routes();
+std::vector<Route> archive_chart_routes();        ///< part of archive_routes()
+std::vector<Route> archive_certificate_routes();  ///< part of archive_routes()
+std::vector<Route> station_routes();
+std::vector<Route> station_run_routes();
+std::vector<Route> result_routes();
+std::vector<Route> plan_routes();
+std::vector<Route> plan_view_routes();
 
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
 
+/// Why a password did not let somebody in, for people.
+HttpResponse password_refusal(const PasswordCheck& check);
+
+/// The body as an object of JSON. Throws Error::bad_input.
+Json body_of(const HttpRequest& request);
+/// A text of the body; empty where it is absent. Throws Error::bad_input where it is no text.
+std::string text_in(const Json& body, const char* name);
+
 /// A parameter of the query [as written]. Throws Error::bad_input where it is missing, or is no number.
 std::string required(const HttpRequest& request, std::string_view name);
+/// One that may be absent; empty then.
+std::string optional(const HttpRequest& request, std::string_view name);
 /// One that is a number [as written].
 double required_number(const HttpRequest& request, std::string_view name);
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
 
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);
+/// A message with files named from the folder of the workbench on.
+std::string named_from_folder(const Context& context, std::string message);
+
+/// The file that a plan is or will be: in the folder or in one below it, "x.toml". Throws Error::bad_input.
+std::string place_of_plan(const Context& context, const std::string& name);
+
 /// How a file is to be read: the parameters set=key=value. Throws Error::bad_input for a key that is not about columns
 /// and times of a file.
 Sets sets_of(const std::vector<std::string>& texts);

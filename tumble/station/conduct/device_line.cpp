@@ -16,11 +16,20 @@ DeviceLine::DeviceLine(const Controller& controller, std::function<void(std::str
     : host_(controller), send_(std::move(send)), due_(never), quiet_since_(-never) {}
 
 std::vector<ControllerReply> DeviceLine::ask(const ControllerRequest& request, double time) {
-  if (!host_.idle()) host_.give_up();
+  if (!host_.idle()) {
+    host_.give_up();
+    waited_ = time - asked_;
+  }
   waiting_.clear();
   due_ = never;
+  asked_ = time;
   try {
-    say(host_.ask(request), time);
+    const std::string bytes = host_.ask(request);
+    if (host_.waits_for_quiet()) {
+      due_ = time + waited_;
+      return {};
+    }
+    say(bytes, time);
   } catch (const Error& error) {
     ControllerReply reply;
     reply.verb = request.verb;
@@ -34,12 +43,19 @@ std::vector<ControllerReply> DeviceLine::ask(const ControllerRequest& request, d
 
 std::vector<ControllerReply> DeviceLine::receive(std::string_view bytes, double time) {
   quiet_since_ = time;
-  return after(host_.feed(bytes), time);
+  const bool waited = host_.waits_for_quiet();
+  auto replies = host_.feed(bytes);
+  if (waited && !host_.waits_for_quiet()) due_ = never;
+  return after(std::move(replies), time);
 }
 
 std::vector<ControllerReply> DeviceLine::at(double time) {
   if (time < due_) return {};
   due_ = never;
+  if (host_.waits_for_quiet()) {
+    host_.line_is_clear();
+    return after({}, time);
+  }
   quiet_since_ = time;
   send_(std::exchange(waiting_, {}));
   return after(host_.feed({}), time);
@@ -47,6 +63,7 @@ std::vector<ControllerReply> DeviceLine::at(double time) {
 
 void DeviceLine::restart() {
   if (!host_.idle()) host_.give_up();
+  host_.line_is_clear();
   waiting_.clear();
   due_ = never;
 }

@@ -9,7 +9,8 @@
 namespace tumble::conduct {
 
 /// A controller at its wire: sends requests when the line has been quiet for as long as it wants, and collects replies.
-/// Overdue replies are the executive's business: it asks again, which gives up what was outstanding.
+/// Overdue replies are the executive's business: it asks again, which gives up what was outstanding. One that
+/// comes late is no reply to what was asked after it.
 class DeviceLine {
  public:
   /// `send`: bytes onto the wire. The controller must live as long.
@@ -35,6 +36,8 @@ class DeviceLine {
   std::string waiting_;  ///< bytes that the line must be quiet for
   double due_;           ///< [s]
   double quiet_since_;   ///< [s]
+  double asked_ = 0.0;   ///< [s] the last request
+  double waited_ = 0.0;  ///< [s] for the reply that did not come: a late one is awaited as long again
 };
 
 }  // namespace tumble::conduct

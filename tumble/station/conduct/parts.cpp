@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
@@ -40,6 +43,43 @@ std::string with_declared_line(const std::string& link, long baud, const std::st
   return text_of(address);
 }
 
+/// How the controller reads back the temperature that was set, where the station lets it.
+void note_read_back(StationDevice& device, const Controller& controller) {
+  const ControllerCommand* const set = controller.find("set_temperature");
+  if (!set || set->read_back.empty() || (!device.verbs.empty() && !device.can(set->read_back))) return;
+  const ControllerCommand* const read = controller.find(set->read_back);
+  if (!read || std::ranges::find(read->gives, "set_point") == read->gives.end()) return;
+  constexpr double room = 293.15;  // [K]
+  device.set_point_verb = set->read_back;
+  device.set_point_step = 2.0 * (resolution_of(controller, "set_temperature", "temperature", room) +
+                                 resolution_of(controller, set->read_back, "set_point", room));
+}
+
+/// Whether the controller can say that it is off.
+bool says_off(const Controller& controller) {
+  const auto words = controller.words.find("state");
+  if (words != controller.words.end())
+    return std::ranges::find(words->second, "off", &ControllerWords::value_type::second) != words->second.end();
+  return std::ranges::any_of(controller.bits, [](const ControllerBits& bits) {
+    return bits.word == "state" && std::ranges::find(bits.rules, "off", &ControllerBitRule::means) != bits.rules.end();
+  });
+}
+
+/// A device that is switched off by the safe list is asked whether it is: its acknowledgement alone is no proof.
+void confirm_by_state(Station& station, const StationDevice& device, const Controller& controller) {
+  if (!controller.find("state") || (!device.verbs.empty() && !device.can("state")) || !says_off(controller)) return;
+  for (SafeCommand& command : station.safe) {
+    const bool mine = &station.devices[command.device] == &device;
+    if (!mine || command.request.verb != "off" || command.confirm) continue;
+    Requirement off;
+    off.text = device.name + ".state == off";
+    off.terms = {
+        {.channel = device.name + ".state", .compare = Requirement::Compare::equal, .right = std::string("off")}};
+    off.steps = {{Requirement::Step::Kind::term, 0}};
+    command.confirm = std::move(off);
+  }
+}
+
 template <class Work>
 void collect(std::vector<std::string>& problems, const std::string& what, Work work) {
   try {
@@ -61,6 +101,8 @@ StationParts parts_of(Station& station) {
       const ControllerLink& line = parts.controllers.back().link;
       device.link = with_declared_line(device.link, line.baud, line.format);
       const bool stated = !device.verbs.empty();  // the station may know better than the declaration
+      note_read_back(device, parts.controllers.back());
+      confirm_by_state(station, device, parts.controllers.back());
       for (const ControllerCommand& command : parts.controllers.back().commands) {
         device.takes[command.verb] = command.takes;
         device.needs[command.verb] = command.requires_;
@@ -72,7 +114,15 @@ StationParts parts_of(Station& station) {
   for (StationInstrument& instrument : station.instruments)
     collect(problems, instrument.slot, [&] {
       const StationParts::Stream& stream = parts.streams.emplace_back(stream_of(station, instrument));
-      instrument.link = with_declared_line(instrument.link, stream.codec.link.baud, stream.codec.link.format);
+      const FrameLink& line = stream.codec.link;
+      instrument.link = with_declared_line(instrument.link, line.baud, line.format);
+      instrument.start = instrument.start && !(line.start.empty() && line.stop.empty());
+      const bool listens = instrument.link.starts_with("udp:") && parse_link(instrument.link).host.empty();
+      if (instrument.start && listens)
+        throw Error(Error::Kind::bad_input,
+                    fmt::format("'{}' only listens, and {} is started by commands; give its address, udp:HOST:PORT, or "
+                                "start = false for an instrument that streams already",
+                                instrument.link, instrument.frames));
     });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return parts;

@@ -313,7 +313,10 @@ std::string why_not_settled(const Turn& turn) {
 double settle_timeout(const Turn& turn) {
   double longest = 1.0;
   for (std::size_t i = 0; i < turn.state.axes.size(); ++i)
-    if (turn.state.axes[i].demand != Demand::none) longest = std::max(longest, turn.station().axes[i].settle.timeout);
+    if (const auto& progress = turn.state.axes[i]; progress.demand != Demand::none) {
+      const double way = progress.ramping ? std::abs(progress.ramp_to - progress.ramp_from) / progress.ramp_rate : 0.0;
+      longest = std::max(longest, turn.station().axes[i].settle.timeout + way);
+    }
   return longest;
 }
 

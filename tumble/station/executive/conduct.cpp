@@ -37,6 +37,7 @@ void advance_supply(Turn& turn, std::size_t supply, bool only_off) {
     state.failures.clear();
     const bool off_first = several_runs(turn);
     verb(off_first ? "off" : "start");
+    forget_streams(turn);
     state.power = off_first ? Power::off : Power::on;
     return;
   }
@@ -55,6 +56,7 @@ void advance_supply(Turn& turn, std::size_t supply, bool only_off) {
   if (state.power == Power::on) {
     state.power = Power::warm;
     state.power_until = turn.now() + power.warm_up;
+    start_streams(turn);
   }
   if (state.power == Power::warm && turn.reached(state.power_until)) power_up_row(turn);
 }
@@ -83,6 +85,8 @@ void start(Turn& turn) {
     if (state.devices[i].lost)
       return begin_safe(turn, RunPhase::stopping, RunEnding::error, "there is no link to " + setup.name);
   }
+  const bool on_from_the_start = !turn.station().power.device && !state.resumed;
+  if (on_from_the_start || state.powered_run != 0) start_streams(turn);
 }
 
 void advance_preparing(Turn& turn) {
@@ -90,7 +94,9 @@ void advance_preparing(Turn& turn) {
   if (!state.failures.empty())
     return begin_safe(turn, RunPhase::stopping, RunEnding::error, state.failures.begin()->second);
   const auto unknown = unknown_yet(turn);
-  if (!outstanding(turn, Purpose::prepare) && unknown.empty()) return enter(turn, RunPhase::ready);
+  const bool streams = streams_run(turn);
+  if (!is_active(state.phase)) return;  // no unit is left
+  if (!outstanding(turn, Purpose::prepare) && unknown.empty() && streams) return enter(turn, RunPhase::ready);
   if (turn.reached(state.entered + turn.course.prepare_deadline))
     begin_safe(turn, RunPhase::stopping, RunEnding::error,
                unknown.empty() ? "the devices were not ready in time" : unknown);
@@ -100,6 +106,7 @@ void begin_finishing(Turn& turn) {
   enter(turn, RunPhase::finishing);
   drop_requests(turn);
   rest_axes(turn, Purpose::finish);
+  stop_streams(turn);
   for (std::size_t i = 0; i < turn.state.devices.size(); ++i)
     for (const auto& verb : turn.station().devices[i].finish) ask(turn, i, {{verb}, Purpose::finish});
 }

@@ -5,12 +5,17 @@
 namespace tumble::executive {
 namespace {
 
-double timeout_of(const StationDevice& device, const std::string& verb) {
-  const auto found = device.timeouts.find(verb);
-  return found == device.timeouts.end() ? device.timeout : found->second;
-}
-
 bool is_poll(const PendingRequest& request) { return request.purpose == Purpose::poll; }
+
+/// Whether the safe list waits for what the device says of itself.
+bool is_awaited_by_safe_list(const Turn& turn, std::size_t device) {
+  if (is_active(turn.state.phase)) return false;
+  for (std::size_t i = 0; i < turn.state.safe.size(); ++i) {
+    const auto& command = turn.station().safe[i];
+    if (command.device == device && command.confirm && !turn.state.safe[i].confirmed) return true;
+  }
+  return false;
+}
 
 /// What reads the state of a device: all of its axes, and every fifth time its state and its alarms.
 std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
@@ -22,7 +27,8 @@ std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
       if (axis.device == device) polls.push_back({"read", {}, axis.number});
     if (polls.empty()) polls.push_back({"read"});
   }
-  const bool often = polls.empty();
+  for (auto& poll : polls_of_set_points(turn, device)) polls.push_back(std::move(poll));
+  const bool often = polls.empty() || is_awaited_by_safe_list(turn, device);
   if (!often && turn.state.devices[device].turn % 5 != 0) return polls;
   for (const char* verb : {"state", "alarm"})
     if (setup.can(verb)) polls.push_back({verb});
@@ -74,8 +80,14 @@ void take_good_reply(Turn& turn, std::size_t device, const PendingRequest& reque
   auto& progress = turn.state.devices[device];
   progress.refusals = 0;
   take_reading(turn, device, request.request.axis, reply);
+  take_set_point(turn, device, request.request.axis, reply);
+  expect_set_point(turn, device, request.request);
   if (request.request.verb == "identify") check_identity(turn, device, reply);
-  if (request.purpose == Purpose::safe) take_safe_reply(turn, request.safe, false);
+  if (request.purpose == Purpose::safe) {
+    take_safe_reply(turn, request.safe, false);
+    const bool by_state = turn.station().safe[request.safe].confirm && turn.station().devices[device].can("state");
+    if (by_state) progress.waiting.push_front({{"state"}});
+  }
   if (request.request.verb == "stop")
     for (std::size_t i = 0; i < turn.station().axes.size(); ++i)
       if (turn.station().axes[i].device == device) turn.state.axes[i].at_rest = 0;
@@ -89,7 +101,7 @@ void take_timeout(Turn& turn, std::size_t device) {
   PendingRequest request = *progress.asked;
   progress.asked.reset();
   const auto& verb = request.request.verb;
-  turn.note("timeout", fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, timeout_of(setup, verb)));
+  turn.note("timeout", fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, time_to_answer(setup, verb)));
   if (is_poll(request)) return;
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   const PendingRequest verify{{setup.can("read") ? "read" : "state", {}, request.request.axis}, Purpose::verify};
@@ -137,12 +149,17 @@ void send(Turn& turn, std::size_t device, PendingRequest request) {
   auto& progress = turn.state.devices[device];
   const auto& setup = turn.station().devices[device];
   ++request.sent;
-  progress.due = turn.now() + timeout_of(setup, request.request.verb);
+  progress.due = turn.now() + time_to_answer(setup, request.request.verb);
   turn.act(Ask{setup.name, request.request, progress.due, request.purpose == Purpose::safe});
   progress.asked = std::move(request);
 }
 
 }  // namespace
+
+double time_to_answer(const StationDevice& device, const std::string& verb) {
+  const auto found = device.timeouts.find(verb);
+  return found == device.timeouts.end() ? device.timeout : found->second;
+}
 
 std::size_t device_of(const Turn& turn, const std::string& name) {
   const auto& devices = turn.station().devices;
@@ -166,6 +183,7 @@ void drop_requests(Turn& turn) {
   for (auto& device : turn.state.devices) {
     std::erase_if(device.waiting, [](const PendingRequest& request) { return !is_poll(request); });
     if (device.asked && !is_poll(*device.asked)) device.asked->purpose = Purpose::poll;  // its reply changes nothing
+    device.set_points.clear();
   }
   turn.state.failures.clear();
 }
@@ -215,6 +233,7 @@ void check_timeouts(Turn& turn) {
     auto& progress = turn.state.devices[i];
     if (progress.cut) continue;
     if (progress.asked && turn.reached(progress.due)) take_timeout(turn, i);
+    check_set_points(turn, i);
     const auto& setup = turn.station().devices[i];
     if (!progress.lost && can_be_polled(setup) && turn.reached(lost_time(turn, i)))
       lose(turn, i, fmt::format("nothing was heard for {:.3g} s", turn.now() - progress.heard), false);
@@ -239,6 +258,7 @@ void send_waiting(Turn& turn) {
       if (request.sent == 0 || !has_effect(turn, i, request.request)) send(turn, i, std::move(request));
     }
     if (progress.asked) turn.reached(progress.due);
+    for (const auto& one : progress.set_points) turn.reached(one.due);
     if (!progress.lost && can_be_polled(turn.station().devices[i])) turn.reached(lost_time(turn, i));
   }
 }

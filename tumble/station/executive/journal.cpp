@@ -48,6 +48,7 @@ ExecutiveState start_state(std::shared_ptr<const Course> course) {
   state.axes.resize(course->station.axes.size());
   state.interlocks.resize(course->station.interlocks.size());
   state.safe.resize(course->station.safe.size());
+  state.streams.resize(course->station.instruments.size());
   state.course = std::move(course);
   return state;
 }

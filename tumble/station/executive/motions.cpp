@@ -88,6 +88,32 @@ void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
   send_motion(turn, index, "sine", std::move(values));
 }
 
+void set_ramp_point(Turn& turn, std::size_t index) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  const double span = progress.ramp_to - progress.ramp_from;
+  const double gone = progress.ramp_rate * (turn.now() - progress.ramp_begin + axis.ramp_step);
+  const double point = gone >= std::abs(span) ? progress.ramp_to : progress.ramp_from + std::copysign(gone, span);
+  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, point)}});
+  progress.next_set = turn.now() + axis.ramp_step;
+  if (point == progress.ramp_to) progress.ramping = false;
+}
+
+/// Brings a chamber to a temperature: at once, or by set points that do not go faster than the station allows.
+void approach(Turn& turn, std::size_t index, double temperature) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  const double from = progress.temperature.value_or(temperature);
+  demand(progress, Demand::temperature, temperature);
+  progress.ramp_from = from;
+  progress.ramp_to = temperature;
+  progress.ramp_begin = turn.now();
+  progress.ramping = axis.max_rate.has_value();
+  progress.ramp_rate = axis.max_rate.value_or(0.0);
+  if (progress.ramping) return set_ramp_point(turn, index);
+  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, temperature)}});
+}
+
 /// The motion of one axis before recording.
 void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   const auto& axis = turn.station().axes[index];
@@ -103,8 +129,7 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
   } else if (axis.kind == StationAxis::Kind::acceleration) {
     rest_axis(turn, index, Purpose::motion);
   } else if (axis.kind == StationAxis::Kind::temperature) {
-    demand(progress, Demand::temperature, motion.value);
-    send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, motion.value)}});
+    approach(turn, index, motion.value);
   } else {
     demand(progress, Demand::position, motion.value);
     send_motion(turn, index, "position",
@@ -121,17 +146,6 @@ void begin_sweep(Turn& turn, std::size_t index, const Motion& motion) {
                {"frequency", motion.frequency},
                {"to_frequency", motion.to_frequency},
                {"duration", motion.lasts > 0.0 ? motion.lasts : turn.segment().duration}});
-}
-
-void set_ramp_point(Turn& turn, std::size_t index) {
-  const auto& axis = turn.station().axes[index];
-  auto& progress = turn.state.axes[index];
-  const double span = progress.ramp_to - progress.ramp_from;
-  const double gone = progress.ramp_rate * (turn.now() - progress.ramp_begin + axis.ramp_step);
-  const double point = gone >= std::abs(span) ? progress.ramp_to : progress.ramp_from + std::copysign(gone, span);
-  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, point)}});
-  progress.next_set = turn.now() + axis.ramp_step;
-  if (point == progress.ramp_to) progress.ramping = false;
 }
 
 }  // namespace

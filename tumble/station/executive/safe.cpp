@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "tumble/station/executive/turn.hpp"
 
 namespace tumble::executive {
@@ -51,8 +53,20 @@ bool stands_still(const Turn& turn, const SafeCommand& command, const SafeProgre
   return is_axis || progress.replied;
 }
 
+/// Whether the set point that is read back is the one of the command.
+bool reads_back(const Turn& turn, const SafeCommand& command, const SafeProgress& progress) {
+  const auto& setup = turn.station().devices[command.device];
+  const auto found = turn.state.channels.find(setup.name + ".set_point");
+  if (found == turn.state.channels.end() || found->second.time <= progress.sent_at) return false;
+  const auto* read = std::get_if<double>(&found->second.value);
+  return read && std::abs(*read - command.request.values.at("temperature")) <= setup.set_point_step;
+}
+
 bool is_confirmed(const Turn& turn, const SafeCommand& command, const SafeProgress& progress) {
+  const auto& setup = turn.station().devices[command.device];
   if (!progress.sent) return false;
+  if (command.request.verb == "set_temperature" && !setup.set_point_verb.empty())
+    return progress.replied && reads_back(turn, command, progress);
   if (command.confirm)
     return evaluate(*command.confirm, [&](const std::string& channel) -> ChannelReading {
              const auto found = turn.state.channels.find(channel);
@@ -128,11 +142,13 @@ void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason
   for (auto& device : state.devices) {
     device.waiting.clear();
     device.asked.reset();
+    device.set_points.clear();
     device.next_poll = turn.now();
     if (state.phase == RunPhase::idle) device.heard = turn.now();
   }
   send_due(turn);  // before anything that writes to the disk
   send_waiting(turn);
+  stop_streams(turn);
   close_prompt(turn);
   end_attempt(turn, std::string(name(ending)), state.reason);
   for (auto& axis : state.axes) {

@@ -62,6 +62,7 @@ void record(Turn& turn, bool on) {
 void advance_moving(Turn& turn) {
   auto& state = turn.state;
   if (state.prompt) return;
+  continue_ramps(turn);
   if (!state.motions_sent) {
     if (const auto text = by_hand_words(turn); !text.empty())
       return open_prompt(turn, OpenPrompt::About::by_hand,
@@ -72,7 +73,7 @@ void advance_moving(Turn& turn) {
     return;
   }
   if (!state.failures.empty()) return attempt_failed(turn, state.failures.begin()->second);
-  if (outstanding(turn, Purpose::motion)) {
+  if (outstanding(turn, Purpose::motion) || has_open_set_points(turn)) {
     if (turn.reached(state.settle_by)) attempt_failed(turn, "the commands of the motion were not carried out in time");
     return;
   }
@@ -81,6 +82,8 @@ void advance_moving(Turn& turn) {
 }
 
 void advance_settling(Turn& turn) {
+  continue_ramps(turn);
+  if (!turn.state.failures.empty()) return attempt_failed(turn, turn.state.failures.begin()->second);
   if (all_settled(turn)) return enter(turn, RunPhase::dwelling);
   if (turn.reached(turn.state.settle_by)) attempt_failed(turn, why_not_settled(turn));
 }
@@ -103,7 +106,8 @@ void advance_dwelling(Turn& turn) {
     enter(turn, RunPhase::settling);
     return restart_settling(turn);
   }
-  if (turn.reached(turn.state.entered + soak_time(turn)) && power_is_right(turn)) begin_recording(turn);
+  if (turn.reached(turn.state.entered + soak_time(turn)) && power_is_right(turn) && streams_run(turn))
+    begin_recording(turn);
 }
 
 /// Whether the stopping rule is met for all units that are still in the run.

@@ -15,6 +15,7 @@ void take(Turn& turn, const LinkLost& event) { take_lost(turn, event); }
 void take(Turn& turn, const LinkUp& event) { take_up(turn, event); }
 void take(Turn& turn, const ChannelValues& event) { take_values(turn, event); }
 void take(Turn& turn, const UnitFailed& event) { take_unit_failed(turn, event); }
+void take(Turn& turn, const StreamStarted& event) { take_started(turn, event); }
 void take(Turn& turn, const EstimateNow& event) { take_estimate(turn, event); }
 void take(Turn& turn, const PromptAnswer& event) { take_answer(turn, event); }
 void take(Turn& turn, const RunOrder& event) { take_order(turn, event); }
@@ -46,7 +47,7 @@ void advance_phase(Turn& turn) {
 /// Goes on until nothing follows any more without a new event.
 void advance(Turn& turn, bool more) {
   if (!more) check_timeouts(turn);
-  check_interlocks(turn);
+  check_interlocks(turn, more);
   check_prompt(turn);
   for (int i = 0; i < most_changes; ++i) {
     const RunPhase phase = turn.state.phase;

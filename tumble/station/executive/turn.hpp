@@ -65,6 +65,18 @@ void take_up(Turn& turn, const LinkUp& up);
 void check_timeouts(Turn& turn);
 void send_waiting(Turn& turn);
 
+/// [s] in which the verb must be answered.
+double time_to_answer(const StationDevice& device, const std::string& verb);
+
+// set_points.cpp
+/// The request was acknowledged: where it sets a temperature that the controller can read back, it must do so in time.
+void expect_set_point(Turn& turn, std::size_t device, const ControllerRequest& request);
+std::vector<ControllerRequest> polls_of_set_points(const Turn& turn, std::size_t device);
+void take_set_point(Turn& turn, std::size_t device, int axis, const ControllerReply& reply);
+bool has_open_set_points(const Turn& turn);
+/// Those that are overdue are failures.
+void check_set_points(Turn& turn, std::size_t device);
+
 // axes.cpp
 void take_reading(Turn& turn, std::size_t device, int number, const ControllerReply& reply);
 void take_values(Turn& turn, const ChannelValues& values);
@@ -130,6 +142,16 @@ bool begins_power_up(const Turn& turn);
 bool power_is_right(Turn& turn);
 void power_up_row(Turn& turn);
 
+// streams.cpp
+/// Starts the streams that commands start, of the units that are in the run and have power.
+void start_streams(Turn& turn);
+void stop_streams(Turn& turn);
+/// The units were switched off: their streams must be started again.
+void forget_streams(Turn& turn);
+/// Whether all that were to be started deliver; a unit whose stream is overdue drops out.
+bool streams_run(Turn& turn);
+void take_started(Turn& turn, const StreamStarted& started);
+
 // watch.cpp
 void open_prompt(Turn& turn, OpenPrompt::About about, const std::string& text, std::vector<std::string> choices);
 void close_prompt(Turn& turn);
@@ -137,7 +159,8 @@ void take_answer(Turn& turn, const PromptAnswer& answer);
 void take_order(Turn& turn, const RunOrder& order);
 void take_unit_failed(Turn& turn, const UnitFailed& failed);
 void check_prompt(Turn& turn);
-void check_interlocks(Turn& turn);
+/// `more`: other news have arrived already, so that a channel without any is not judged yet.
+void check_interlocks(Turn& turn, bool more);
 /// A hold condition that is not met, as it is written; null: all are.
 const StationInterlock* broken_hold(Turn& turn);
 void advance_holding(Turn& turn);

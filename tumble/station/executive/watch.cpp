@@ -48,12 +48,13 @@ void wake_when_stale(Turn& turn, const StationInterlock& interlock) {
       turn.reached(found->second.time + interlock.stale);
 }
 
-void check_interlock(Turn& turn, std::size_t index) {
+void check_interlock(Turn& turn, std::size_t index, bool more) {
   const auto& interlock = turn.station().interlocks[index];
   auto& progress = turn.state.interlocks[index];
   const bool early = turn.state.phase == RunPhase::preparing;
   const auto observe = [&](const std::string& channel) { return reading_of(turn, channel, interlock.stale); };
   const Holds observed = evaluate(interlock.require, observe);
+  if (more && observed == Holds::unknown) return;
   wake_when_stale(turn, interlock);
   const bool met = observed == Holds::yes || (early && observed == Holds::unknown);
   if (met == progress.met) return progress.changing_since.reset();
@@ -108,7 +109,11 @@ void take_answer(Turn& turn, const PromptAnswer& answer) {
   if (answer.choice == "stop")
     return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, answer.who + " has stopped the run");
   if (about == OpenPrompt::About::by_hand) return note_by_hand(turn);
-  if (about == OpenPrompt::About::power) return power_up_row(turn);
+  if (about == OpenPrompt::About::power) {
+    forget_streams(turn);
+    start_streams(turn);
+    return power_up_row(turn);
+  }
   state.failed_attempts = 0;
   if (answer.choice == "repeat") return;
   state.segments[state.segment].status = SegmentProgress::Status::skipped;
@@ -166,11 +171,11 @@ void check_prompt(Turn& turn) {
   if (prompt && !prompt->overdue && turn.reached(prompt->prompt.deadline)) hold_for_answer(turn);
 }
 
-void check_interlocks(Turn& turn) {
+void check_interlocks(Turn& turn, bool more) {
   check_travel(turn);
   if (!is_active(turn.state.phase)) return;
   for (std::size_t i = 0; i < turn.state.interlocks.size(); ++i) {
-    check_interlock(turn, i);
+    check_interlock(turn, i, more);
     if (!is_active(turn.state.phase)) return;
   }
   const auto* hold = broken_hold(turn);

@@ -141,8 +141,10 @@ std::vector<LinkEvent> Loop::wait(double seconds) {
   while (events_.empty() && !woken_) {
     context_.restart();
     asio::executor_work_guard<asio::io_context::executor_type> guard(context_.get_executor());
-    if (context_.run_one_until(until) == 0) break;
-    context_.poll();
+    const bool is_over = context_.run_one_until(until) == 0;
+    context_.restart();
+    context_.poll();  // also what has arrived while this process was stopped, past the end of the wait
+    if (is_over) break;
   }
   woken_ = false;
   return std::exchange(events_, {});

@@ -70,6 +70,7 @@ class Loop {
   void lose(const Shared& link, const std::string& reason);
   void watch(const Shared& link);
   void accept(const std::shared_ptr<Tcp::acceptor>& door);
+  void accept_later(const std::shared_ptr<Tcp::acceptor>& door);
 
   asio::io_context context_;
   std::function<double()> clock_;

@@ -156,13 +156,20 @@ std::uint16_t Loop::listen(std::uint16_t port, const std::string& host) {
 void Loop::accept(const std::shared_ptr<Tcp::acceptor>& door) {
   door->async_accept([this, door](const Code& code, Tcp::socket socket) {
     if (code == asio::error::operation_aborted || !door->is_open()) return;
-    if (!code) {
-      Code ignored;
-      socket.set_option(Tcp::no_delay(true), ignored);
-      const auto link = add(std::make_shared<Connection>(links_.size(), std::move(socket)), 0.0);
-      events_.push_back({LinkEvent::Kind::up, link, clock_(), {}, {}, door->local_endpoint(ignored).port()});
-    }
+    if (code) return accept_later(door);
+    Code ignored;
+    socket.set_option(Tcp::no_delay(true), ignored);
+    const auto link = add(std::make_shared<Connection>(links_.size(), std::move(socket)), 0.0);
+    events_.push_back({LinkEvent::Kind::up, link, clock_(), {}, {}, door->local_endpoint(ignored).port()});
     accept(door);
+  });
+}
+
+/// Nobody can come in, for example without a file handle: at once again would be for ever.
+void Loop::accept_later(const std::shared_ptr<Tcp::acceptor>& door) {
+  auto timer = std::make_shared<asio::steady_timer>(context_, std::chrono::milliseconds(100));
+  timer->async_wait([this, door, timer](const Code& code) {
+    if (!code && door->is_open()) accept(door);
   });
 }
 

@@ -30,8 +30,12 @@ void RunReader::look(const StoreItem& item) {
   last_ = std::fmax(last_, item.time);
   if (item.event) note(*item.event);
   if (item.journal) journal_.add(*item.journal);
-  if (item.kind != StoreItem::Kind::raw || item.direction != StoreDirection::received) return;
-  if (item.source < links_.size() && links_[item.source].stream) links_[item.source].stream->feed(item.bytes, nobody);
+  if (item.kind != StoreItem::Kind::raw || item.source >= links_.size() || !links_[item.source].stream) return;
+  FrameStream& stream = *links_[item.source].stream;
+  if (item.direction == StoreDirection::received)
+    stream.feed(item.bytes, nobody);
+  else
+    stream.begin_again();
 }
 
 void RunReader::note(const StoreEvent& event) {

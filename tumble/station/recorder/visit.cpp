@@ -64,7 +64,8 @@ bool read_chunk(const Statement& row, Chunk& chunk) {
   return static_cast<std::uint32_t>(row.integer(8)) == checksum_of(chunk.body);
 }
 
-void read_chunks(const Database& database, StoreContent& content, const std::function<void(const StoreItem&)>& visit) {
+void read_chunks(const Database& database, StoreContent& content, const std::function<void(const StoreItem&)>& visit,
+                 std::optional<StoreItem::Kind> only) {
   Order order(content.streams);
   std::deque<Chunk> chunks;  // of one batch
   const auto end_batch = [&] {
@@ -76,8 +77,9 @@ void read_chunks(const Database& database, StoreContent& content, const std::fun
     chunks.clear();
   };
   std::int64_t batch = -1;
-  Statement rows(database,
-                 "SELECT first, last, batch, kind, source, count, begin, end, crc, body FROM chunk ORDER BY first");
+  const std::string some = only ? fmt::format(" WHERE kind = {}", static_cast<int>(*only)) : "";
+  Statement rows(database, "SELECT first, last, batch, kind, source, count, begin, end, crc, body FROM chunk" + some +
+                               " ORDER BY first");
   while (rows.next()) {
     if (rows.integer(2) != batch) end_batch();
     batch = rows.integer(2);
@@ -97,9 +99,10 @@ StoreContent describe(const StoreFile& store) {
   return content;
 }
 
-void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor) {
+void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor,
+           std::optional<StoreItem::Kind> only) {
   content.items = content.damaged = 0;
-  read_chunks(store.database(), content, visitor);
+  read_chunks(store.database(), content, visitor, only);
 }
 
 }  // namespace tumble::recorder

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "tumble/station/recorder/store_file.hpp"
@@ -16,7 +17,8 @@ StoreFile open_store(const std::string& path, Disk& disk);
 
 /// Its links, streams and facts. Throws Refusal.
 StoreContent describe(const StoreFile& store);
-/// Hands out its items in order, and counts them in `content`. Throws Refusal.
-void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor);
+/// Hands out its items in order, all or those of one kind, and counts them in `content`. Throws Refusal.
+void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor,
+           std::optional<StoreItem::Kind> only = {});
 
 }  // namespace tumble::recorder

@@ -56,6 +56,10 @@ void read_instrument(Section& section, Draft& draft) {
   instrument.link = section.text("link").value_or("");
   instrument.rate = section.quantity("rate", Unit::parse("Hz")).value_or(0.0);
   if (section.find("rate") && instrument.rate <= 0.0) section.problem_at("rate", "must be above zero");
+  instrument.start = !section.find("start") || flag(section, "start");
+  instrument.start_within = section.quantity("start_within", seconds()).value_or(instrument.start_within);
+  if (!(instrument.start_within > 0.0 && instrument.start_within <= 100.0))
+    section.problem_at("start_within", "must be above zero, and 100 s at most");
   if (instrument.frames.empty() != instrument.link.empty())
     section.problem("a stream needs both `frames`, its declaration, and `link`");
   for (const auto& other : draft.station.instruments)
@@ -84,7 +88,12 @@ void read_safe_command(Section& section, Draft& draft) {
   command.within = section.quantity("within", seconds()).value_or(command.within);
   command.wait = flag(section, "wait");
   command.words = section.text("words").value_or("");
-  static const std::vector<std::string> harmless{"stop", "hold", "off", "disable", "release"};
+  static const std::vector<std::string> harmless{"stop", "hold", "off", "disable", "release", "set_temperature"};
+  const auto temperature = section.quantity("temperature", Unit::parse("degC"));
+  const bool sets = command.request.verb == "set_temperature";
+  if (sets && !temperature && !section.find("temperature")) section.missing("temperature", "\"23 degC\"");
+  if (!sets && section.find("temperature")) section.problem_at("temperature", "is for verb = \"set_temperature\"");
+  if (sets && temperature) command.request.values["temperature"] = *temperature;
   if (!command.request.verb.empty() &&
       std::find(harmless.begin(), harmless.end(), command.request.verb) == harmless.end())
     section.problem_at("verb", fmt::format("'{}' is not for a safe list; accepted: {}", command.request.verb,

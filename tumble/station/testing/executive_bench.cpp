@@ -150,11 +150,12 @@ ControllerReply ExecutiveBench::reply_to(const Ask& ask) {
   if (reply.verb == "identify") reply.words["identity"] = "BENCH " + ask.device + " SN 7";
   if (reply.verb == "state") reply.values["motion"] = 0.0;
   if (reply.verb == "state") reply.words["state"] = fault_of(Kind::alarm, ask.device, now_) ? "alarm" : "ready";
-  const bool stuck = fault_of(Kind::stuck, ask.device, now_) != nullptr;
+  const bool stuck = fault_of(Kind::stuck, ask.device, now_) || fault_of(Kind::ignores, ask.device, now_);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto& setup = course_->station.axes[i];
     if (course_->station.devices[setup.device].name != ask.device || setup.number != ask.request.axis) continue;
     if (!stuck) command(axes_[i], setup, ask.request);
+    if (reply.verb == "set_point") reply.values["set_point"] = setup.sign * (axes_[i].set_point - setup.offset);
     if (reply.verb != "read") continue;
     const auto* noise = fault_of(Kind::noise, ask.device, now_);
     const double error = noise ? (++readings_ % 2 ? noise->size : -noise->size) : 0.0;

@@ -24,6 +24,7 @@ struct BenchFault {
     off_rate,    ///< the rate differs by `size` [1] from the demand
     noise,       ///< position and rate readings alternate by +- `size` [rad, rad/s]
     slow,        ///< the chamber changes with `size` [K/s]
+    ignores,     ///< commands are acknowledged, and nothing is done
     alarm,       ///< the state is `alarm`
     wrong_reply  ///< replies are those of another verb
   };

@@ -64,6 +64,12 @@ void FrameStream::finish(const FrameSink& sink) {
     note(counts_.damaged, begin);
 }
 
+void FrameStream::begin_again() {
+  answers_ = true;
+  counter_.reset();
+  last_bytes_.clear();
+}
+
 FrameStream::Candidate FrameStream::candidate_at(std::size_t at, bool last) const {
   const std::string_view rest = std::string_view(pending_).substr(at);
   Candidate found;
@@ -167,6 +173,7 @@ void FrameStream::skip(std::size_t at) {
     if (expected_ == offset) ++expected_;
     return;
   }
+  if (answers_) return;
   ++bad_bytes_;
   if (offset < accounted_) return;
   ++counts_.skipped_bytes;
@@ -206,7 +213,7 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
   ++counts_.by_layout[found.frame];
   counts_.good_bytes += found.length;
   expected_ = accounted_ = base_ + at + found.length;
-  in_run_ = false;
+  in_run_ = answers_ = false;
   if (!carries_[found.frame]) return;
   const FrameLayout& layout = codec_->frames[found.frame];
   codec::read_content(*codec_, found.frame, bytes, frame_.content);

@@ -112,11 +112,11 @@ std::string ControllerHost::ask(const ControllerRequest& request) {
   reply_.axis = request.axis;
   exchange_ = 0;
   while (!is_wanted(command.exchanges[exchange_], request_)) ++exchange_;
-  return send();
+  return must_clear() ? ask_to_clear() : send();
 }
 
 std::string ControllerHost::send() {
-  due_ = false;
+  due_ = spoiled_ = false;
   const ControllerExchange& now = exchange();
   sent_ = controller::request_body(*controller_, now, {values_to_send(now), {}, request_.axis});
   awaits_ = controller::has_reply(now);
@@ -126,7 +126,7 @@ std::string ControllerHost::send() {
   return bytes;
 }
 
-std::string ControllerHost::next() { return due_ ? send() : ""; }
+std::string ControllerHost::next() { return due_ && !probe_ && !quiet_ ? send() : ""; }
 
 /// The values of single axes that a command with several carries are sent again with the next.
 void ControllerHost::remember() {
@@ -182,9 +182,10 @@ void ControllerHost::accept(const ControllerReply& part, std::vector<ControllerR
 }
 
 void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& replies) {
-  const ControllerExchange* const now = waiting() ? &exchange() : nullptr;
+  const ControllerExchange* const now = awaited();
   if (now && controller_->echo != Controller::Echo::never && !sent_.empty() && body.starts_with(sent_))
     body = controller::trimmed(body.substr(sent_.size()));
+  if (probe_ || quiet_) return take_while_unclear(body, replies);
   const auto refused = now ? controller::refusal(*controller_, now, body) : std::nullopt;
   if (refused) {
     ControllerReply reply{request_.verb, {}, {}, true, *refused};
@@ -194,10 +195,12 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   const auto content = now ? controller::parse_reply(*controller_, *now, sent_, body) : std::nullopt;
   if (content) {
     const ControllerReply part = controller::meaning_of(*controller_, *content, request_);
+    if (is_reading() || !late_match(body)) owed_.clear();  // replies come in the order of the questions
     if (part.problem.empty()) return accept(part, replies);
     return replies.push_back(part);
   }
   if (body.empty()) return;
+  drop_late(body);
   if (const auto notice = controller::notice_of(*controller_, body)) return replies.push_back(*notice);
   if (!now) return replies.push_back(problem(fmt::format("{} came although nothing was asked", quoted(body))));
   for (const auto& command : controller_->commands)
@@ -205,6 +208,7 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
       if (&command != command_ && !other.modbus && controller::parse_reply(*controller_, other, "", body))
         return replies.push_back(problem(
             fmt::format("{} is a reply to '{}', and '{}' was asked", quoted(body), command.verb, request_.verb)));
+  spoiled_ = true;
   replies.push_back(problem(fmt::format("unknown reply {} to {}", quoted(body), quoted(sent_))));
 }
 
@@ -213,7 +217,7 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
   replies.swap(ready_);
   pending_ += bytes;
   for (;;) {
-    const auto sizes = controller::reply_sizes(*controller_, waiting() ? &exchange() : nullptr);
+    const auto sizes = controller::reply_sizes(*controller_, awaited());
     const auto line = controller::take_line(*controller_, Direction::reply, sizes, pending_);
     if (!line) break;
     if (!line->problem.empty()) replies.push_back(problem(line->problem));
@@ -230,10 +234,12 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
 
 ControllerReply ControllerHost::give_up() {
   const std::string rest = pending_.empty() ? "" : fmt::format("; received was {}, which is cut", quoted(pending_));
-  const auto reply = problem(fmt::format("no reply to {} within {:g} s{}", quoted(sent_), timeout(), rest));
+  auto reply = problem(fmt::format("no reply to {} within {:g} s{}", quoted(sent_), timeout(), rest));
+  if (const ControllerExchange* const late = awaited(); late && !spoiled_) owe(*late);
   pending_.clear();
   command_ = nullptr;
-  awaits_ = due_ = false;
+  probe_ = nullptr;
+  awaits_ = due_ = quiet_ = false;
   return reply;
 }
 

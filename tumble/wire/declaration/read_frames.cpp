@@ -7,6 +7,7 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/declaration/draft.hpp"
 
 namespace tumble {
@@ -38,7 +39,13 @@ void read_link(Section& root, Draft& draft) {
   const auto lines = [&](const char* key, auto& to) {
     for (const auto* table : declaration::tables_at(root, key)) {
       Section section(*table, key, draft.problems);
-      to.emplace_back(section.text("send").value_or(""), section.text("expect").value_or(""));
+      std::string bytes[2];
+      for (const auto& [at, name] : {std::pair{0, "send"}, std::pair{1, "expect"}}) try {
+          bytes[at] = controller::latin1(section.text(name).value_or(""));
+        } catch (const Error& error) {
+          for (const auto& problem : error.problems) section.problem_at(name, problem);
+        }
+      to.emplace_back(bytes[0], bytes[1]);
       section.close();
     }
   };

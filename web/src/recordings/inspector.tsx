@@ -226,7 +226,8 @@ function Identify({ recording }: { recording: Recording }) {
   const [started, setStarted] = useState<string | null>(null);
   const [problems, setProblems] = useState<string[]>([]);
   const job = started ? jobs.value[started] : undefined;
-  const choices = answer ? [...answer.plans.map((plan) => `plan:${plan.name}`), ...answer.methods.map((method) => `method:${method.name}`)] : [];
+  const plans = answer?.plans.filter((plan) => plan.method !== "") ?? [];
+  const choices = answer ? [...plans.map((plan) => `plan:${plan.name}`), ...answer.methods.map((method) => `method:${method.name}`)] : [];
   const chosen = what || choices[0] || "";
   const begin = async () => {
     const at = chosen.indexOf(":");
@@ -246,9 +247,9 @@ function Identify({ recording }: { recording: Recording }) {
         <label>
           {t("plan_or_method")}
           <select value={chosen} onChange={(event) => setWhat(event.currentTarget.value)}>
-            {answer && answer.plans.length > 0 && (
+            {plans.length > 0 && (
               <optgroup label={t("plans")}>
-                {answer.plans.map((plan) => <option key={plan.name} value={`plan:${plan.name}`}>{plan.title} ({plan.name})</option>)}
+                {plans.map((plan) => <option key={plan.name} value={`plan:${plan.name}`}>{plan.title} ({plan.name})</option>)}
               </optgroup>
             )}
             <optgroup label={t("methods")}>
@@ -261,7 +262,10 @@ function Identify({ recording }: { recording: Recording }) {
       <Problems problems={[...failed, ...problems, ...(job?.state === "failed" ? job.problems : [])]} />
       {job && (job.state === "waiting" || job.state === "running") && <p role="status">{t("job_goes_on")}</p>}
       {job?.state === "done" && (
-        <p data-testid="identified">✓ <a href={fileOfJob(job, "report.html")} target="_blank" rel="noopener">{t("open_report")}</a></p>
+        <p data-testid="identified">
+          ✓ <a href={fileOfJob(job, "report.html")} target="_blank" rel="noopener">{t("open_report")}</a>{" "}
+          <a href={`/results?file=${encodeURIComponent(`jobs/${job.id}/result.json`)}`}>{t("results_show")}</a>
+        </p>
       )}
     </Section>
   );

@@ -1,4 +1,4 @@
-#include "catalogue_json.hpp"
+#include "tumble/tasks/catalogue.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,7 +18,8 @@
 #include "tumble/wire/controllers.hpp"
 #include "tumble/wire/instruments.hpp"
 
-namespace tumble::cli {
+namespace tumble {
+namespace catalogue {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -224,17 +225,7 @@ Json each(const std::vector<Entry>& entries) {
   return list;
 }
 
-}  // namespace
-
-const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",     "checks",
-                                              "exports", "plans",  "instruments", "controllers", "units"};
-  return kinds;
-}
-
-Json controller_json(const std::string& file) { return json(read_controller(read_text_file(file), file)); }
-
-Json catalogue_json(const std::string& kind) {
+Json entries_of(const std::string& kind) {
   if (kind == "methods") return all(method_catalogue());
   if (kind == "models") return all(model_catalogue());
   if (kind == "rigs") return all(rig_catalogue());
@@ -247,4 +238,19 @@ Json catalogue_json(const std::string& kind) {
   return all(check_catalogue());
 }
 
-}  // namespace tumble::cli
+}  // namespace
+}  // namespace catalogue
+
+const std::vector<std::string>& catalogue_kinds() {
+  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",     "checks",
+                                              "exports", "plans",  "instruments", "controllers", "units"};
+  return kinds;
+}
+
+std::string controller_json(const std::string& file) {
+  return catalogue::json(read_controller(read_text_file(file), file)).dump();
+}
+
+std::string catalogue_json(const std::string& kind) { return catalogue::entries_of(kind).dump(); }
+
+}  // namespace tumble

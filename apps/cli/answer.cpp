@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tumble/station/run_desk.hpp"
+#include "tumble/station/typed_order.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+struct Arguments {
+  std::string run, word, who;
+};
+
+std::optional<Prompt> open_question(const Json& state) {
+  if (!state.contains("view") || !state["view"].is_object() || !state["view"].contains("prompt")) return std::nullopt;
+  const Json& open = state["view"]["prompt"];
+  Prompt prompt;
+  prompt.id = open.at("id");
+  prompt.text = open.at("text");
+  prompt.choices = open.at("choices").get<std::vector<std::string>>();
+  prompt.standard = open.at("standard");
+  return prompt;
+}
+
+/// What is to be sent to the run for what would be typed at its own terminal.
+Json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
+  if (const auto* answer = std::get_if<PromptAnswer>(&order))
+    return {{"order", "answer"}, {"prompt", answer->prompt}, {"choice", answer->choice}, {"who", who}};
+  const auto kind = std::get<RunOrder>(order).kind;
+  const char* const word = kind == RunOrder::Kind::abort    ? "abort"
+                           : kind == RunOrder::Kind::resume ? "resume"
+                                                            : "pause";
+  return {{"order", word}, {"who", who}};
+}
+
+std::string question_text(const Prompt& prompt) {
+  return fmt::format("{}\n  answer one of: {} (standard: {})\n", prompt.text, fmt::join(prompt.choices, ", "),
+                     prompt.standard);
+}
+
+std::string state_text(const Json& state) {
+  if (!state["view"].is_object()) return "the run is being prepared\n";
+  const Json& view = state["view"];
+  return fmt::format("{}  {}  segment {} of {} '{}', {} left\n", view.value("time_text", ""), view.value("phase", ""),
+                     std::min(view.value("segment", 0) + 1, static_cast<int>(view["segments"].size())),
+                     view["segments"].size(), view.value("label", ""), view.value("left_text", ""));
+}
+
+int run(const Arguments& arguments) {
+  const Json state = Json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
+  const auto open = open_question(state);
+  if (arguments.word.empty()) {
+    print(state_text(state) + (open ? question_text(*open) : "no question is open\n"));
+    return 0;
+  }
+  if (arguments.who.empty())
+    throw Error(Error::Kind::bad_input, "--operator: an answer needs the name of who gives it");
+  const auto order = order_of_line(arguments.word, open, arguments.who);
+  if (!order)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
+                            open ? fmt::format(", or an answer: {}", fmt::join(open->choices, ", ")) : ""));
+  ask_desk(arguments.run, request_of(*order, arguments.who).dump());
+  print(fmt::format("the run has '{}' from {}\n", arguments.word, arguments.who));
+  return 0;
+}
+
+}  // namespace
+
+Verb answer_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {
+      "answer",
+      "Answer the question of a run, pause it or let it go on, from another terminal",
+      {{"RUN", &arguments->run, "folder of the run", true},
+       {"ANSWER", &arguments->word,
+        "what would be typed at the terminal of the run: an answer to its question, pause, resume or abort; without "
+        "it the state and the open question are shown"},
+       {"--operator", &arguments->who, "who answers"}},
+      "Examples:\n"
+      "  tumble answer run-0173\n"
+      "  tumble answer run-0173 done --operator \"Li Wei\"\n",
+      [arguments](const Terminal&) { return run(*arguments); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,95 @@
+#include "tumble/report/figure/derived.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "tumble/report/decimate.hpp"
+#include "tumble/report/markup.hpp"
+
+namespace tumble::figure {
+namespace {
+
+bool is_residual(std::string_view name) { return name.starts_with("residual") || name.ends_with("_residual"); }
+
+double number_in(const Table& table, std::size_t row, std::size_t column) {
+  const auto* number = std::get_if<double>(&table.rows[row][column]);
+  return number ? *number : NAN;
+}
+
+/// "residual_gyro_x" is the residual of gyro_x.
+std::string output_of(std::string name) {
+  constexpr std::string_view word = "residual";
+  const auto at = name.find(word);
+  name.erase(at, word.size());
+  while (name.starts_with('_')) name.erase(0, 1);
+  while (name.ends_with('_')) name.pop_back();
+  return name.empty() ? std::string(word) : name;
+}
+
+Curve residuals_of(const Table& table, std::size_t column, std::size_t noise) {
+  Curve curve;
+  curve.name = output_of(table.columns[column].name);
+  curve.figure = "residuals of the " + table.name;
+  curve.x.name = "number in the table " + table.name;
+  curve.y = {"residual", table.columns[column].unit, {}};
+  curve.points = true;
+  const bool bars = noise < table.columns.size();
+  if (bars) curve.band = "2 sd of the output noise";
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const double value = number_in(table, row, column);
+    curve.x.values.push_back(static_cast<double>(row + 1));
+    curve.y.values.push_back(value);
+    if (!bars) continue;
+    const double half = 2.0 * number_in(table, row, noise);
+    curve.lower.push_back(value - half);
+    curve.upper.push_back(value + half);
+  }
+  return curve;
+}
+
+bool same_axis(const Figure::Axis& a, const Figure::Axis& b) {
+  return a.name == b.name && a.unit.dimension() == b.unit.dimension() && a.logarithmic == b.logarithmic;
+}
+
+Figure::Series in_unit(Figure::Series series, const Unit& from, const Unit& to) {
+  if (from.text() == to.text()) return series;
+  for (auto* values : {&series.y, &series.lower, &series.upper})
+    for (double& value : *values) value = to.from_si(from.to_si(value));
+  return series;
+}
+
+}  // namespace
+
+std::vector<Curve> curves_to_draw(const Estimate& estimate) {
+  if (!estimate.curves.empty()) return estimate.curves;
+  std::vector<Curve> curves;
+  for (const auto& table : estimate.tables) {
+    const auto noise = std::ranges::find(table.columns, "noise_sd", &Table::Column::name) - table.columns.begin();
+    for (std::size_t i = 0; i < table.columns.size(); ++i)
+      if (is_residual(table.columns[i].name) && !table.rows.empty())
+        curves.push_back(residuals_of(table, i, static_cast<std::size_t>(noise)));
+  }
+  return curves;
+}
+
+void add_overviews(std::vector<Figure>& figures) {
+  std::vector<Figure> overviews;
+  std::vector<bool> taken(figures.size());
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    if (taken[i]) continue;
+    Figure overview{figures[i].y.name + ", all together", figures[i].x, figures[i].y, {}, {}};
+    for (std::size_t k = i; k < figures.size(); ++k) {
+      if (taken[k] || !same_axis(figures[i].x, figures[k].x) || !same_axis(figures[i].y, figures[k].y)) continue;
+      if (figures[k].x.unit.text() != figures[i].x.unit.text() || figures[k].series.empty()) continue;
+      taken[k] = true;
+      overview.series.push_back(in_unit(figures[k].series.front(), figures[k].y.unit, figures[i].y.unit));
+    }
+    // More series than colours would be a tangle.
+    if (overview.series.size() > 1 && overview.series.size() <= palette().size())
+      overviews.push_back(std::move(overview));
+  }
+  figures.insert(figures.begin(), overviews.begin(), overviews.end());
+}
+
+}  // namespace tumble::figure

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace tumble {
+
+/// What a user may do. Who may operate or approve may also read; one who approves does not operate by that.
+enum class Right { read, operate, approve };
+
+std::string name(Right right);
+const std::vector<Right>& all_rights();
+
+/// Who asks, as the server knows it.
+struct Session {
+  std::string user;  ///< empty: whoever has the link
+  std::set<Right> roles;
+
+  bool may(Right right) const { return roles.contains(right) || (right == Right::read && !roles.empty()); }
+};
+
+}  // namespace tumble

@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/archive/history.hpp"
+#include "tumble/archive/statistics.hpp"
+#include "tumble/report/figure.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/archive.hpp"
+
+namespace tumble::routes {
+namespace {
+
+/// A column as texts that line up at the decimal point, as reports have it.
+std::vector<std::string> cells_of(const Table& table, std::size_t index) {
+  std::vector<double> numbers;
+  for (const auto& row : table.rows) {
+    const auto* number = std::get_if<double>(&row[index]);
+    numbers.push_back(number ? table.columns[index].unit.from_si(*number) : NAN);
+  }
+  auto cells = lined_up(numbers, "\u2007", "\u2008");
+  for (std::size_t i = 0; i < table.rows.size(); ++i)
+    if (const auto* text = std::get_if<std::string>(&table.rows[i][index])) cells[i] = *text;
+  return cells;
+}
+
+Json json_of(const Table& table) {
+  Json json{{"name", table.name}, {"caption", table.caption}, {"columns", Json::array()}, {"cells", Json::array()}};
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    bool numbers = false;
+    for (const auto& row : table.rows) numbers |= std::holds_alternative<double>(row[i]);
+    const auto unit = table.columns[i].unit.text();
+    json["columns"].push_back(
+        {{"name", table.columns[i].name}, {"unit", unit == "1" ? "" : unit}, {"number", numbers}});
+    json["cells"].push_back(cells_of(table, i));
+  }
+  return json;
+}
+
+Json json_of(const Estimate& estimate) {
+  Json json{{"title", estimate.title},
+            {"parameters", Json::array()},
+            {"tables", Json::array()},
+            {"findings", Json::array()},
+            {"figures", Json::array()}};
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
+    const auto& parameter = estimate.parameters[i];
+    json["parameters"].push_back({{"name", parameter.name},
+                                  {"description", parameter.description},
+                                  {"text", measured_text(estimate, parameter.name)},
+                                  {"interval", interval_text(estimate, i)}});
+  }
+  for (const auto& table : estimate.tables)
+    if (!table.for_programs) json["tables"].push_back(json_of(table));
+  static const char* const severities[] = {"info", "warning", "error"};
+  for (const auto& finding : estimate.findings)
+    json["findings"].push_back(
+        {{"severity", severities[static_cast<std::size_t>(finding.severity)]}, {"message", finding.message}});
+  for (const auto& figure : figures_of(estimate))
+    json["figures"].push_back({{"name", figure.name}, {"svg", to_svg(figure)}, {"notes", figure.notes}});
+  return json;
+}
+
+/// A limit such as "0.5 deg/h" [SI]; `absent` where none is given.
+double limit_in(const HttpRequest& request, const char* which, const Unit& unit, double absent) {
+  const auto text = optional(request, which);
+  return text.empty() ? absent : parse_si(text, unit);
+}
+
+ParameterLimits limits_in(const HttpRequest& request, const Unit& unit) {
+  ParameterLimits limits;
+  limits.lower = limit_in(request, "min", unit, limits.lower);
+  limits.upper = limit_in(request, "max", unit, limits.upper);
+  if (!(limits.lower < limits.upper)) throw Error{Error::Kind::bad_input, "the lower limit is not below the upper one"};
+  return limits;
+}
+
+/// Of a unit or of the units of a model.
+ArchivedSelection selection_in(const Archive& archive, const HttpRequest& request) {
+  ArchivedSelection what{required(request, "parameter")};
+  if (const auto words = optional(request, "unit"); !words.empty()) {
+    what.unit = find_unit(archive, words);
+    what.model = what.unit.model;
+  } else {
+    what.model = required(request, "model");
+  }
+  return what;
+}
+
+/// Control charts, the drift of a unit, or the summary of a model: what `tumble archive` chart, history and summary
+/// say.
+HttpResponse chart(Context& context, const HttpRequest& request) {
+  const Archive archive = archive_of(context);
+  const auto what = selection_in(archive, request);
+  const auto kind = required(request, "kind");
+  if (kind == "chart")
+    return json_response(
+        json_of(chart_of_archive(archive, {.what = what, .every_day = optional(request, "every_day") == "1"})));
+  const Unit unit = parameter_over_units(archive, what.parameter, what.model, what.unit).shown;
+  if (kind == "drift")
+    return json_response(json_of(drift_of_unit(archive, {.what = what, .limits = limits_in(request, unit)})));
+  if (kind == "summary")
+    return json_response(json_of(summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)})));
+  throw Error{Error::Kind::bad_input, fmt::format("'kind' is chart, drift or summary, not '{}'", kind)};
+}
+
+}  // namespace
+
+std::vector<Route> archive_chart_routes() { return {{"GET", "/api/archive/chart", chart}}; }
+
+}  // namespace tumble::routes

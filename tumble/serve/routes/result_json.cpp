@@ -1,0 +1,244 @@
+#include "tumble/serve/routes/result_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/report/figure.hpp"
+#include "tumble/report/names.hpp"
+#include "tumble/report/parameter_rows.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/report/typeset.hpp"
+
+namespace tumble::routes {
+namespace {
+
+constexpr std::size_t most_correlated = 60;
+
+const char* word_of(Verdict::Outcome outcome) {
+  switch (outcome) {
+    case Verdict::Outcome::pass:
+      return "pass";
+    case Verdict::Outcome::fail:
+      return "fail";
+    case Verdict::Outcome::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+Json both(const SplitNumber& number) { return {number.before, number.after}; }
+
+Json budget_of(const Estimate& estimate, std::size_t i) {
+  Json parts = Json::array();
+  for (const auto& part : estimate.budget) {
+    const double share = part.variance(i) / estimate.covariance(i, i);
+    const auto [sd, percent] = budget_cell(estimate, part, i);
+    parts.push_back({{"sd", number_in_characters(sd)},
+                     {"percent", percent},
+                     {"share", std::isfinite(share) ? Json(share) : Json()}});
+  }
+  return parts;
+}
+
+Json parameters_of(const Estimate& estimate, const Estimate& budget) {
+  Json all = Json::array();
+  const auto rows = parameter_rows(estimate);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto& row = rows[i];
+    all.push_back({{"name", row.name},
+                   {"readable", row.readable},
+                   {"symbol", row.symbol},
+                   {"description", row.description},
+                   {"unit", row.unit},
+                   {"units", units_like(estimate.parameters[i].unit)},
+                   {"value", both(row.value)},
+                   {"sd", both(row.sd)},
+                   {"power", row.power},
+                   {"text", row.text},
+                   {"lower", both(row.lower)},
+                   {"upper", both(row.upper)},
+                   {"degrees_of_freedom", number_in_characters(row.degrees_of_freedom)},
+                   {"budget", budget_of(budget, i)}});
+  }
+  return all;
+}
+
+/// A value with its power and unit, and its standard uncertainty beside it: in Chinese "±" would mean an expanded one.
+struct MeasuredTexts {
+  std::string value, sd;
+};
+
+MeasuredTexts measured_texts(const Estimate& estimate, const std::string& name) {
+  const auto found = std::ranges::find(estimate.parameters, name, &Parameter::name);
+  if (found == estimate.parameters.end()) return {measured_text(estimate, name), ""};
+  const auto row = parameter_row(estimate, static_cast<std::size_t>(found - estimate.parameters.begin()));
+  const auto tail = (row.power.empty() ? "" : " " + row.power) + (row.unit == "1" ? "" : " " + row.unit);
+  const auto text = [&](const SplitNumber& number) {
+    return number.before.empty() ? "" : number_in_characters(number.before) + number.after + tail;
+  };
+  return {text(row.value), text(row.sd)};
+}
+
+/// "≤ 20 ppm"
+std::string limit_in_characters(const std::string& text) {
+  if (text.starts_with("<=")) return "≤" + text.substr(2);
+  if (text.starts_with(">=")) return "≥" + text.substr(2);
+  return text;
+}
+
+Json verdicts_of(const Estimate& estimate) {
+  Json all = Json::array();
+  for (const auto& verdict : estimate.verdicts) {
+    const auto [value, sd] = measured_texts(judged(estimate), verdict.parameter);
+    all.push_back({{"parameter", verdict.parameter},
+                   {"readable", readable_name(verdict.parameter)},
+                   {"outcome", word_of(verdict.outcome)},
+                   {"limit", limit_in_characters(verdict.limit)},
+                   {"measured", value},
+                   {"sd", sd}});
+  }
+  return all;
+}
+
+Json correlation_of_result(const Estimate& estimate) {
+  const auto count = estimate.parameters.size();
+  if (count < 2 || count > most_correlated) return nullptr;
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    Json row = Json::array();
+    for (std::size_t j = 0; j <= i; ++j) {
+      const double of = std::sqrt(estimate.covariance(i, i) * estimate.covariance(j, j));
+      const double r = i == j ? 1.0 : estimate.covariance(i, j) / of;
+      row.push_back(std::isfinite(r) ? Json(std::round(1000.0 * r) / 1000.0) : Json());
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json provenance_of(const Provenance& provenance) {
+  Json inputs = Json::array(), plans = Json::array();
+  for (const auto& input : provenance.inputs) inputs.push_back({{"file", input.file}, {"sha256", input.sha256}});
+  for (const auto& plan : provenance.plans)
+    plans.push_back({{"file", plan.file}, {"sha256", plan.sha256}, {"text", plan.text.value_or("")}});
+  return {{"inputs", inputs},
+          {"plans", plans},
+          {"settings", provenance.settings},
+          {"command_line", provenance.command_line},
+          {"seed", provenance.seed ? Json(*provenance.seed) : Json()}};
+}
+
+Json fit_of(const Fit& fit) {
+  if (fit.observations == 0) return nullptr;
+  const bool known = std::isfinite(fit.chi_square) && fit.degrees_of_freedom > 0.0;
+  return {{"observations", fit.observations},
+          {"degrees_of_freedom", general(fit.degrees_of_freedom)},
+          {"chi_square", known ? fmt::format("{:#.3g}", fit.chi_square / fit.degrees_of_freedom) : ""}};
+}
+
+Json pair_of_results(const ResultPair& pair) {
+  Json rows = Json::array();
+  for (const auto& one : pair.differences) {
+    const auto texts = texts_of(one);
+    rows.push_back({{"parameter", one.parameter},
+                    {"readable", readable_name(one.parameter)},
+                    {"unit", one.unit.text()},
+                    {"earlier", number_in_characters(texts.earlier)},
+                    {"later", number_in_characters(texts.later)},
+                    {"difference", number_in_characters(texts.difference)},
+                    {"e_n", number_in_characters(texts.e_n)},
+                    {"significant", std::abs(one.e_n) > 1.0}});
+  }
+  return {{"earlier", pair.earlier}, {"later", pair.later}, {"differences", rows}, {"together", chi_square_text(pair)}};
+}
+
+/// E_n asks whether one instrument changed: two results that somebody chose, or more of one serial number.
+bool is_about_one_instrument(const std::vector<NamedResult>& results) {
+  const auto& serial = results.front().estimate.instrument_serial;
+  return results.size() == 2 || (!serial.empty() && std::ranges::all_of(results, [&](const NamedResult& one) {
+           return one.estimate.instrument_serial == serial;
+         }));
+}
+
+Json texts_of_units(const std::vector<NamedResult>& results, const Figure& figure) {
+  Json texts = Json::array();
+  for (const auto& [name, estimate] : results) {
+    const auto [value, sd] = measured_texts(estimate, figure.name);
+    texts.push_back({{"value", value}, {"sd", sd}});
+  }
+  return texts;
+}
+
+}  // namespace
+
+void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
+  std::vector<std::string> problems;
+  for (const auto& text : units) {
+    const auto at = text.rfind('~');
+    const auto name = text.substr(0, at);
+    const auto found = std::ranges::find(estimate.parameters, name, &Parameter::name);
+    if (at == std::string::npos || found == estimate.parameters.end()) {
+      problems.push_back("there is no parameter '" + name + "'");
+      continue;
+    }
+    const Unit unit = Unit::parse(text.substr(at + 1));
+    if (unit.dimension() != found->unit.dimension())
+      problems.push_back(
+          fmt::format("'{}' is in {}, which is not a kind of {}", name, found->unit.text(), unit.text()));
+    else
+      found->unit = unit;
+  }
+  if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
+}
+
+Json json_of_result(const Estimate& estimate) {
+  Estimate budget;
+  budget.parameters = estimate.parameters;
+  budget.covariance = estimate.covariance;
+  budget.budget = budget_to_show(estimate);
+  Json sources = Json::array(), figures = Json::array();
+  for (const auto& part : budget.budget) sources.push_back(part.source);
+  for (const auto& figure : figures_of(estimate)) figures.push_back(figure.name);
+  Json answer{{"method", estimate.method},
+              {"title", estimate.title},
+              {"model", estimate.instrument_model},
+              {"serial", estimate.instrument_serial},
+              {"fit", fit_of(estimate.fit)},
+              {"verdicts", verdicts_of(estimate)},
+              {"sources", sources},
+              {"parameters", parameters_of(estimate, budget)},
+              {"findings", Json::parse(to_json(estimate.findings))},
+              {"figures", figures},
+              {"correlation", correlation_of_result(estimate)},
+              {"provenance", provenance_of(estimate.provenance)}};
+  if (estimate.prior && estimate.prior->with_prior) {
+    Estimate none = *estimate.prior->with_prior;
+    none.budget.clear();
+    answer["with_prior"] = parameters_of(none, none);
+  }
+  return answer;
+}
+
+Json json_of_comparison(std::vector<NamedResult> results) {
+  Json answer{{"results", Json::array()}, {"pairs", Json::array()}, {"findings", Json::array()}};
+  for (const auto& [name, estimate] : results)
+    answer["results"].push_back({{"name", name},
+                                 {"method", estimate.method},
+                                 {"model", estimate.instrument_model},
+                                 {"serial", estimate.instrument_serial}});
+  const auto figures = figures_of_units(results);
+  answer["figures"] = Json::parse(to_json(figures));
+  answer["values"] = Json::array();
+  for (const auto& figure : figures) answer["values"].push_back(texts_of_units(results, figure));
+  if (is_about_one_instrument(results)) {
+    const Comparison comparison = compare(std::move(results));
+    for (const auto& pair : comparison.pairs) answer["pairs"].push_back(pair_of_results(pair));
+    answer["findings"] = Json::parse(to_json(comparison.findings));
+  }
+  return answer;
+}
+
+}  // namespace tumble::routes

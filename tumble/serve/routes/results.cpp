@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include "tumble/report/figure.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/result_json.hpp"
+#include "tumble/serve/routes/routes.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::routes {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t most_results = 5000;
+constexpr int deepest_result = 4;
+
+Json entry_of(const std::string& name, const ResultSummary& summary, double modified) {
+  return {{"name", name},
+          {"method", summary.method},
+          {"title", summary.title},
+          {"model", summary.model},
+          {"serial", summary.serial},
+          {"date", summary.date},
+          {"modified", modified},
+          {"parameters", summary.parameters},
+          {"passed", summary.passed},
+          {"failed", summary.failed},
+          {"undecided", summary.undecided},
+          {"errors", summary.errors}};
+}
+
+double modified_of(const fs::path& path) {
+  std::error_code failed;
+  const auto time = std::chrono::file_clock::to_sys(fs::last_write_time(path, failed));
+  return failed ? 0.0 : std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
+/// The results of the folder and of its jobs, the newest first.
+HttpResponse list_results(Context& context, const HttpRequest&) {
+  struct Found {
+    double modified;
+    std::string name;
+    ResultSummary summary;
+  };
+  std::vector<Found> found;
+  bool cut = false;
+  std::error_code failed;
+  fs::recursive_directory_iterator place(context.options.folder, fs::directory_options::skip_permission_denied, failed);
+  for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
+    const auto& path = place->path();
+    const auto name = fs::relative(path, context.options.folder, failed).generic_string();
+    if (path.filename().string().starts_with('.') || place.depth() + 1 >= deepest_result)
+      place.disable_recursion_pending();
+    if (path.extension() != ".json" || path.filename().string().starts_with('.') || place->is_symlink(failed) ||
+        !place->is_regular_file(failed) || !is_plain_name(name))
+      continue;
+    const auto summary = context.results.summary(path.string());
+    if (!summary) continue;
+    cut = found.size() == most_results;
+    if (cut) break;
+    found.push_back({modified_of(path), name, *summary});
+  }
+  std::ranges::sort(found, [](const Found& a, const Found& b) {
+    return a.modified != b.modified ? a.modified > b.modified : a.name < b.name;
+  });
+  Json results = Json::array();
+  for (const auto& [modified, name, summary] : found) results.push_back(entry_of(name, summary, modified));
+  return json_response({{"results", results}, {"cut", cut}});
+}
+
+std::shared_ptr<const Estimate> result_of(Context& context, const HttpRequest& request) {
+  return context.results.read(existing(context, required(request, "file")));
+}
+
+Language language_asked(const HttpRequest& request) {
+  const auto* code = find_query(request, "language");
+  return code && *code == "zh" ? Language::chinese : Language::english;
+}
+
+HttpResponse one_result(Context& context, const HttpRequest& request) {
+  Estimate estimate = *result_of(context, request);
+  show_in_units(all_of(request, "unit"), estimate);
+  Json answer{{"name", required(request, "file")}};
+  answer.update(json_of_result(estimate));
+  return json_response(answer);
+}
+
+HttpResponse result_figures(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.body = to_json(figures_of(*result_of(context, request)));
+  return response;
+}
+
+/// Figure number `figure` of the result, the first is 1.
+Figure figure_asked(Context& context, const HttpRequest& request) {
+  const auto figures = figures_of(*result_of(context, request));
+  const double number = required_number(request, "figure");
+  if (!(number >= 1.0 && number <= static_cast<double>(figures.size())))
+    throw Error{Error::Kind::unsupported, "the result has " + std::to_string(figures.size()) + " figures"};
+  return figures[static_cast<std::size_t>(number) - 1];
+}
+
+HttpResponse result_svg(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.type = "image/svg+xml";
+  response.body = to_svg(figure_asked(context, request));
+  return response;
+}
+
+HttpResponse result_csv(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.type = "text/csv; charset=utf-8";
+  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"figure.csv\"");
+  response.body = to_csv(figure_asked(context, request));
+  return response;
+}
+
+/// The report, in a sandbox: it cannot ask the server as the user can.
+HttpResponse result_page(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.type = "text/html; charset=utf-8";
+  response.headers.emplace_back("Content-Security-Policy",
+                                "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:");
+  response.body = to_html(*result_of(context, request), {.language = language_asked(request)});
+  return response;
+}
+
+HttpResponse result_file(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"result.json\"");
+  response.body = to_json(*result_of(context, request));
+  return response;
+}
+
+constexpr std::size_t most_compared = 200;
+
+HttpResponse compare_results(Context& context, const HttpRequest& request) {
+  const auto names = all_of(request, "file");
+  if (names.size() < 2 || names.size() > most_compared)
+    throw Error{Error::Kind::bad_input, "2 to " + std::to_string(most_compared) + " results can be compared"};
+  std::vector<NamedResult> results;
+  for (const auto& name : names) results.push_back({name, *context.results.read(existing(context, name))});
+  return json_response(json_of_comparison(std::move(results)));
+}
+
+}  // namespace
+
+std::vector<Route> result_routes() {
+  return {{"GET", "/api/results", list_results},          {"GET", "/api/result", one_result},
+          {"GET", "/api/result/figures", result_figures}, {"GET", "/api/result/figure.svg", result_svg},
+          {"GET", "/api/result/figure.csv", result_csv},  {"GET", "/api/result/page", result_page},
+          {"GET", "/api/result/file", result_file},       {"GET", "/api/results/compare", compare_results}};
+}
+
+}  // namespace tumble::routes

@@ -1,0 +1,76 @@
+// One run: its state, what happens, and orders.
+#include <filesystem>
+
+#include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/station.hpp"
+#include "tumble/station/run_desk.hpp"
+
+namespace tumble::routes {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The folder of a run. A rehearsal and a run that has just begun have one without a store for a moment.
+std::string folder_of_run(const Context& context, const HttpRequest& request) {
+  const auto folder = existing(context, required(request, "run"));
+  if (!fs::is_directory(folder)) throw Error{Error::Kind::unsupported, "there is no run of this name"};
+  return folder;
+}
+
+HttpResponse run_state(Context& context, const HttpRequest& request) {
+  const auto folder = folder_of_run(context, request);
+  Json state = Json::parse(context.runs.state_of(folder));
+  Json files = Json::array();
+  std::error_code failed;
+  const auto add = [&](const fs::path& path) {
+    if (path.extension() == ".h5") files.push_back(fs::relative(path, context.options.folder, failed).generic_string());
+  };
+  for (const auto& entry : fs::directory_iterator(folder, failed)) add(entry.path());
+  if (fs::exists(folder + ".h5", failed)) add(folder + ".h5");
+  state["recordings"] = files;
+  return json_response(state);
+}
+
+/// What happens at a run. An id is the sequence number of the store up to which everything was sent.
+HttpResponse run_events(Context& context, const HttpRequest& request) {
+  HttpResponse response;
+  response.type = "text/event-stream";
+  response.events = context.runs.feed_of(folder_of_run(context, request));
+  const auto last = request.headers.find("last-event-id");
+  const auto* after = find_query(request, "after");
+  const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
+  const bool known = !seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
+  response.seen = known ? response.events->seen_by_id(std::stoull(seen)) : response.events->latest();
+  return response;
+}
+
+/// Pause, resume, stop, abort, or the answer to a question. The run itself says whether it takes it.
+HttpResponse run_order(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto folder = existing(context, plain_text_in(body, "run"));
+  const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
+  if (order == "stop") {
+    stop_run(folder, who.empty() ? "the workbench" : who);
+    return json_response({{"taken", true}});
+  }
+  Json asked{{"order", order}, {"who", who}};
+  if (order == "answer") {
+    if (!body.contains("prompt") || !body["prompt"].is_number_integer())
+      throw Error{Error::Kind::bad_input, "'prompt' must be the number of a question"};
+    asked["prompt"] = body["prompt"];
+    asked["choice"] = plain_text_in(body, "choice");
+  }
+  return json_response(Json::parse(ask_desk(folder, asked.dump())));
+}
+
+}  // namespace
+
+std::vector<Route> station_run_routes() {
+  constexpr std::uint64_t small = 1 << 16;
+  return {{"GET", "/api/station/run", run_state},
+          {"GET", "/api/station/run/events", run_events},
+          {.method = "POST", .path = "/api/station/order", .answer = run_order, .body_limit = small}};
+}
+
+}  // namespace tumble::routes

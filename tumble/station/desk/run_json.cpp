@@ -1,0 +1,166 @@
+#include "tumble/station/desk/run_json.hpp"
+
+#include <charconv>
+#include <cmath>
+
+#include "tumble/report/report.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/run_texts.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::desk {
+namespace {
+
+/// Seven digits are more than any screen shows; null where it is not a number.
+Json drawn(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  const std::string text = general(value, 7);
+  double rounded = value;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
+  return rounded;
+}
+
+Json drawn(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(drawn(value));
+  return list;
+}
+
+std::string text_of(double value, int digits) { return std::isfinite(value) ? general(value, digits) : ""; }
+
+template <class Bars>
+Json bars_of(const Bars& bars) {
+  Json list = Json::array();
+  for (const CurveBar& bar : bars) list.push_back({drawn(bar.time), drawn(bar.low), drawn(bar.high)});
+  return list;
+}
+
+const char* step_of(RunRow::Kind kind) {
+  switch (kind) {
+    case RunRow::Kind::power_up:
+      return "power_up";
+    case RunRow::Kind::segment_begins:
+      return "begins";
+    case RunRow::Kind::segment_ends:
+      return "ends";
+    case RunRow::Kind::unit_out:
+      return "unit_out";
+    case RunRow::Kind::run_ends:
+      return "run_ends";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json json_of(const RunView& view, double speed) {
+  Json axes = Json::array(), channels = Json::array(), estimates = Json::array();
+  for (const auto& axis : view.axes) {
+    const AxisTexts texts = texts_of(axis);
+    axes.push_back(
+        {{"name", axis.name}, {"demanded", texts.demanded}, {"position", texts.position}, {"rate", texts.rate}});
+  }
+  for (const auto& channel : view.channels)
+    channels.push_back({{"slot", channel.slot},
+                        {"name", channel.name},
+                        {"unit", channel.unit.text()},
+                        {"mean", text_of(channel.unit.from_si(channel.mean), 6)},
+                        {"sd", text_of(channel.unit.difference_from_si(channel.sd), 3)},
+                        {"allan", text_of(channel.unit.difference_from_si(channel.allan), 3)},
+                        {"low", drawn(channel.unit.from_si(channel.low))},
+                        {"high", drawn(channel.unit.from_si(channel.high))}});
+  for (const auto& estimate : view.estimates) {
+    const double value = estimate.unit.from_si(estimate.value), sd = estimate.unit.difference_from_si(estimate.sd);
+    estimates.push_back({{"slot", estimate.slot},
+                         {"name", estimate.name},
+                         {"unit", estimate.unit.text()},
+                         {"text", with_uncertainty(value, sd)},
+                         {"low", drawn(value - sd)},
+                         {"high", drawn(value + sd)}});
+  }
+  Json json{{"time", drawn(view.time)},
+            {"time_text", hours_text(view.time)},
+            {"phase", name(view.phase)},
+            {"segment", view.segment},
+            {"segments", json_of(view.progress, view.segment)},
+            {"label", view.label},
+            {"recorded", drawn(view.recorded)},
+            {"left", drawn(view.left)},
+            {"left_text", hours_text(view.left)},
+            {"wall_left", drawn(view.left / speed)},
+            {"acknowledged_text", hours_text(view.acknowledged)},
+            {"behind", drawn((view.time - view.acknowledged) / speed)},
+            {"frames", view.frames},
+            {"lost", view.lost},
+            {"damaged", view.damaged},
+            {"axes", axes},
+            {"channels", channels},
+            {"estimates", estimates}};
+  if (view.prompt)
+    json["prompt"] = {{"id", view.prompt->id},
+                      {"text", view.prompt->text},
+                      {"choices", view.prompt->choices},
+                      {"standard", view.prompt->standard}};
+  return json;
+}
+
+Json json_of(const Curves& curves) {
+  return {{"recent", bars_of(curves.recent())}, {"whole", bars_of(curves.whole())}};
+}
+
+Json json_of(const EstimateHistory& history) {
+  Json list = Json::array();
+  for (const auto& curve : history.curves()) {
+    Json points = Json::array();
+    for (const auto& point : curve.points)
+      points.push_back({drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd)});
+    list.push_back({{"slot", curve.slot}, {"name", curve.name}, {"unit", curve.unit}, {"points", points}});
+  }
+  return list;
+}
+
+Json json_of(std::uint64_t sequence, const StoreEvent& event) {
+  Json json{{"id", sequence},     {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
+            {"kind", event.kind}, {"who", event.who},          {"text", event.text}};
+  if (is_everyday(event.kind, event.text)) json["everyday"] = true;
+  if (event.kind != "journal") return json;
+  try {
+    const RunRow row = conduct::row_of(event.json);
+    json["step"] = step_of(row.kind);
+    json["segment"] = row.segment;
+    json["attempt"] = row.attempt;
+    json["ending"] = row.ending;
+    json["reason"] = row.reason;
+  } catch (const Error&) {  // a row that nobody can read is shown by its text
+  }
+  return json;
+}
+
+Json json_of(const RunFacts& facts) {
+  Json segments = Json::array();
+  for (const auto& segment : facts.segments)
+    segments.push_back({{"label", segment.label},
+                        {"duration", drawn(segment.duration)},
+                        {"duration_text", hours_text(segment.duration)},
+                        {"rule", segment.rule}});
+  return {{"title", facts.title}, {"station", facts.station}, {"operator", facts.who},
+          {"rig", facts.rig},     {"units", facts.units},     {"segments", segments}};
+}
+
+Json json_of(const std::vector<SegmentProgress>& progress, std::size_t now) {
+  using Status = SegmentProgress::Status;
+  Json list = Json::array();
+  for (std::size_t s = 0; s < progress.size(); ++s) {
+    const char* const state = progress[s].status == Status::complete  ? "done"
+                              : progress[s].status == Status::skipped ? "skipped"
+                              : s == now                              ? "now"
+                                                                      : "next";
+    list.push_back({{"state", state}, {"attempts", progress[s].attempts}});
+  }
+  return list;
+}
+
+}  // namespace tumble::desk

@@ -1,0 +1,195 @@
+// The side of those who watch a run.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/desk/run_json.hpp"
+#include "tumble/station/lease.hpp"
+#include "tumble/station/recorder_read.hpp"
+#include "tumble/station/run_desk.hpp"
+#include "tumble/station/run_folder.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+/// A connection; -1: nobody is there.
+int connected_to(const std::string& run) {
+  const int folder = open(run.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return -1;
+  sockaddr_un place{};
+  place.sun_family = AF_UNIX;
+  const auto path = fmt::format("/proc/self/fd/{}/{}", folder, desk_name);
+  std::memcpy(place.sun_path, path.c_str(), path.size() + 1);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const bool good = socket >= 0 && connect(socket, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+  close(folder);
+  if (good) return socket;
+  if (socket >= 0) close(socket);
+  return -1;
+}
+
+int connection_to(const std::string& run) {
+  const int socket = connected_to(run);
+  if (socket < 0) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  return socket;
+}
+
+void say_all(int socket, std::string text) {
+  text += '\n';
+  for (std::size_t sent = 0; sent < text.size();) {
+    const auto count = send(socket, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return;  // the answer that does not come says it
+    sent += static_cast<std::size_t>(count);
+  }
+}
+
+/// The next line; empty: there is no more.
+std::string next_line(int socket, std::string& waiting) {
+  std::size_t searched = 0;
+  for (;;) {
+    if (const auto end = waiting.find('\n', searched); end != std::string::npos) {
+      std::string line = waiting.substr(0, end);
+      waiting.erase(0, end + 1);
+      return line;
+    }
+    searched = waiting.size();
+    char bytes[1 << 14];
+    const auto count = recv(socket, bytes, sizeof bytes, 0);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return "";
+    waiting.append(bytes, static_cast<std::size_t>(count));
+  }
+}
+
+}  // namespace
+
+std::string ask_desk(const std::string& run, const std::string& request) {
+  constexpr timeval patience{.tv_sec = 10, .tv_usec = 0};
+  const int socket = connection_to(run);
+  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  say_all(socket, request);
+  std::string waiting;
+  const std::string answer = next_line(socket, waiting);
+  close(socket);
+  if (answer.empty()) throw Error(Error::Kind::bad_file, "the run '" + run + "' has not answered");
+  if (!answer.starts_with("{\"problem\"")) return answer;
+  throw Error(Error::Kind::bad_input, desk::Json::parse(answer).value("problem", ""));
+}
+
+std::optional<long> process_at_desk(const std::string& run) {
+  const int socket = connected_to(run);
+  if (socket < 0) return std::nullopt;
+  ucred who{};
+  socklen_t size = sizeof who;
+  const bool known = getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &who, &size) == 0;
+  close(socket);
+  return known ? std::optional<long>(who.pid) : std::nullopt;
+}
+
+void stop_run(const std::string& run, const std::string& who) {
+  try {
+    ask_desk(run, desk::dumped({{"order", "stop"}, {"who", who}}));
+    return;
+  } catch (const Error& error) {
+    if (error.kind == Error::Kind::bad_input) throw;
+  }
+  const auto all = runs_going_on();
+  const auto path = std::filesystem::absolute(run).lexically_normal().string();
+  const auto leased = std::ranges::find(all, path, &LeaseHolder::run);
+  const auto process = process_at_desk(run);
+  if (!process && leased == all.end()) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  if (kill(static_cast<pid_t>(process ? *process : leased->process), SIGTERM) != 0)
+    throw Error(Error::Kind::bad_file, "the run '" + run + "' cannot be stopped from here: go to the rig");
+}
+
+DeskWatch::DeskWatch(const std::string& run) : socket_(connection_to(run)) { say_all(socket_, R"({"ask":"watch"})"); }
+
+DeskWatch::~DeskWatch() { ::close(socket_); }
+
+std::optional<DeskWatch::Line> DeskWatch::next() {
+  const std::string text = next_line(socket_, waiting_);
+  const auto first = text.find(' '), second = text.find(' ', first + 1);
+  if (first == std::string::npos || second == std::string::npos) return std::nullopt;
+  Line line{text.substr(0, first), 0, text.substr(second + 1)};
+  std::from_chars(text.data() + first + 1, text.data() + second, line.sequence);
+  return line;
+}
+
+void DeskWatch::close() { shutdown(socket_, SHUT_RDWR); }
+
+RunFacts facts_of(const std::string& title, const Course& course, const std::string& who, const std::string& rig) {
+  RunFacts facts{title, course.station.name, who, rig, {}, {}};
+  for (const UnitUnderTest& unit : course.units) facts.units[unit.slot] = unit.serial;
+  for (const Segment& segment : course.schedule) {
+    const auto rule = course.until.find(segment.label);
+    facts.segments.push_back({segment.label, segment.duration, rule == course.until.end() ? "" : rule->second.text});
+  }
+  return facts;
+}
+
+std::string state_of_ended_run(const std::string& run) {
+  using desk::Json;
+  Json events = Json::array();
+  std::vector<RunRow> rows;
+  std::string ending, reason;
+  std::uint64_t last = 0;
+  const StoreContent content = visit_events(run, [&](std::uint64_t sequence, const StoreEvent& event) {
+    last = sequence;
+    if (event.kind == "end") ending = event.text;
+    if (event.kind == "journal") {
+      rows.push_back(conduct::row_of(event.json));
+      if (rows.back().kind == RunRow::Kind::segment_begins) ending.clear(), reason.clear();  // carried on
+      if (rows.back().kind == RunRow::Kind::run_ends) reason = rows.back().reason;
+    }
+    events.push_back(desk::json_of(sequence, event));
+  });
+  const auto fact = [&](const std::string& name) {
+    const auto found = content.facts.find(name);
+    return found == content.facts.end() ? std::string() : found->second;
+  };
+  Course course;
+  try {
+    const Plan plan = load_plan((std::filesystem::path(run) / "plan.toml").string(), {});
+    course.schedule = plan.schedule;
+    course.until = stopping_rules(plan);
+  } catch (const Error&) {  // a rehearsal of a changed plan may have none: its log is shown all the same
+  }
+  course.station.name = fact("station");
+  for (const auto& [name, value] : content.facts)
+    if (name.starts_with("unit ")) course.units.push_back({name.substr(5), value});
+  std::vector<SegmentProgress> progress(course.schedule.size());
+  for (const RunRow& row : rows)
+    if (row.kind == RunRow::Kind::segment_begins && row.segment < progress.size())
+      progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
+  for (const auto& [segment, attempt] : counted_attempts(rows))
+    if (segment < progress.size()) progress[segment].status = SegmentProgress::Status::complete;
+  return desk::dumped({{"alive", false},
+                       {"last", last},
+                       {"ending", ending.empty() ? "interrupted" : ending},
+                       {"ending_text", reason},
+                       {"facts", desk::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
+                       {"view", nullptr},
+                       {"segments", desk::json_of(progress, progress.size())},
+                       {"curves", nullptr},
+                       {"estimates", Json::array()},
+                       {"events", events}});
+}
+
+}  // namespace tumble

@@ -1,0 +1,110 @@
+// A parameter over time or over units: control charts, drift, summary. All numbers, texts and drawings are the server's.
+import { query, show } from "../route";
+import { t } from "../texts";
+import { addressIn, enter, useAnswer } from "./answer";
+
+interface Column {
+  name: string;
+  unit: string;
+  number: boolean;
+}
+
+interface Chart {
+  title: string;
+  parameters: { name: string; description: string; text: string; interval: string }[];
+  tables: { name: string; caption: string; columns: Column[]; cells: string[][] }[];
+  findings: { severity: "info" | "warning" | "error"; message: string }[];
+  figures: { name: string; svg: string; notes: string[] }[];
+}
+
+const MOST_ROWS = 200;
+
+function Figure({ figure }: { figure: Chart["figures"][number] }) {
+  const address = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(figure.svg);
+  return (
+    <figure class="chart">
+      <img class="figure" src={address} alt={figure.name} />
+      <figcaption>{figure.name} <a href={address} download={`${figure.name}.svg`}>SVG</a>{figure.notes.map((note) => <span key={note}> {note}</span>)}</figcaption>
+    </figure>
+  );
+}
+
+/// The newest rows where there are many.
+function Table({ table }: { table: Chart["tables"][number] }) {
+  const count = table.cells[0]?.length ?? 0, first = Math.max(0, count - MOST_ROWS);
+  if (count === 0) return null;
+  return (
+    <section class="block" aria-label={table.name}>
+      <h2>{table.name}</h2> <span class="hint">{table.caption}</span>
+      {first > 0 && <p class="hint">{t("archive_cut", { count: MOST_ROWS, all: count })}</p>}
+      <div class="scroll" tabIndex={0} role="group" aria-label={table.name}>
+        <table class="list numbers" data-testid={table.name}>
+          <thead><tr>{table.columns.map((column) => <th scope="col" key={column.name}>{column.name}{column.unit !== "" && <small>{column.unit}</small>}</th>)}</tr></thead>
+          <tbody>
+            {Array.from({ length: count - first }, (_, i) => (
+              <tr key={i}>{table.columns.map((column, k) => <td key={column.name} class={column.number ? "number" : ""}>{table.cells[k]![first + i]}</td>)}</tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </section>
+  );
+}
+
+function Limits() {
+  const seen = query.value;
+  const submit = (event: SubmitEvent) => {
+    event.preventDefault();
+    const fields = new FormData(event.currentTarget as HTMLFormElement), next = new URLSearchParams(seen);
+    for (const which of ["min", "max"]) {
+      const text = String(fields.get(which)).trim();
+      if (text === "") next.delete(which);
+      else next.set(which, text);
+    }
+    show(next);
+  };
+  return (
+    <form class="form-row" onSubmit={submit}>
+      <label>{t("archive_min")}<input name="min" defaultValue={seen.get("min") ?? ""} placeholder="-0.5 deg/h" /></label>
+      <label>{t("archive_max")}<input name="max" defaultValue={seen.get("max") ?? ""} placeholder="0.5 deg/h" /></label>
+      <button>{t("archive_apply")}</button>
+    </form>
+  );
+}
+
+export function ChartPage() {
+  const seen = query.value, unit = seen.get("unit"), model = seen.get("model") ?? "", parameter = seen.get("parameter")!;
+  const kind = seen.get("kind") ?? "chart", kinds = unit === null ? ["summary", "chart"] : ["drift", "chart"];
+  const asked = new URLSearchParams(seen);
+  asked.set("kind", kind);
+  const { body, problems } = useAnswer<Chart>(`/api/archive/chart?${asked}`);
+  const whose = unit ?? model;
+  const back: Record<string, string> = unit === null ? {} : { unit };
+  return (
+    <section>
+      <p class="links"><a href={addressIn(back)} onClick={(event) => enter(event, back)}>← {unit ?? t("archive_view_units")}</a></p>
+      <header class="list-head">
+        <h1>{parameter}: {whose}</h1>
+        <label class="search">{t("archive_kind")}
+          <select value={kind} onChange={(event) => { const next = new URLSearchParams(seen); next.set("kind", event.currentTarget.value); show(next); }}>
+            {kinds.map((one) => <option key={one} value={one}>{t(`archive_kind_${one}`)}</option>)}
+          </select>
+        </label>
+      </header>
+      {kind !== "chart" && <Limits key={`${whose} ${parameter}`} />}
+      {problems.map((problem) => <p class="problem" role="alert" key={problem}>{problem}</p>)}
+      {body && (
+        <>
+          <ul class="findings">
+            {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="ask">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
+          </ul>
+          {body.figures.map((figure) => <Figure key={figure.name} figure={figure} />)}
+          <dl class="about" data-testid="numbers">
+            {body.parameters.map((one) => <div key={one.name}><dt title={one.description}>{one.name}</dt><dd>{one.text} <span class="hint">{one.interval}</span></dd></div>)}
+          </dl>
+          {body.tables.map((table) => <Table key={table.name} table={table} />)}
+        </>
+      )}
+    </section>
+  );
+}

@@ -1,0 +1,226 @@
+// A figure of a result, drawn live from the description that the report is drawn from.
+import { useEffect, useRef, useState } from "preact/hooks";
+import uPlot from "uplot";
+import { t } from "../texts";
+import type { Axis, Figure, Series } from "./answers";
+import type { Zoom } from "./view";
+
+interface Props {
+  figure: Figure;
+  hidden: number[];
+  zoom: Zoom | null;
+  /// Texts of the numbers of x, where these are numbers of results.
+  names?: string[];
+  onHide: (series: number) => void;
+  onZoom: (zoom: Zoom | null) => void;
+}
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+function colour(name: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+export function titleOf(axis: Axis): string {
+  return axis.unit === "1" ? axis.name : `${axis.name} [${axis.unit}]`;
+}
+
+/// Points of a series in order of x. A line is drawn in the order of its points: one that runs back cannot be drawn so.
+function ordered(series: Series): number[] {
+  const places = series.x.map((_, i) => i).filter((i) => series.x[i] !== null);
+  return series.points ? places.sort((a, b) => series.x[a]! - series.x[b]!) : places;
+}
+
+export function canBeLive(figure: Figure): boolean {
+  return figure.series.every((series) => {
+    if (series.points) return true;
+    const x = series.x.filter((value): value is number => value !== null);
+    return x.every((value, i) => i === 0 || value >= x[i - 1]!);
+  });
+}
+
+/// All series on one list of x; where a series has no point there it is undefined, which is no gap.
+function data(figure: Figure): uPlot.AlignedData {
+  const tables = figure.series.map((series) => {
+    const places = ordered(series);
+    const column = (values: (number | null)[]) => places.map((i) => values[i] ?? null);
+    return [column(series.x), column(series.y), ...(series.lower ? [column(series.lower), column(series.upper!)] : [])];
+  });
+  return uPlot.join(tables as uPlot.AlignedData[]);
+}
+
+/// Number of the column of y of each series; the edges of its band are behind it.
+function columnsOf(figure: Figure): number[] {
+  let next = 1;
+  return figure.series.map((series) => {
+    const own = next;
+    next += series.lower ? 3 : 1;
+    return own;
+  });
+}
+
+function pen(series: Series): string {
+  return dark.matches ? series.dark : series.colour;
+}
+
+/// Bars from the lower to the upper edge of the points.
+function drawBars(plot: uPlot, figure: Figure, columns: number[], hidden: number[]): void {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  figure.series.forEach((series, k) => {
+    if (!series.points || !series.lower || hidden.includes(k)) return;
+    ctx.strokeStyle = pen(series);
+    ctx.lineWidth = 1.2 * devicePixelRatio;
+    ctx.beginPath();
+    const [x, lower, upper] = [plot.data[0], plot.data[columns[k]! + 1]!, plot.data[columns[k]! + 2]!];
+    for (let i = 0; i < x.length; ++i) {
+      const low = lower[i], high = upper[i];
+      if (low === null || low === undefined || high === null || high === undefined) continue;
+      const at = plot.valToPos(x[i]!, "x", true);
+      const bottom = figure.y.logarithmic && low <= 0 ? bbox.top + bbox.height : plot.valToPos(low, "y", true);
+      ctx.moveTo(at, bottom);
+      ctx.lineTo(at, plot.valToPos(high, "y", true));
+    }
+    ctx.stroke();
+  });
+  ctx.restore();
+}
+
+function seriesOptions(figure: Figure, hidden: number[]): uPlot.Series[] {
+  const all: uPlot.Series[] = [{}];
+  figure.series.forEach((series, k) => {
+    const show = !hidden.includes(k), stroke = () => pen(series);
+    const dash = series.dashes ? series.dashes.split(" ").map(Number) : undefined;
+    all.push(series.points
+      ? { show, stroke, paths: () => null, points: { show: true, size: 6, fill: stroke, stroke } }
+      : { show, stroke, width: 1.6, dash, points: { show: false } });
+    if (series.lower) for (let edge = 0; edge < 2; ++edge) all.push({ show, stroke: "transparent", width: 0, points: { show: false }, ...(series.points && { paths: () => null }) });
+  });
+  return all;
+}
+
+/// A logarithmic axis ends a little outside of the values; uPlot would go on to the next power of ten.
+function room(props: () => Props): uPlot.Scale.Range {
+  return (_plot, low, high) => {
+    if (!(low > 0 && high > 0)) return [0.1, 1];
+    const by = props().zoom ? 1 : 1.15;
+    return [low / by, high * by];
+  };
+}
+
+function options(props: () => Props, width: number): uPlot.Options {
+  const { figure, hidden } = props();
+  const columns = columnsOf(figure);
+  const axis = {
+    stroke: () => colour("--text"),
+    grid: { stroke: () => colour("--grid"), width: 1 },
+    ticks: { stroke: () => colour("--grid"), width: 1 },
+    font: "12px system-ui, sans-serif",
+    labelSize: 20,
+  };
+  // A long name has smaller letters: it must fit along its axis.
+  const labelFont = (axis: Axis) => `${titleOf(axis).length > 40 ? 10 : 12}px system-ui, sans-serif`;
+  const bands = figure.series.flatMap((series, k) =>
+    series.lower && !series.points ? [{ series: [columns[k]! + 2, columns[k]! + 1] as [number, number], fill: () => pen(series) + "30" }] : []);
+  return {
+    width,
+    height: Math.min(420, Math.max(260, 0.6 * width)),
+    padding: [10, 26, 0, 0],
+    legend: { show: false },
+    scales: {
+      x: { time: false, distr: figure.x.logarithmic ? 3 : 1, ...(figure.x.logarithmic && { range: room(props) }), ...(props().names && { range: (_plot, low, high) => [low - 0.5, high + 0.5] as [number, number] }) },
+      y: { distr: figure.y.logarithmic ? 3 : 1, ...(figure.y.logarithmic && { range: room(props) }) },
+    },
+    cursor: { drag: { x: true, y: false, setScale: false, dist: 4 }, bind: { dblclick: () => () => { props().onZoom(null); return null; } } },
+    axes: [
+      { ...axis, label: titleOf(figure.x), labelFont: labelFont(figure.x), ...(props().names && { incrs: [1, 2, 5, 10, 20, 50, 100] }) },
+      {
+        ...axis,
+        label: titleOf(figure.y),
+        labelFont: labelFont(figure.y),
+        size: (_plot, texts) => 18 + 7 * Math.max(3, ...(texts ?? []).map((text) => String(text ?? "").length)),
+        ...(!figure.y.logarithmic && { values: (_plot: uPlot, splits: number[]) => splits.map((value) => String(Number(value.toPrecision(9)))) }),
+      },
+    ],
+    series: seriesOptions(figure, hidden),
+    bands,
+    hooks: {
+      draw: [(plot) => drawBars(plot, figure, columns, props().hidden)],
+      setSelect: [
+        (plot) => {
+          const { left, width: wide } = plot.select;
+          if (wide > 3) props().onZoom({ from: plot.posToVal(left, "x"), to: plot.posToVal(left + wide, "x") });
+          if (wide > 0) plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+        },
+      ],
+    },
+  };
+}
+
+function Live(props: Props) {
+  const place = useRef<HTMLDivElement>(null);
+  const latest = useRef(props);
+  latest.current = props;
+  const [theme, setTheme] = useState(dark.matches);
+  useEffect(() => {
+    const changed = () => setTheme(dark.matches);
+    dark.addEventListener("change", changed);
+    return () => dark.removeEventListener("change", changed);
+  }, []);
+  useEffect(() => {
+    const element = place.current!;
+    const made = new uPlot(options(() => latest.current, element.clientWidth || 600), data(props.figure), element);
+    if (props.zoom) made.setScale("x", { min: props.zoom.from, max: props.zoom.to });
+    element.dataset.drawn = "yes";
+    const resized = new ResizeObserver(() => {
+      const width = element.clientWidth;
+      if (width > 0 && width !== made.width) made.setSize({ width, height: made.height });
+    });
+    resized.observe(element);
+    return () => {
+      resized.disconnect();
+      made.destroy();
+    };
+  }, [props.figure, props.zoom, props.hidden.join(), theme]);
+  return <div class="figure-plot" ref={place} role="img" aria-label={t("results_plot_of", { y: props.figure.y.name, x: props.figure.x.name })} />;
+}
+
+function Legend({ figure, hidden, onHide }: Props) {
+  return (
+    <ul class="figure-legend">
+      {figure.series.map((series, k) => (
+        <li key={k}>
+          <button class="quiet" aria-pressed={!hidden.includes(k)} onClick={() => onHide(k)}>
+            <svg width="26" height="10" aria-hidden="true">
+              {series.points
+                ? <circle cx="13" cy="5" r="3" fill={pen(series)} />
+                : <path d="M0 5h26" stroke={pen(series)} stroke-width="2" stroke-dasharray={series.dashes || undefined} />}
+            </svg>
+            {" "}{series.name}
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/// `drawing`: address of the same figure as a drawing, for one that runs back and forth.
+export function FigureView(props: Props & { drawing: string }) {
+  const { figure, zoom, onZoom } = props;
+  const bands = figure.series.filter((series) => series.band);
+  return (
+    <figure class="result-figure">
+      {canBeLive(figure) ? <Live {...props} /> : <img class="figure" src={props.drawing} alt={figure.name} />}
+      <Legend {...props} />
+      <figcaption>
+        <strong>{props.names ? figure.y.name : figure.name}.</strong>
+        {bands.length > 0 && ` ${t("results_bands", { what: [...new Set(bands.map((series) => series.band))].join(", ") })}`}
+        {!props.names && figure.notes.map((note) => ` ${note}.`)}
+        {zoom ? <button class="quiet" onClick={() => onZoom(null)}>{t("show_all")}</button> : canBeLive(figure) && <small> {t("results_zoom_hint")}</small>}
+      </figcaption>
+    </figure>
+  );
+}
