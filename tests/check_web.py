@@ -1,9 +1,10 @@
-"""The check of the workbench's texts: nothing on a page is untranslated.
+"""The check of the workbench: nothing on a page is untranslated, and no room changes the looks of another one.
 
   languages     [web] of text/en.toml and of text/zh.toml have the same keys and the same placeholders
   translated    every Chinese text has a Han character, or is one of the few that need none
   used          every key that web/src asks for stands in the table, and every key of the table is asked for; a key that
                 is made, t(`job_${...}`), stands for all that begin so
+  styles        what a selector of a room's stylesheet begins with is a class of that room alone
   vendored      every package of third_party/web has the version that web/package.json names
 
     check_web.py REPOSITORY         exit 1 and one line a fault
@@ -20,6 +21,7 @@ NEED_NO_HAN = {"key_left_right", "key_zero", "key_z", "key_escape", "key_n_p", "
 HAN = re.compile(r"[\u4e00-\u9fff]")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")
 WORD = re.compile(r"""["'`]([a-z][a-z0-9_]*)["'`]""")
+COMMENT, HEAD = re.compile(r"/\*.*?\*/", re.DOTALL), re.compile(r"\w*\.([\w-]+)")
 MADE = re.compile(r"t\(`([a-z_]+)\$\{")
 
 
@@ -51,6 +53,20 @@ def faults_of_use(root, english):
     return faults
 
 
+def first_classes(css):
+    selectors = re.findall(r"([^{}@;]+)\{", COMMENT.sub("", css))
+    return {found[1] for text in selectors for one in text.split(",") if (found := HEAD.match(one.strip()))}
+
+
+def faults_of_styles(root):
+    rooms, faults = {}, []
+    for path in sorted((root / "web/src").glob("*/*.css")):
+        for name in sorted(first_classes(path.read_text(encoding="utf-8"))):
+            if (other := rooms.setdefault(name, path)).parent != path.parent:
+                faults.append(f"{path.relative_to(root)}: .{name} is a class of {other.relative_to(root)} too")
+    return faults
+
+
 def faults_of_versions(root):
     wanted = json.loads((root / "web/package.json").read_text())["devDependencies"]
     faults = []
@@ -63,13 +79,15 @@ def faults_of_versions(root):
 
 def check(root):
     english, chinese = texts(root, "en"), texts(root, "zh")
-    return faults_of_languages(english, chinese) + faults_of_use(root, english) + faults_of_versions(root)
+    return faults_of_languages(english, chinese) + faults_of_use(root, english) + faults_of_styles(root) + faults_of_versions(root)
 
 
 SOUND = {
     "text/en.toml": '[web]\nopen = "Open {name}"\njob_done = "done"\n',
     "text/zh.toml": '[web]\nopen = "打开 {name}"\njob_done = "已完成"\n',
     "web/src/a.tsx": 't("open", {name}); t(`job_${state}`)\n',
+    "web/src/plans/plans.css": ".bars li, .bars .now { top: 0; }\n@media print { .bars { display: none; } }\n",
+    "web/src/station/station.css": "/* .bars */ .axes .now { top: 0; }\n",
     "web/package.json": '{"devDependencies": {"preact": "1.0.0"}}',
     "third_party/web/preact/package.json": '{"name": "preact", "version": "1.0.0"}',
 }
@@ -80,10 +98,11 @@ TAMPERED = {
     "English among Chinese": ("text/zh.toml", '[web]\nopen = "Open {name}"\njob_done = "已完成"\n', "not translated"),
     "a key that is not there": ("web/src/b.tsx", 't("shut")\n', "asks for web.shut"),
     "a key that nobody asks for": ("web/src/a.tsx", 't("open")\n', "no page asks for web.job_done"),
+    "a class of two rooms": ("web/src/station/station.css", "@media print { .bars { top: 0; } }\n", ".bars is a class of"),
     "another version": ("third_party/web/preact/package.json", '{"name": "preact", "version": "2.0.0"}', "version 2.0.0"),
 }
 
 
 if __name__ == "__main__":
     check_tools.main(__doc__, lambda root: (check(root), ""), lambda: check_tools.faults_of_tampering(check, SOUND, TAMPERED),
-                     "every text of the pages is there in both languages")
+                     "every text of the pages is there in both languages, and every room has its own styles")

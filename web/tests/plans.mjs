@@ -126,7 +126,7 @@ test("plans: the rig is drawn by WebGL and moves as it is scrubbed", async () =>
   assert.ok(drawing.colours > 12, `colours ${drawing.colours}`);
   assert.match(await page.getByTestId("scene-labels").textContent(), /gravity.*Earth rate/);
   const first = await page.getByTestId("scene-webgl").evaluate((canvas) => canvas.toDataURL());
-  await page.locator(".timeline .bars button", { hasText: "y up, heading 270" }).click();
+  await page.locator(".course .bars button", { hasText: "y up, heading 270" }).click();
   await page.getByTestId("stage-state").getByText("moving").waitFor();
   await page.getByLabel("Time in the test").fill("559.44"); // the nearest step
   await page.getByTestId("stage-state").getByText("inner 90.0 deg").waitFor();
@@ -239,7 +239,7 @@ test("plans: in Chinese, on a phone, in the dark", async () => {
 });
 
 test("plans: the picture of the documentation", async () => {
-  const page = await newPage({ viewport: { width: 1400, height: 700 } });
+  const page = await newPage({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: 0.75 });
   await openPlan(page, "file=tumble.toml&t=52");
   await page.locator(".code textarea").fill(tumblePlan.replaceAll('"100 s"', '"40 s"'));
   await page.locator("tr.worse").first().waitFor();

@@ -119,7 +119,7 @@ function Drawing({ picture, camera, onTurn }: { picture: Picture | null; camera:
 function Timeline({ now }: { now: PlannedRun }) {
   const end = now.duration || 1;
   return (
-    <div class="timeline">
+    <div class="course">
       <div class="bars">
         {now.segments.map((segment, i) => {
           const here = time.value >= segment.begin && time.value < segment.begin + segment.duration;
