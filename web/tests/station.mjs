@@ -196,6 +196,7 @@ test("station: one press stops the run, the rig is safe, and the run can be carr
   await field(page, "Speed of the clock").fill("10");
   await page.getByRole("button", { name: "Carry the run on" }).click();
   await page.getByRole("button", { name: "STOP" }).waitFor();
+  await until((now) => now.alive && now.view !== null, "it prepares");
   // Nobody knows what a rig does whose run was killed: that is said loudly.
   process.kill(processOf(join(bench, run)), "SIGKILL");
   await page.getByRole("alert").filter({ hasText: "interrupted: nobody knows the state of the rig. Go to the rig" }).waitFor();
