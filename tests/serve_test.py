@@ -286,6 +286,15 @@ class Recordings(unittest.TestCase):
         self.assertIn("gap", [finding["code"] for finding in answer["findings"]])
         self.assertRegex(answer["sha256"], "^[0-9a-f]{64}$")
 
+    def test_findings_are_said_in_the_language_of_the_page(self):
+        english, chinese = self.server.prepared("a.csv", language="en")[1], self.server.prepared("a.csv", language="zh")[1]
+        self.assertEqual(english, self.server.prepared("a.csv")[1])
+        for one, other in zip(english["findings"], chinese["findings"], strict=True):
+            self.assertRegex(other.pop("message"), "[\u4e00-\u9fff]")
+            self.assertNotRegex(one.pop("message"), "[\u4e00-\u9fff]")
+            self.assertEqual(one, other)
+        self.assertEqual(self.server.ask("GET", "/api/recording?file=a.csv&language=fr")[0], 404)
+
     def test_view_statistics_values_and_csv_agree(self):
         self.server.prepared("a.csv")
         span = "file=a.csv&from=5&to=10&channel=gyro.x&unit=rad/s"

@@ -50,7 +50,7 @@ Unit unit_of(const Archive& archive, const std::string& parameter, const std::st
 void show_answer(const Estimate& estimate, const ArchiveArguments& arguments, const Terminal& terminal) {
   Estimate shown = estimate;
   shown.budget.clear();
-  print(arguments.json ? to_json(estimate) : to_text(shown, terminal.width));
+  print(arguments.json ? to_json(estimate) : to_text(shown, terminal.width, terminal.language));
   if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments.figure, terminal);
 }
 
@@ -63,7 +63,7 @@ void check_figure(const ArchiveArguments& arguments) {
 int archive_list(const ArchiveArguments& arguments, const Terminal& terminal) {
   no_words(arguments);
   const auto units = archived_units(open_archive(arguments.archive), arguments.model);
-  print(arguments.json ? units_json(units) : units_text(units, terminal.width));
+  print(arguments.json ? units_json(units) : units_text(units, terminal));
   return 0;
 }
 
@@ -79,14 +79,15 @@ int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
     return 0;
   }
   if (const auto run = find_run(archive, digits)) {
-    print(arguments.json ? run_json(*run) : run_text(*run, terminal.width));
+    print(arguments.json ? run_json(*run) : run_text(*run, terminal));
     return 0;
   }
   const std::string sha256 = find_result(archive, digits), text = result_text(archive, sha256);
   if (!arguments.output.empty())
     write_output(terminal, arguments.output, text);
   else
-    print(arguments.json ? text : to_text(estimate_from_json(text, "result " + digits), terminal.width));
+    print(arguments.json ? text
+                         : to_text(estimate_from_json(text, "result " + digits), terminal.width, terminal.language));
   return 0;
 }
 
@@ -99,7 +100,7 @@ int archive_history(const ArchiveArguments& arguments, const Terminal& terminal)
   const UnitName unit = find_unit(archive, words);
   if (arguments.parameter.empty()) {
     const auto record = unit_record(archive, unit);
-    print(arguments.json ? record_json(record) : record_text(record, terminal.width));
+    print(arguments.json ? record_json(record) : record_text(record, terminal));
     return 0;
   }
   DriftRequest request{.what = {arguments.parameter, unit.model, unit}};
@@ -141,7 +142,7 @@ int archive_due(const ArchiveArguments& arguments, const Terminal& terminal) {
   const std::string until = utc_day(within);
   const auto calibrations = due_calibrations(archive, until);
   const auto units = due_units(archive, until);
-  print(arguments.json ? due_json(calibrations, units) : due_text(calibrations, units, utc_day(0.0), terminal.width));
+  print(arguments.json ? due_json(calibrations, units) : due_text(calibrations, units, utc_day(0.0), terminal));
   return 0;
 }
 
@@ -153,7 +154,7 @@ int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) 
     ProgressLine line(terminal);
     check = verify_archive(archive, line.progress());
   }
-  const std::string text = arguments.json ? check_json(check) : check_text(check);
+  const std::string text = arguments.json ? check_json(check) : check_text(check, terminal);
   if (arguments.output.empty())
     print(text);
   else
@@ -171,7 +172,7 @@ int archive_recompute(const ArchiveArguments& arguments, const Terminal& termina
     ProgressLine line(terminal);
     again = recompute(archive, find_result(archive, digits), scratch.path().string(), line.progress());
   }
-  print(arguments.json ? recomputation_json(again) : recomputation_text(again));
+  print(arguments.json ? recomputation_json(again) : recomputation_text(again, terminal));
   return again.same ? 0 : 3;
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "tumble/core/section_words.hpp"
+#include "tumble/core/texts.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/version.hpp"
 #include "verbs.hpp"
@@ -110,11 +112,50 @@ std::vector<std::string> words_of(int argc, char** argv, const std::vector<Verb>
 
 }  // namespace
 
+namespace {
+
+/// What CLI11 writes into a help by itself, and the first and last line of the program's.
+void speak(CLI::App& program, const std::vector<Verb>& verbs, Language language) {
+  if (language == Language::english) return;
+  const SectionWords words{language, "help"};
+  const auto formatter = std::make_shared<CLI::Formatter>();
+  for (const auto& [label, text] : texts_of(language, "help_labels")) formatter->label(label, text);
+  const auto speak_of = [&](CLI::App& app) {
+    app.formatter(formatter);
+    app.set_help_flag("-h,--help", words("help"));
+    for (auto* option : app.get_options()) option->group(words("options"));
+  };
+  speak_of(program);
+  program.description(words("program"));
+  program.footer(words("program_footer"));
+  for (const char* name : {"version", "quiet", "lang"})
+    program.get_option("--" + std::string(name))->description(words(name));
+  const auto summaries = texts_of(language, "verb");
+  for (const auto& verb : verbs) {
+    auto* app = program.get_subcommand(verb.name);
+    speak_of(*app);
+    app->group(words("subcommands"));
+    if (const auto found = summaries.find(verb.name); found != summaries.end()) app->description(found->second);
+    for (const auto& argument : verb.arguments) {
+      auto text = find_text(language, "argument." + verb.name, argument.name);
+      if (!text) text = find_text(language, "argument.common", argument.name);
+      const auto name = argument.name.substr(argument.name.rfind(',') + 1);  // "--output" of "-o,--output"
+      if (text) app->get_option(name)->description(*text);
+    }
+  }
+}
+
+}  // namespace
+
 int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Terminal& terminal) {
   CLI::App program("Identify inertial instruments: from a plan and recordings to parameters with uncertainty.",
                    "tumble");
   program.set_version_flag("--version", fmt::format("tumble {}", version));
   program.add_flag("--quiet", terminal.quiet, "print only errors on standard error");
+  std::string language;
+  program.add_option("--lang", language, "of tables, findings and help: en or zh (default: as LANG says)")
+      ->check(CLI::IsMember(language_codes()))
+      ->type_name("LANGUAGE");
   program.fallthrough();
   for (const auto& verb : verbs) {
     auto* app = program.add_subcommand(verb.name, verb.summary);
@@ -122,8 +163,10 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
     app->footer(verb.footer);
   }
   program.footer("`tumble help VERB` describes a verb, with examples.");
+  auto words = words_of(argc, argv, verbs);
+  terminal.language = language_of_process(words);
+  speak(program, verbs, terminal.language);
   try {
-    auto words = words_of(argc, argv, verbs);
     std::ranges::reverse(words);  // as CLI11 wants them
     program.parse(std::move(words));
   } catch (const CLI::ExtrasError&) {

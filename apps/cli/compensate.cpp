@@ -53,7 +53,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   shown.title = arguments.recording + " compensated";
   shown.findings = std::move(compensation.findings);
   shown.tables = std::move(compensation.tables);
-  if (!terminal.quiet) print(to_text(shown, terminal.width));
+  if (!terminal.quiet) print(to_text(shown, terminal.width, terminal.language));
   return 0;
 }
 

@@ -106,7 +106,7 @@ int summary(const Arguments& arguments, const Terminal& terminal) {
     write_output(terminal, arguments.output, to_json(estimate));
   else if (!arguments.output.empty() && arguments.output != "-")
     write_output(terminal, arguments.output, to_html(estimate));
-  print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width));
+  print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width, terminal.language));
   return 0;
 }
 

@@ -70,7 +70,7 @@ void show(const Estimate& estimate, const Arguments& arguments, const Terminal& 
   if (arguments.json)
     print(to_json(estimate));
   else if (arguments.output.empty() || !terminal.quiet)
-    print(to_text(estimate, terminal.width));
+    print(to_text(estimate, terminal.width, terminal.language));
 }
 
 /// The result, and the files that it was made from.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 
@@ -16,18 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using tumble::ChannelSummary;
 using tumble::Inspection;
-
-const char* word(Finding::Severity severity) {
-  switch (severity) {
-    case Finding::Severity::info:
-      return "info";
-    case Finding::Severity::warning:
-      return "warning";
-    case Finding::Severity::error:
-      return "error";
-  }
-  return "";
-}
 
 /// In the unit, as the shortest decimal that converts back: 20.04 degC, not 20.04000000000002.
 Json number(double value_si, const Unit& unit) {
@@ -79,18 +68,18 @@ std::string shown(double value, int digits = 6) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
 }
 
-std::vector<TextColumn> columns(const std::vector<ChannelSummary>& channels) {
+std::vector<TextColumn> columns(const std::vector<ChannelSummary>& channels, const SectionWords& words) {
   using Align = TextColumn::Align;
-  std::vector<TextColumn> table{{"channel", "", {}, Align::left},
-                                {"unit", "", {}, Align::left},
-                                {"kind", "", {}, Align::left},
-                                {"samples", "", {}},
-                                {"missing", "", {}},
-                                {"rate", "Hz", {}},
-                                {"min", "", {}},
-                                {"mean", "", {}},
-                                {"max", "", {}},
-                                {"sd", "", {}}};
+  std::vector<TextColumn> table{{words("channel"), "", {}, Align::left},
+                                {words("unit"), "", {}, Align::left},
+                                {words("kind"), "", {}, Align::left},
+                                {words("samples"), "", {}},
+                                {words("missing"), "", {}},
+                                {words("rate"), "Hz", {}},
+                                {words("minimum"), "", {}},
+                                {words("mean"), "", {}},
+                                {words("maximum"), "", {}},
+                                {words("spread"), "", {}}};
   for (const auto& channel : channels) {
     const auto& unit = channel.unit;
     const std::string cells[]{channel.name,
@@ -109,44 +98,43 @@ std::vector<TextColumn> columns(const std::vector<ChannelSummary>& channels) {
 }
 
 /// "run 3, from 7200 s: static, ramp up, ramp down"
-std::string marks_text(const std::vector<Mark>& marks) {
+std::string marks_text(const std::vector<Mark>& marks, const SectionWords& words) {
   std::string text;
   int run = 0;
   for (const auto& mark : marks) {
-    text +=
-        mark.run == run ? ", " : fmt::format("{}  run {}, from {} s: ", run ? "\n" : "\nruns:\n", mark.run, mark.begin);
-    text += mark.label.empty() ? "(no label)" : mark.label;
+    if (mark.run == run)
+      text += words("comma");
+    else
+      text += (run ? "\n" : "\n" + words("runs_list") + "\n") + words.with("run_from", mark.run, mark.begin);
+    text += mark.label.empty() ? words("no_label") : mark.label;
     run = mark.run;
   }
   return text.empty() ? "" : text + "\n";
 }
 
 /// "  separator     semicolon"
-std::string recognised_text(const std::vector<Recognised>& entries, std::size_t width) {
-  std::string text = entries.empty() ? "" : "\nrecognised:\n";
+std::string recognised_text(const std::vector<Recognised>& entries, const SectionWords& words, std::size_t width) {
+  std::string text = entries.empty() ? "" : "\n" + words("recognised_list") + "\n";
   for (const auto& [what, how] : entries) text += wrapped(fmt::format("  {:<14}", what), how, width);
   return text;
 }
 
-std::string text(const Inspection& inspection, std::size_t width) {
+std::string text(const Inspection& inspection, const Terminal& terminal) {
+  const SectionWords words{terminal.language};
   const auto& header = inspection.header;
-  std::string out = header.origin.file + (header.instrument.empty() ? "" : ": " + header.instrument) + "\n";
+  std::string out = header.origin.file + (header.instrument.empty() ? "" : words("colon") + header.instrument) + "\n";
   if (!inspection.channels.empty()) {
     const auto& one = inspection.channels.front();
     const auto count = inspection.channels.size();
-    out += fmt::format("{} channel{}, {} s from {} s to {} s\n", count, count == 1 ? "" : "s",
-                       shown(one.last - one.first, 9), shown(one.first, 9), shown(one.last, 9));
+    out += words.with(count == 1 ? "channel_from_to" : "channels_from_to", count, shown(one.last - one.first, 9),
+                      shown(one.first, 9), shown(one.last, 9)) +
+           "\n";
   }
-  out += "\n" + text_table(columns(inspection.channels), width) + marks_text(header.marks);
-  out += recognised_text(header.recognised, width);
-  if (!header.meta.empty()) out += "\nmeta:\n";
+  out += "\n" + text_table(columns(inspection.channels, words), terminal.width) + marks_text(header.marks, words);
+  out += recognised_text(header.recognised, words, terminal.width);
+  if (!header.meta.empty()) out += "\n" + words("meta_list") + "\n";
   for (const auto& [key, value] : header.meta) out += fmt::format("  {}: {}\n", key, value);
-  out += inspection.findings.empty() ? "\nfindings: none\n" : "\nfindings:\n";
-  for (const auto& finding : inspection.findings) {
-    const auto where = finding.where.empty() ? "" : " (" + finding.where + ")";
-    out += wrapped(fmt::format("  {}: ", word(finding.severity)), finding.message + where, width);
-  }
-  return out;
+  return out + "\n" + to_text(inspection.findings, terminal.width, terminal.language);
 }
 
 struct Arguments {
@@ -163,7 +151,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     inspection = tumble::inspect(readable(arguments.recording), options, line.progress());
     if (arguments.recording == "-") inspection.header.origin.file = "standard input";
   }
-  print(arguments.json ? inspection_json(inspection) : text(inspection, terminal.width));
+  print(arguments.json ? inspection_json(inspection) : text(inspection, terminal));
   return 0;
 }
 

@@ -5,6 +5,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/section_words.hpp"
+#include "tumble/core/texts.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/tasks/catalogue.hpp"
 #include "tumble/units/error.hpp"
@@ -21,20 +23,37 @@ struct Arguments {
 };
 
 /// Of a format, whether it can be written; of anything else nothing.
-std::string directions(const Json& entry) {
+std::string directions(const Json& entry, const SectionWords& words) {
   if (!entry.contains("writes")) return "";
-  return entry["writes"].get<bool>() ? " (read and written)" : " (read only)";
+  return words(entry["writes"].get<bool>() ? "writes" : "reads");
+}
+
+/// The entry with its summary and the descriptions of its options in a language, as far as text/<code>.toml has them:
+/// options by entry and name, or by name alone where several entries describe one alike.
+Json in_language(Json entry, Language language) {
+  const std::string name = entry["name"];
+  if (const auto text = find_text(language, "summary", name)) entry["summary"] = *text;
+  if (!entry.contains("options")) return entry;
+  for (auto& option : entry["options"]) {
+    const std::string key = option["name"];
+    auto text = find_text(language, "option." + name, key);
+    if (!text) text = find_text(language, "option.common", key);
+    if (text) option["description"] = *text;
+  }
+  return entry;
 }
 
 /// One line an entry.
-std::string lines(const Json& entries) {
+std::string lines(const Json& in_english, const SectionWords& words) {
+  Json entries = Json::array();
+  for (const auto& entry : in_english) entries.push_back(in_language(entry, words.language));
   std::size_t width = 0;
   for (const auto& entry : entries) width = std::max(width, entry["name"].get_ref<const std::string&>().size());
   std::string text;
   for (const auto& entry : entries)
     text += fmt::format("  {:<{}}  {}{}\n", entry["name"].get<std::string>(), width,
-                        entry["summary"].get<std::string>(), directions(entry));
-  return text.empty() ? "  none\n" : text;
+                        entry["summary"].get<std::string>(), directions(entry, words));
+  return text.empty() ? "  " + words("none") + "\n" : text;
 }
 
 std::string range_of(const Json& option) {
@@ -55,9 +74,10 @@ std::string accepted(const Json& option) {
 }
 
 /// "heading:" and one item a line, its description below where both do not fit.
-std::string items(const Json& entry, const char* list, const char* heading, std::string (*said)(const Json&)) {
+template <class Said>
+std::string items(const Json& entry, const char* list, const std::string& heading, const Said& said) {
   if (!entry.contains(list) || entry[list].empty()) return "";
-  std::string text = fmt::format("\n{}:\n", heading);
+  std::string text = "\n" + heading + "\n";
   for (const auto& item : entry[list])
     text += fmt::format("  {}  {}\n{}", item["name"].get<std::string>(), said(item),
                         item["description"] == "" ? "" : wrapped("      ", item["description"]));
@@ -75,45 +95,52 @@ std::string values_of_command(const Json& command) {
   return fmt::format("{}{}({})", both, both.empty() ? "" : " ", command["certainty"].get<std::string>());
 }
 
-/// All that one entry says of itself.
-std::string page(const Json& entry) {
-  std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
-  if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
-  if (entry.contains("certainty")) text += fmt::format("certainty: {}\n", entry["certainty"].get<std::string>());
-  if (entry.contains("note") && entry["note"] != "") text += wrapped("note: ", entry["note"]);
-  if (entry.contains("variants") && !entry["variants"].empty())
-    text +=
-        wrapped("variants: ", fmt::format("{}", fmt::join(entry["variants"].get<std::vector<std::string>>(), ", ")));
-  if (entry.contains("method") && !entry["method"].is_null())
-    text += fmt::format("method: {}\n", entry["method"].get<std::string>());
-  if (entry.contains("with_prefixes") && !entry["with_prefixes"].empty())
-    text += fmt::format("also: {}\n", fmt::join(entry["with_prefixes"].get<std::vector<std::string>>(), ", "));
+/// "key: value" on lines of their own, for what the entry has.
+std::string facts(const Json& entry, const SectionWords& words) {
+  const auto joined = [&](const char* key) {
+    return fmt::format("{}", fmt::join(entry[key].get<std::vector<std::string>>(), words("comma")));
+  };
+  const auto has = [&](const char* key) { return entry.contains(key) && !entry[key].empty() && entry[key] != ""; };
+  const auto line = [&](const char* key) { return words(key) + entry[key].get<std::string>() + "\n"; };
+  std::string text;
+  if (entry.contains("source")) text += wrapped(words("source"), entry["source"]);
+  if (entry.contains("certainty")) text += line("certainty");
+  if (has("note")) text += wrapped(words("note"), entry["note"]);
+  if (has("variants")) text += wrapped(words("variants"), joined("variants"));
+  if (entry.contains("method") && !entry["method"].is_null()) text += line("method");
+  if (has("with_prefixes")) text += words("also") + joined("with_prefixes") + "\n";
   if (entry.contains("extensions"))
-    text += fmt::format("file names end in {}{}\n",
-                        fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "), directions(entry));
+    text += words.with("extensions", joined("extensions"), directions(entry, words)) + "\n";
   for (const char* key : {"formula", "units", "frame"})
-    if (entry.contains(key)) text += wrapped(fmt::format("{}: ", key), entry[key]);
+    if (entry.contains(key)) text += wrapped(words(key), entry[key]);
   for (const char* key : {"carries", "estimates"})
-    if (entry.contains(key) && !entry[key].empty())
-      text += wrapped(fmt::format("{}: ", key),
-                      fmt::format("{}", fmt::join(entry[key].get<std::vector<std::string>>(), ", ")));
-  if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += "needs a plan\n";
-  text += items(entry, "roles", "channels", [](const Json& role) {
-    return fmt::format("[{}]{}", role["unit"].get<std::string>(), role["required"].get<bool>() ? "" : ", optional");
+    if (has(key)) text += wrapped(words(key), joined(key));
+  if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += words("needs_plan") + "\n";
+  return text;
+}
+
+/// All that one entry says of itself.
+std::string page(const Json& in_english, const SectionWords& words) {
+  const Json entry = in_language(in_english, words.language);
+  const auto colon = [&](const char* key) { return words(key) + words("colon"); };
+  std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
+  text += facts(entry, words);
+  text += items(entry, "roles", colon("channels"), [&](const Json& role) {
+    return fmt::format("[{}]{}", role["unit"].get<std::string>(),
+                       role["required"].get<bool>() ? "" : words("optional"));
   });
-  text += items(entry, "channels", "channels",
+  text += items(entry, "channels", colon("channels"),
                 [](const Json& channel) { return fmt::format("[{}]", channel["unit"].get<std::string>()); });
-  if (entry.contains("link")) text += fmt::format("link: {}\n", entry["link"].get<std::string>());
-  if (entry.contains("lost_link") && entry["lost_link"] != "")
-    text += wrapped("if the host is silent: ", entry["lost_link"]);
-  text += items(entry, "settings", "settings",
+  if (entry.contains("link")) text += words("link") + entry["link"].get<std::string>() + "\n";
+  if (entry.contains("lost_link") && entry["lost_link"] != "") text += wrapped(words("lost_link"), entry["lost_link"]);
+  text += items(entry, "settings", colon("settings"),
                 [](const Json& setting) { return "= " + setting["default"].get<std::string>(); });
-  text += items(entry, "commands", "commands", values_of_command);
-  text += items(entry, "axes", "axes", [](const Json& axis) {
+  text += items(entry, "commands", colon("commands"), values_of_command);
+  text += items(entry, "axes", colon("axes"), [](const Json& axis) {
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
   });
-  return text + items(entry, "options", "options", accepted);
+  return text + items(entry, "options", colon("options"), accepted);
 }
 
 const Json& find(const Json& entries, const std::string& kind, const std::string& name) {
@@ -128,14 +155,15 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
                                                     did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const SectionWords words{terminal.language, "list"};
   const auto& kinds = catalogue_kinds();
   if (arguments.kind.empty()) {
     Json all;
     std::string text;
     for (const auto& kind : kinds) {
       all[kind] = Json::parse(catalogue_json(kind));
-      text += fmt::format("{}{}:\n{}", text.empty() ? "" : "\n", kind, lines(all[kind]));
+      text += fmt::format("{}{}:\n{}", text.empty() ? "" : "\n", kind, lines(all[kind], words));
     }
     print(arguments.json ? all.dump(2) + "\n" : text);
     return 0;
@@ -145,12 +173,12 @@ int run(const Arguments& arguments) {
                                                     did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
   const auto entries = Json::parse(catalogue_json(arguments.kind));
   if (arguments.name.empty()) {
-    print(arguments.json ? entries.dump(2) + "\n" : lines(entries));
+    print(arguments.json ? entries.dump(2) + "\n" : lines(entries, words));
     return 0;
   }
   const bool own = arguments.kind == "controllers" && arguments.name.ends_with(".toml");
   const auto entry = own ? Json::parse(controller_json(arguments.name)) : find(entries, arguments.kind, arguments.name);
-  print(arguments.json ? entry.dump(2) + "\n" : page(entry));
+  print(arguments.json ? entry.dump(2) + "\n" : page(entry, words));
   return 0;
 }
 
@@ -170,7 +198,7 @@ Verb list_verb() {
           "  tumble list methods allan_noise\n"
           "  tumble list units\n"
           "  tumble list methods --json | jq '.[].options[].name'\n",
-          [arguments](const Terminal&) { return run(*arguments); }};
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

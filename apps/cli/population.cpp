@@ -30,7 +30,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.json)
     print(to_json(estimate));
   else if (arguments.output.empty() || !terminal.quiet)
-    print(to_text(estimate, terminal.width));
+    print(to_text(estimate, terminal.width, terminal.language));
   return 0;
 }
 

@@ -66,7 +66,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
     if (!plan.prior.from.empty() && !options.total_time) return tumble::shorten(plan, options, line.progress());
     return tumble::optimise(plan, options, line.progress());
   }();
-  print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width));
+  print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width, terminal.language));
   if (arguments.output.empty()) return 0;
   write_file_atomically(arguments.output, heading(arguments) + tumble::plan_with_schedule(plan, found.schedule));
   note(terminal, fmt::format("wrote {}", arguments.output));
@@ -83,7 +83,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const ProgressLine line(terminal, "predicting");
     return arguments.terms.empty() ? tumble::predict(plan) : tumble::predict_model(plan, arguments.terms);
   }();
-  print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width));
+  print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width, terminal.language));
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "live_block.hpp"
+#include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/recorder_session.hpp"
 #include "tumble/units/error.hpp"
@@ -110,18 +111,6 @@ class Display {
   double next_ = 1.0;
 };
 
-std::string findings_text(const Findings& findings, std::size_t width) {
-  std::string text;
-  for (const Finding& finding : findings) {
-    const char* word = finding.severity == Finding::Severity::info      ? "info"
-                       : finding.severity == Finding::Severity::warning ? "warning"
-                                                                        : "error";
-    const std::string where = finding.where.empty() ? "" : " (" + finding.where + ")";
-    text += wrapped(fmt::format("  {}: ", word), finding.message + where, width);
-  }
-  return text.empty() ? "\nfindings: none\n" : "\nfindings:\n" + text;
-}
-
 /// 0 where the option was not given.
 double seconds_of(const std::string& option, const std::string& text) {
   if (text.empty()) return 0.0;
@@ -168,7 +157,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   world.show = [&](const RecordView& view) { display.show(view); };
   world.sealing = [&] { display.end(); };
   const RecordOutcome outcome = tumble::record(request, world);
-  print(display.result() + findings_text(outcome.sealed.findings, terminal.width));
+  print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
   note(terminal, "wrote " + outcome.sealed.path);
   if (!outcome.store.empty()) note(terminal, "the live store is kept in " + outcome.store);
   if (outcome.whole) return 0;

@@ -57,6 +57,17 @@ Terminal terminal_of_process() {
   return terminal;
 }
 
+Language language_of_process(const std::vector<std::string>& words) {
+  std::string code;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "--lang" && i + 1 < words.size()) code = words[i + 1];
+    if (words[i].starts_with("--lang=")) code = words[i].substr(7);
+  }
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"})
+    if (const char* value = std::getenv(name); code.empty() && value) code = value;
+  return code.starts_with("zh") ? Language::chinese : Language::english;
+}
+
 void print(std::string_view raw) {
   const std::string text = harmless(raw);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;

@@ -10,18 +10,24 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
+#include "tumble/core/text.hpp"
 
 namespace tumble::cli {
 
 /// What a run of the program may say and how. Results go to standard output, everything else to standard error.
 struct Terminal {
-  bool quiet = false;       ///< no notes and no progress; errors are always said
-  bool colour = false;      ///< standard error is a terminal and NO_COLOR is not set
-  bool live = false;        ///< standard error is a terminal: progress may be drawn
-  std::size_t width = 100;  ///< characters in a line of results: those of the terminal, within limits
+  bool quiet = false;                     ///< no notes and no progress; errors are always said
+  bool colour = false;                    ///< standard error is a terminal and NO_COLOR is not set
+  bool live = false;                      ///< standard error is a terminal: progress may be drawn
+  std::size_t width = 100;                ///< characters in a line of results: those of the terminal, within limits
+  Language language = Language::english;  ///< of tables, findings and help; errors and notes are English
 };
 
 Terminal terminal_of_process();
+
+/// The language of --lang among the words of the command line, or else the one that LC_ALL, LC_MESSAGES or LANG names
+/// (the first of them that is set): Chinese where it begins with zh.
+Language language_of_process(const std::vector<std::string>& words);
 
 /// To standard output, all of it, without control characters. Throws Error::bad_file when it cannot be written (a full
 /// disk behind it).

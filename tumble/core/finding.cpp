@@ -3,6 +3,9 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <array>
+
+#include "tumble/core/message_in.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/core/text.hpp"
 #include "tumble/units/error.hpp"
@@ -28,16 +31,27 @@ std::string say(double value, const Unit& unit, std::string_view how) {
 struct Say {
   const Unit& unit;
   std::string_view how;
+  Language language;
 
-  std::string operator()(double value) const { return say(value, unit, how); }
+  std::string operator()(double value) const {
+    std::string text = say(value, unit, how);
+    if (language == Language::chinese && text.ends_with(" %")) text.erase(text.size() - 2, 1);  // 95% there
+    return text;
+  }
   std::string operator()(long long value) const {
     if (how == "bytes") return say_bytes(static_cast<std::size_t>(value));
     return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
   }
   std::string operator()(const std::string& value) const { return value; }
   std::string operator()(const Phrase& phrase) const {
-    return phrase.english.empty() ? text_of("phrase", phrase.key) : phrase.english;
+    return phrase.english.empty() ? text_of(language, "phrase", phrase.key) : phrase.english;
   }
+};
+
+/// A value on its way into a sentence of this language.
+struct SaidValue {
+  FindingValue value;
+  Language language;
 };
 
 FindingValue value_of(const char* name, const Place& place) {
@@ -45,13 +59,15 @@ FindingValue value_of(const char* name, const Place& place) {
   return {name, say_instant(place.time)};
 }
 
+std::string filled(const std::string& sentence, const Finding& finding, Language language);
+
 }  // namespace
 
 }  // namespace tumble
 
 /// What follows the colon is ours (see `sentence`).
 template <>
-struct fmt::formatter<tumble::FindingValue> {
+struct fmt::formatter<tumble::SaidValue> {
   std::string_view how;
 
   constexpr auto parse(fmt::format_parse_context& context) {
@@ -60,8 +76,9 @@ struct fmt::formatter<tumble::FindingValue> {
     how = {context.begin(), static_cast<std::size_t>(end - context.begin())};
     return end;
   }
-  auto format(const tumble::FindingValue& value, fmt::format_context& context) const {
-    return fmt::format_to(context.out(), "{}", std::visit(tumble::Say{value.unit, how}, value.value));
+  auto format(const tumble::SaidValue& said, fmt::format_context& context) const {
+    const auto& [value, language] = said;
+    return fmt::format_to(context.out(), "{}", std::visit(tumble::Say{value.unit, how, language}, value.value));
   }
 };
 
@@ -85,17 +102,48 @@ std::string sentence(const Finding& finding) {
 }
 
 std::string filled(const std::string& sentence, const Finding& finding) {
+  return filled(sentence, finding, Language::english);
+}
+
+namespace {
+
+std::string filled(const std::string& sentence, const Finding& finding, Language language) {
   const Occurrences& often = finding.occurrences;
   fmt::dynamic_format_arg_store<fmt::format_context> store;
-  for (const FindingValue& value : finding.values) store.push_back(fmt::arg(value.name.c_str(), value));
-  store.push_back(fmt::arg("count", FindingValue("count", often.count)));
-  store.push_back(fmt::arg("first", value_of("first", often.first)));  // of a stamp that is NaN: "nan s"
-  store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
+  const auto add = [&](const char* name, const FindingValue& value) {
+    store.push_back(fmt::arg(name, SaidValue{value, language}));
+  };
+  for (const FindingValue& value : finding.values) add(value.name.c_str(), value);
+  add("count", FindingValue("count", often.count));
+  add("first", value_of("first", often.first));  // of a stamp that is NaN: "nan s"
+  add("worst", value_of("worst", often.worst));
   try {
     return fmt::vformat(sentence, store);
   } catch (const fmt::format_error& error) {
     throw Error(Error::Kind::internal, "the sentence of the finding '" + finding.code + "': " + error.what());
   }
+}
+
+}  // namespace
+
+std::string message_in(Language language, const Finding& finding) {
+  if (language == Language::english || finding.code.empty()) return finding.message;
+  try {
+    return filled(text_of(language, "finding", finding.code, finding.occurrences.count), finding, language);
+  } catch (const Error&) {
+    return finding.message;
+  }
+}
+
+std::string placed_message_in(Language language, const Finding& finding) {
+  const std::string message = message_in(language, finding);
+  if (finding.where.empty()) return message;
+  return finding.where + (language == Language::chinese ? "：" : ": ") + message;
+}
+
+std::string severity_in(Language language, Finding::Severity severity) {
+  constexpr std::array keys{"info", "warning", "error"};
+  return text_of(language, "terminal", keys[static_cast<std::size_t>(severity)]);
 }
 
 std::vector<std::string> errors_among(const Findings& findings) {

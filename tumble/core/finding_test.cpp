@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tumble/core/message_in.hpp"
 #include "tumble/core/text.hpp"
 #include "tumble/units/error.hpp"
 
@@ -96,6 +97,36 @@ TEST(Finding, AbsentValueOrUnknownCodeIsADefect) {
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::internal);
   }
+}
+
+TEST(Finding, IsSaidInChineseByItsCodeAndValues) {
+  const std::vector<FindingValue> values{{"lost", 3}, {"longest", 0.31, "s"}};
+  const Finding once(Severity::warning, "gap", values, "gyro", {1, 2.5, 2.5});
+  EXPECT_EQ(message_in(Language::chinese, once),
+            "2.5 s 处数据中断 310 ms，丢失 3 个采样点；要求等间隔采样的方法不能跨中断处使用数据");
+  EXPECT_EQ(placed_message_in(Language::chinese, once), "gyro：" + message_in(Language::chinese, once));
+  EXPECT_EQ(message_in(Language::english, once), once.message);
+  EXPECT_NE(message_in(Language::chinese, Finding(Severity::warning, "gap", values, "", {2, 2.5, 7.0}))
+                .find("数据中断 2 处，共丢失 3 个采样点；最长 310 ms，位于 7 s"),
+            std::string::npos);
+}
+
+TEST(Finding, ChinesePercentHasNoBlankAndPhrasesAreTranslated) {
+  const Finding missing(Severity::info, "missing_samples", {{"samples", 200}, {"part", 0.01, "%"}, {"longest", 1}}, "",
+                        {2, 1.0, 1.5});
+  EXPECT_EQ(message_in(Language::chinese, missing), "200 个采样点中缺失 2 个（1%），最长连续缺失 1 个，始于 1.5 s");
+  const Finding unit(Severity::info, "no_unit", {{"name", "t"}, {"expected", Phrase{"temperature"}}});
+  EXPECT_EQ(message_in(Language::chinese, unit), "通道没有单位；“t”应为温度，或为原始输出");
+}
+
+/// A method of your own, and results of other versions: their English is better than nothing.
+TEST(Finding, WithoutAChineseSentenceStaysEnglish) {
+  const Finding own(Severity::info, Phrase{"my_code", "{count:jump} upwards"}, {}, "oven", {2});
+  EXPECT_EQ(message_in(Language::chinese, own), "2 jumps upwards");
+  Finding without_values;
+  without_values.code = "gap";
+  without_values.message = "gap of 1 s";
+  EXPECT_EQ(message_in(Language::chinese, without_values), "gap of 1 s");
 }
 
 TEST(Finding, ErrorsAreTheProblemsOfARefusal) {

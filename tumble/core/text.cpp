@@ -22,6 +22,10 @@ const toml::table& chinese_table() {
   return table;
 }
 
+const toml::table& table_of(Language language) {
+  return language == Language::english ? english_table() : chinese_table();
+}
+
 [[noreturn]] void refuse_key(std::string_view language, std::string_view section, std::string_view key) {
   throw Error(Error::Kind::internal,
               "text/" + std::string(language) + ".toml has no " + std::string(section) + "." + std::string(key));
@@ -37,21 +41,23 @@ const std::vector<std::string>& language_codes() {
 std::string code_of(Language language) { return language_codes()[static_cast<std::size_t>(language)]; }
 
 std::string text_of(std::string_view section, std::string_view key, std::size_t count) {
-  const auto entry = english_table()[section][key];
-  const auto chosen = entry.is_table() ? entry[count == 1 ? "one" : "other"] : entry;
-  if (const auto found = chosen.value<std::string>()) return *found;
-  refuse_key("en", section, key);
+  return text_of(Language::english, section, key, count);
 }
 
-std::string text_of(Language language, std::string_view section, std::string_view key) {
-  if (language == Language::english) return text_of(section, key);
-  if (const auto found = chinese_table()[section][key].value<std::string>()) return *found;
+std::string text_of(Language language, std::string_view section, std::string_view key, std::size_t count) {
+  const auto entry = table_of(language)[section][key];
+  const auto chosen = entry.is_table() ? entry[count == 1 ? "one" : "other"] : entry;
+  if (const auto found = chosen.value<std::string>()) return *found;
   refuse_key(code_of(language), section, key);
 }
 
+std::optional<std::string> find_text(Language language, std::string_view section, std::string_view key) {
+  const auto table = table_of(language).at_path(section);
+  return table.is_table() ? table[key].value<std::string>() : std::nullopt;
+}
+
 std::map<std::string, std::string> texts_of(Language language, std::string_view section) {
-  const auto& all = language == Language::english ? english_table() : chinese_table();
-  const auto* table = all[section].as_table();
+  const auto* table = table_of(language)[section].as_table();
   if (!table) refuse_key(code_of(language), section, "");
   std::map<std::string, std::string> texts;
   for (const auto& [key, value] : *table)

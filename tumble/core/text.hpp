@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// Languages of what users read. Sentences of findings are English in all of them.
+/// Languages of what users read. Files and JSON are the same in all of them.
 enum class Language { english, chinese };
 
 /// Of all languages the letters of ISO 639-1: "en", "zh".
@@ -20,7 +20,8 @@ std::string code_of(Language language);
 /// Throws Error::internal for a key that the table lacks.
 std::string text_of(std::string_view section, std::string_view key, std::size_t count = 1);
 
-/// What users of a language read, from text/<code>.toml. Throws Error::internal for a key that the table lacks.
-std::string text_of(Language language, std::string_view section, std::string_view key);
+/// What users of a language read, from text/<code>.toml. Throws Error::internal for a key that the table lacks. A
+/// language that needs no plural has one text where English has two.
+std::string text_of(Language language, std::string_view section, std::string_view key, std::size_t count = 1);
 
 }  // namespace tumble

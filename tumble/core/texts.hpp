@@ -1,12 +1,17 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "tumble/core/text.hpp"
 
 namespace tumble {
+
+/// A text where text/<code>.toml has it: for what is written in the code in English. A section is one word or two:
+/// "summary", "option.static_bias".
+std::optional<std::string> find_text(Language language, std::string_view section, std::string_view key);
 
 /// A whole section of text/<code>.toml by key, for a page that carries its own texts. Throws Error::internal where
 /// there is none.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/core/text.hpp"
 #include "tumble/report/figure.hpp"
 
 namespace tumble {
@@ -63,10 +64,10 @@ struct DifferenceTexts {
 };
 DifferenceTexts texts_of(const Difference& difference);
 /// "chi-square 12.3 with 9 degrees of freedom, p = 0.2"
-std::string chi_square_text(const ResultPair& pair);
+std::string chi_square_text(const ResultPair& pair, Language language = Language::english);
 
 /// Terminal text: a table for each pair, E_n beyond 1 marked.
-std::string to_text(const Comparison& comparison, std::size_t width = 100);
+std::string to_text(const Comparison& comparison, std::size_t width = 100, Language language = Language::english);
 /// For programs: values in the unit of each parameter.
 std::string to_json(const Comparison& comparison);
 /// One figure a parameter that all results have: its values with their 95 % intervals.

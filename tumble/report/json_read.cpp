@@ -369,4 +369,13 @@ Estimate estimate_from_json(const std::string& text, const std::string& file) {
   return estimate;
 }
 
+Findings findings_from_json(const std::string& text, const std::string& file) {
+  const auto document = parsed(text, file);
+  std::vector<std::string> problems;
+  Findings findings;
+  for (const auto& node : Node{&document, "", &problems}.elements()) findings.push_back(finding_of(node));
+  if (!problems.empty()) throw Error{Error::Kind::bad_file, for_people(problems, file)};
+  return findings;
+}
+
 }  // namespace tumble

@@ -26,8 +26,12 @@ struct PageOptions {
 std::string to_html(const Estimate& estimate, const PageOptions& page = {});
 
 /// Readable terminal text with lines of at most `width` characters where its tables allow it. Values carry their
-/// uncertainty to two digits: 6.660 ± 0.011.
-std::string to_text(const Estimate& estimate, std::size_t width = 100);
+/// uncertainty to two digits: 6.660 ± 0.011; in Chinese in two columns, since "±" is an expanded uncertainty there.
+std::string to_text(const Estimate& estimate, std::size_t width = 100, Language language = Language::english);
+/// Findings from the array that `to_json` gives. Throws Error::bad_file.
+Findings findings_from_json(const std::string& text, const std::string& file);
+/// Lines for a terminal: "  warning: message (where)", or that there are none.
+std::string to_text(const Findings& findings, std::size_t width, Language language = Language::english);
 
 /// value and sd [unit shown] rounded together for people: "6.660 ± 0.011".
 std::string with_uncertainty(double value, double sd);

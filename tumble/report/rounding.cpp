@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/core/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/utf8.hpp"
@@ -135,21 +136,31 @@ std::string interval_text(const Estimate& estimate, std::size_t index) {
   return fmt::format("[{}, {}]{}", mantissa(lower, rounding), mantissa(upper, rounding), suffix(rounding.exponent));
 }
 
-namespace {
+ValueAndSd value_and_sd(double value, double sd) {
+  if (std::isfinite(value) && std::isfinite(sd) && sd >= 0.0)
+    if (const auto rounding = rounding_for(value, sd); rounding.significant)
+      return {rounded(value, rounding), rounded(sd, rounding)};
+  const std::string text = with_uncertainty(value, sd);
+  const std::string_view sign = " ± ";
+  const auto split = text.find(sign);
+  if (split == std::string::npos) return {text, ""};
+  return {text.substr(0, split), text.substr(split + sign.size())};
+}
 
-std::string unit_after(const Unit& unit) { return unit.text() == "1" ? "" : " " + printable(unit.text()); }
-
-}  // namespace
-
-std::string measured_text(const Estimate& estimate, std::string_view name) {
+std::string measured_text(const Estimate& estimate, std::string_view name, Language language) {
+  const SectionWords words{language};
+  const auto unit_after = [](const Unit& unit) { return unit.text() == "1" ? "" : " " + printable(unit.text()); };
   const auto* parameter = find_parameter(estimate, name);
   if (parameter == nullptr) {
     const auto limit = find_upper_limit(estimate, name);
     if (!limit) return {};
-    return fmt::format("below {:.3g}{} (95 %)", limit->unit.from_si(limit->value), unit_after(limit->unit));
+    return words.with("below", fmt::format("{:.3g}", limit->unit.from_si(limit->value)), unit_after(limit->unit));
   }
   const auto [value, sd] = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-  return with_uncertainty(value, sd) + unit_after(parameter->unit);
+  const auto halves = value_and_sd(value, sd);
+  if (language == Language::english || halves.sd.empty())
+    return with_uncertainty(value, sd) + unit_after(parameter->unit);
+  return words.with("measured_apart", halves.value, halves.sd, unit_after(parameter->unit));
 }
 
 BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/core/text.hpp"
 
 namespace tumble {
 
@@ -52,8 +53,16 @@ ShownParameter shown(const Estimate& estimate, std::size_t index);
 /// "[6.638, 6.682]" at the rounding of value and sd, or a dash where there is none.
 std::string interval_text(const Estimate& estimate, std::size_t index);
 
-/// "6.660 ± 0.011 deg/h" of the parameter of that name; empty when there is none.
-std::string measured_text(const Estimate& estimate, std::string_view name);
+/// "6.660 ± 0.011 deg/h" of the parameter of that name, in Chinese "6.660 deg/h，u = 0.011 deg/h"; empty when there is
+/// none.
+std::string measured_text(const Estimate& estimate, std::string_view name, Language language = Language::english);
+
+/// The two halves of with_uncertainty(), each with its exponent: "6.660e-5", "0.011e-5"; the second empty where the
+/// value is not known. [unit shown]
+struct ValueAndSd {
+  std::string value, sd;
+};
+ValueAndSd value_and_sd(double value, double sd);  ///< [unit shown]
 
 /// What a source gives to the standard uncertainty of a parameter: its sd in the displayed unit at the rounding of the
 /// whole sd, and its share of the variance ("43 %", "<1 %", a dash where the variance is not known).

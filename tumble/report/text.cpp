@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/message_in.hpp"
+#include "tumble/core/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -15,14 +17,16 @@ namespace {
 
 using Align = TextColumn::Align;
 
+using Words = SectionWords;
+
 std::string unit_text(const Unit& unit) { return unit.text() == "1" ? "" : printable(unit.text()); }
 
-std::string heading(const Estimate& estimate) {
+std::string heading(const Estimate& estimate, const Words& words) {
   std::string text = printable(estimate.title.empty() ? estimate.method : estimate.title) + "\n";
-  std::string below = estimate.title.empty() ? "" : "method " + printable(estimate.method);
+  std::string below = estimate.title.empty() ? "" : words.with("method_is", printable(estimate.method));
   const auto add = [&](const std::string& part) { below += (below.empty() ? "" : " · ") + part; };
-  if (!estimate.instrument_model.empty()) add("instrument " + printable(estimate.instrument_model));
-  if (!estimate.instrument_serial.empty()) add("serial " + printable(estimate.instrument_serial));
+  if (!estimate.instrument_model.empty()) add(words.with("instrument_is", printable(estimate.instrument_model)));
+  if (!estimate.instrument_serial.empty()) add(words.with("serial_is", printable(estimate.instrument_serial)));
   return below.empty() ? text : text + below + "\n";
 }
 
@@ -34,34 +38,48 @@ void line_up_signs(std::vector<std::string>& cells) {
   for (auto& cell : cells) cell.insert(0, most - before(cell), ' ');
 }
 
-std::string parameters_text(const Estimate& estimate, const std::string& title, std::size_t width) {
-  if (estimate.parameters.empty()) return {};
-  TextColumn name{"parameter", "", {}, Align::left}, value{"value ± sd", "", {}, Align::left};
-  TextColumn unit{"unit", "", {}, Align::left}, interval{"95 % interval", "", {}, Align::left};
+/// "6.660 ± 0.011" of each parameter in one column; in Chinese value and standard uncertainty in one each.
+std::vector<TextColumn> value_columns(const Estimate& estimate, const Words& words) {
+  const bool apart = words.language == Language::chinese;
+  TextColumn value{words("value_and_sd"), "", {}, Align::left}, sd{words("sd"), "", {}, Align::right};
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-    const auto& parameter = estimate.parameters[i];
-    const auto [number, sd] = shown(estimate, i);
-    name.cells.push_back(printable(parameter.name));
-    value.cells.push_back(with_uncertainty(number, sd));
-    unit.cells.push_back(printable(parameter.unit.text()));
-    interval.cells.push_back(interval_text(estimate, i));
+    const auto known = shown(estimate, i);
+    const auto halves = value_and_sd(known.value, known.sd);
+    value.cells.push_back(apart ? halves.value : with_uncertainty(known.value, known.sd));
+    sd.cells.push_back(halves.sd);
   }
-  line_up_signs(value.cells);
-  return "\n" + title + "\n" + text_table({name, value, unit, interval}, width);
+  if (!apart) line_up_signs(value.cells);
+  value.align = apart ? Align::right : Align::left;
+  return apart ? std::vector{value, sd} : std::vector{value};
 }
 
-std::string prior_text(const Estimate& estimate, std::size_t width) {
+std::string parameters_text(const Estimate& estimate, const std::string& title, const Words& words, std::size_t width) {
+  if (estimate.parameters.empty()) return {};
+  TextColumn name{words("parameter"), "", {}, Align::left}, unit{words("unit"), "", {}, Align::left};
+  TextColumn interval{words("interval"), "", {}, Align::left};
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
+    name.cells.push_back(printable(estimate.parameters[i].name));
+    unit.cells.push_back(printable(estimate.parameters[i].unit.text()));
+    interval.cells.push_back(interval_text(estimate, i));
+  }
+  std::vector<TextColumn> columns{name};
+  for (auto& column : value_columns(estimate, words)) columns.push_back(std::move(column));
+  columns.push_back(unit), columns.push_back(interval);
+  return "\n" + title + "\n" + text_table(columns, width);
+}
+
+std::string prior_text(const Estimate& estimate, const Words& words, std::size_t width) {
   if (!estimate.prior || !estimate.prior->with_prior) return {};
   const auto& use = *estimate.prior;
   return parameters_text(*use.with_prior,
-                         fmt::format("Parameters with the prior of {} units ({})", use.population->population->units,
-                                     use.verdicts ? "the verdicts rest on these" : "the verdicts do not rest on these"),
-                         width);
+                         words.with("parameters_with_prior", use.population->population->units,
+                                    words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior")),
+                         words, width);
 }
 
-std::string budget_text(const Estimate& estimate, std::size_t width) {
+std::string budget_text(const Estimate& estimate, const Words& words, std::size_t width) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
-  std::vector<TextColumn> columns{{"parameter", "", {}, Align::left}, {"unit", "", {}, Align::left}};
+  std::vector<TextColumn> columns{{words("parameter"), "", {}, Align::left}, {words("unit"), "", {}, Align::left}};
   for (const auto& parameter : estimate.parameters) {
     columns[0].cells.push_back(printable(parameter.name));
     columns[1].cells.push_back(printable(parameter.unit.text()));
@@ -69,24 +87,23 @@ std::string budget_text(const Estimate& estimate, std::size_t width) {
   for (const auto& part : budget_to_show(estimate)) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-      const auto [sd, share] = budget_cell(estimate, part, i);
+      auto [sd, share] = budget_cell(estimate, part, i);
+      if (words.language == Language::chinese && share.ends_with(" %")) share.erase(share.size() - 2, 1);
       column.cells.push_back(fmt::format("{} {:>5}", sd, share));
     }
   }
-  return "\nUncertainty budget (standard uncertainty from each source, and its share of the variance)\n" +
-         text_table(columns, width);
+  return "\n" + words("budget") + "\n" + text_table(columns, width);
 }
 
-std::string fit_text(const Fit& fit, std::size_t width) {
+std::string fit_text(const Fit& fit, const Words& words, std::size_t width) {
   if (fit.observations == 0) return {};
-  std::string text =
-      fmt::format("{} observations, {} degrees of freedom", fit.observations, general(fit.degrees_of_freedom));
+  std::string text = words.with("fit_observations", fit.observations, general(fit.degrees_of_freedom));
   if (std::isfinite(fit.chi_square) && fit.degrees_of_freedom > 0.0) {
-    text += fmt::format(", chi-square {} ({:#.3g} per degree of freedom)", general(fit.chi_square),
-                        fit.chi_square / fit.degrees_of_freedom);
+    text += words.with("fit_chi_square", general(fit.chi_square),
+                       fmt::format("{:#.3g}", fit.chi_square / fit.degrees_of_freedom));
   }
-  if (fit.condition > 0.0) text += fmt::format(", condition number {}", general(fit.condition, 3));
-  return "\n" + wrapped("Fit: ", text, width);
+  if (fit.condition > 0.0) text += words.with("fit_condition", general(fit.condition, 3));
+  return "\n" + wrapped(words("fit"), text, width);
 }
 
 /// The rows that are shown: all of a short table, the first and last of a long one.
@@ -120,60 +137,70 @@ TextColumn table_column(const Table& table, std::size_t index, const std::vector
   return column;
 }
 
-std::string table_text(const Table& table, std::size_t width) {
+std::string table_text(const Table& table, const Words& words, std::size_t width) {
   std::size_t left_out = 0;
   const auto rows = shown_rows(table.rows.size(), left_out);
   std::vector<TextColumn> columns;
   for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(table_column(table, i, rows));
-  const auto name = "Table " + printable(table.name);
+  const auto name = words.with("table", printable(table.name));
   std::string text =
       "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + ": ", printable(table.caption), width));
   text += text_table(columns, width);
   if (left_out > 0) {
-    text += fmt::format("  ({} rows from the middle of {} are not shown; the result file and the report have all)\n",
-                        left_out, table.rows.size());
+    text += "  " + words.with("rows_not_shown", left_out, table.rows.size()) + "\n";
   }
   return text;
 }
 
-std::string findings_text(const Findings& findings, std::size_t width) {
+std::string findings_text(const Findings& findings, const Words& words, std::size_t width) {
   if (findings.empty()) return {};
-  constexpr std::array words{"info", "warning", "error"};
   auto sorted = findings;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.severity > b.severity; });
-  std::string text = "\nFindings\n";
+  std::string text = "\n" + words("findings") + "\n";
   for (const auto& finding : sorted) {
-    const auto word = fmt::format("  {:<9}", words[static_cast<std::size_t>(finding.severity)]);
-    const auto where = finding.where.empty() ? "" : printable(finding.where) + ": ";
-    text += wrapped(word, where + printable(finding.message), width);
+    const auto word = "  " + padded(severity_in(words.language, finding.severity), 9, Align::left);
+    text += wrapped(word, printable(placed_message_in(words.language, finding)), width);
   }
   return text;
 }
 
-std::string verdicts_text(const Estimate& estimate, std::size_t width) {
+std::string verdicts_text(const Estimate& estimate, const Words& words, std::size_t width) {
   if (estimate.verdicts.empty()) return {};
-  constexpr std::array words{"PASS", "FAIL", "UNDECIDED"};
-  TextColumn outcome{"outcome", "", {}, Align::left}, parameter{"parameter", "", {}, Align::left};
-  TextColumn limit{"limit", "", {}, Align::left}, measured{"measured", "", {}, Align::left};
+  constexpr std::array keys{"pass", "fail", "undecided"};
+  TextColumn outcome{words("outcome"), "", {}, Align::left}, parameter{words("parameter"), "", {}, Align::left};
+  TextColumn limit{words("limit"), "", {}, Align::left}, measured{words("measured"), "", {}, Align::left};
   for (const auto& verdict : estimate.verdicts) {
-    outcome.cells.push_back(words[static_cast<std::size_t>(verdict.outcome)]);
+    outcome.cells.push_back(words(keys[static_cast<std::size_t>(verdict.outcome)]));
     parameter.cells.push_back(printable(verdict.parameter));
     limit.cells.push_back(printable(verdict.limit));
-    measured.cells.push_back(measured_text(judged(estimate), verdict.parameter));
+    measured.cells.push_back(measured_text(judged(estimate), verdict.parameter, words.language));
   }
-  return "\nVerdicts\n" + text_table({outcome, parameter, limit, measured}, width);
+  return "\n" + words("verdicts") + "\n" + text_table({outcome, parameter, limit, measured}, width);
 }
 
 }  // namespace
 
-std::string to_text(const Estimate& estimate, std::size_t width) {
+std::string to_text(const Estimate& estimate, std::size_t width, Language language) {
   require_shape(estimate);
-  std::string text = heading(estimate) +
-                     parameters_text(estimate, "Parameters (± standard uncertainty, k = 1)", width) +
-                     prior_text(estimate, width) + budget_text(estimate, width) + fit_text(estimate.fit, width);
+  const Words words{language};
+  std::string text = heading(estimate, words) + parameters_text(estimate, words("parameters"), words, width) +
+                     prior_text(estimate, words, width) + budget_text(estimate, words, width) +
+                     fit_text(estimate.fit, words, width);
   for (const auto& table : estimate.tables)
-    if (!table.for_programs) text += table_text(table, width);
-  return text + findings_text(estimate.findings, width) + verdicts_text(estimate, width);
+    if (!table.for_programs) text += table_text(table, words, width);
+  return text + findings_text(estimate.findings, words, width) + verdicts_text(estimate, words, width);
+}
+
+std::string to_text(const Findings& findings, std::size_t width, Language language) {
+  const Words words{language};
+  if (findings.empty()) return words("no_findings") + "\n";
+  std::string text = words("findings_list") + "\n";
+  for (const auto& finding : findings) {
+    const auto where = finding.where.empty() ? "" : words.with("in_parentheses", printable(finding.where));
+    text += wrapped(words.with("severity_before", severity_in(language, finding.severity)),
+                    printable(message_in(language, finding)) + where, width);
+  }
+  return text;
 }
 
 }  // namespace tumble

@@ -121,16 +121,18 @@ std::string wrapped(const std::string& prefix, const std::string& text, std::siz
   bool empty = true;
   for (std::size_t start = 0; start < text.size();) {
     const auto end = std::min(text.find(' ', start), text.size());
-    const auto word = text.substr(start, end - start);
+    const auto parts = breakable_parts(std::string_view(text).substr(start, end - start));
     start = end + 1;
-    if (word.empty()) continue;
-    if (!empty && display_width(line) + 1 + display_width(word) > width) {
-      result += line + "\n";
-      line = indent;
-      empty = true;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::string blank = i == 0 ? " " : "";
+      if (!empty && display_width(line) + blank.size() + display_width(parts[i]) > width) {
+        result += line + "\n";
+        line = indent;
+        empty = true;
+      }
+      line += (empty ? "" : blank) + parts[i];
+      empty = false;
     }
-    line += (empty ? "" : " ") + word;
-    empty = false;
   }
   return result + line + "\n";
 }

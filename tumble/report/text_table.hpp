@@ -19,8 +19,8 @@ struct TextColumn {
 /// Given   columns of equal length. Returned   lines, each with its line break.
 std::string text_table(const std::vector<TextColumn>& columns, std::size_t width = 100);
 
-/// `prefix` and behind it `text`, broken at blanks to lines of at most `width` (a longer word stays whole), the later
-/// lines indented by the width of the prefix.
+/// `prefix` and behind it `text`, broken at blanks (and between Han characters) to lines of at most `width` (a longer
+/// word stays whole), the later lines indented by the width of the prefix.
 std::string wrapped(const std::string& prefix, const std::string& text, std::size_t width = 100);
 
 /// `text` filled with blanks to `width` terminal columns.

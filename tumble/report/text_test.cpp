@@ -80,6 +80,23 @@ TEST(Wrapped, BreaksAtBlanksAndKeepsLongWords) {
   EXPECT_EQ(wrapped("x: ", "", 4), "x: \n");
 }
 
+TEST(Wrapped, BreaksBetweenHanCharactersButNotBeforeAComma) {
+  EXPECT_EQ(wrapped("", "数据中断，丢失", 8), "数据中\n断，丢失\n");
+  EXPECT_EQ(wrapped("  ", "在 gyro 处“中断”", 9), "  在 gyro\n  处“中\n  断”\n");
+  EXPECT_EQ(breakable_parts("abc-def"), (std::vector<std::string>{"abc-def"}));
+  EXPECT_EQ(breakable_parts("（95%）内"), (std::vector<std::string>{"（95%）", "内"}));
+}
+
+TEST(TextReport, InChineseHasValueAndStandardUncertaintyInColumns) {
+  const auto text = to_text(testing::estimate(), 100, Language::chinese);
+  for (const std::string part :
+       {"测得值", "标准不确定度 u", "95% 包含区间", "诊断信息", "判定结果", "待定", "不确定度分量汇总表"})
+    EXPECT_TRUE(has(text, part)) << part << "\nin\n" << text;
+  EXPECT_FALSE(has(text, "±"));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 100u) << line;
+}
+
 TEST(Printable, ReplacesWhatIsNoText) {
   EXPECT_EQ(printable("δ_o ok"), "δ_o ok");
   EXPECT_EQ(printable("a\xC0\xAF"

@@ -54,6 +54,18 @@ constexpr std::array<Range, 10> wide{{{0x1100, 0x115F},
 constexpr std::array<Range, 5> without_width{
     {{0x0300, 0x036F}, {0x1AB0, 0x1AFF}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}}};
 
+/// No line begins with these, and none ends with those.
+constexpr std::array<char32_t, 17> closing{U'，', U'。', U'；', U'：', U'？', U'！', U'、', U'）', U'”',
+                                           U'’',  U'》', U'～', U',',  U'.',  U';',  U')',  U'%'};
+constexpr std::array<char32_t, 5> opening{U'（', U'“', U'‘', U'《', U'('};
+
+template <std::size_t n>
+bool among(const std::array<char32_t, n>& characters, char32_t code) {
+  for (const char32_t one : characters)
+    if (one == code) return true;
+  return false;
+}
+
 template <std::size_t n>
 bool within(const std::array<Range, n>& ranges, char32_t code) {
   for (const auto& range : ranges) {
@@ -78,6 +90,21 @@ std::string printable(std::string_view text) {
     text.remove_prefix(character.bytes);
   }
   return result;
+}
+
+std::vector<std::string> breakable_parts(std::string_view word) {
+  std::vector<std::string> parts;
+  char32_t before = 0;
+  while (!word.empty()) {
+    const auto character = first_character(word);
+    const bool beside_wide = within(wide, before) || within(wide, character.code);
+    if (parts.empty() || (beside_wide && !among(closing, character.code) && !among(opening, before)))
+      parts.emplace_back();
+    parts.back() += word.substr(0, character.bytes);
+    before = character.code;
+    word.remove_prefix(character.bytes);
+  }
+  return parts;
 }
 
 std::size_t display_width(std::string_view text) {

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tumble {
 
@@ -11,5 +12,9 @@ std::string printable(std::string_view text);
 
 /// Columns a terminal gives to printable text: 0 for combining marks, 2 for East Asian wide characters, else 1.
 std::size_t display_width(std::string_view text);
+
+/// A word in parts between which a line may break: beside East Asian wide characters, but not before closing
+/// punctuation and not behind opening punctuation (GB/T 15834). A word without such characters is one part.
+std::vector<std::string> breakable_parts(std::string_view word);
 
 }  // namespace tumble

@@ -33,10 +33,10 @@ namespace {
 
 std::vector<Route> all_routes() {
   std::vector<Route> all;
-  for (const auto& some : {routes::page_routes(), routes::session_routes(), routes::recording_routes(),
-                           routes::view_routes(), routes::job_routes(), routes::plan_routes(),
-                           routes::plan_view_routes(), routes::result_routes(), routes::station_routes(),
-                           routes::station_run_routes(), routes::archive_routes()})
+  for (const auto& some :
+       {routes::page_routes(), routes::session_routes(), routes::recording_routes(), routes::view_routes(),
+        routes::job_routes(), routes::plan_routes(), routes::plan_view_routes(), routes::result_routes(),
+        routes::station_routes(), routes::station_run_routes(), routes::archive_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

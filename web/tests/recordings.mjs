@@ -297,6 +297,10 @@ test("everything is in Chinese, and no key is without a text", async () => {
   for (const sentence of english) if (sentence.length > 12 && !sentence.includes("{")) assert.ok(!text.includes(sentence), `"${sentence}" is English`);
   await assertAccessible(page, "Chinese");
   await picture(page, "recording-zh");
+  const items = page.getByTestId("findings").getByRole("listitem");
+  for (const said of await items.allInnerTexts()) assert.match(said, /[\u4e00-\u9fff]{4}/);
+  await page.getByRole("combobox", { name: "语言", exact: true }).selectOption("en");
+  await page.waitForFunction(() => !/[\u4e00-\u9fff]/.test(document.querySelector("[data-testid=findings]").textContent));
 });
 
 test("a phone shows all of it without a sideways scroll", async () => {

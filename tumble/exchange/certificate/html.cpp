@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/message_in.hpp"
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/report/markup.hpp"
@@ -139,8 +140,7 @@ std::string remarks(const Certificate& certificate, const Words& words) {
   std::string said;
   for (const auto& finding : estimate.findings)
     if (finding.severity != Finding::Severity::info)
-      said += "<li>" + escaped(finding.where.empty() ? finding.message : finding.where + ": " + finding.message) +
-              "</li>\n";
+      said += "<li>" + escaped(placed_message_in(words.language, finding)) + "</li>\n";
   return "<section><h2>" + words("remarks") + "</h2>\n<ul>\n" + items + "</ul>\n" +
          (said.empty() ? "" : "<p>" + words("findings") + "</p>\n<ul>\n" + said + "</ul>\n") + "</section>\n";
 }

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/message_in.hpp"
+#include "tumble/core/section_words.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -19,11 +21,14 @@ std::string marked(const Difference& one) {
   return std::isnan(one.e_n) ? text : text + (std::abs(one.e_n) > 1.0 ? " *" : "  ");
 }
 
-std::string pair_text(const Comparison& comparison, const ResultPair& pair, std::size_t width) {
-  TextColumn names{.name = "parameter", .unit = "", .cells = {}, .align = TextColumn::Align::left};
-  TextColumn units{.name = "unit", .unit = "", .cells = {}, .align = TextColumn::Align::left};
-  TextColumn earlier{.name = "earlier", .unit = "", .cells = {}}, later{.name = "later", .unit = "", .cells = {}};
-  TextColumn difference{.name = "difference ± U", .unit = "", .cells = {}}, e_n{.name = "E_n", .unit = "", .cells = {}};
+std::string pair_text(const Comparison& comparison, const ResultPair& pair, const SectionWords& words,
+                      std::size_t width) {
+  TextColumn names{.name = words("parameter"), .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn units{.name = words("unit"), .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn earlier{.name = words("earlier"), .unit = "", .cells = {}};
+  TextColumn later{.name = words("later"), .unit = "", .cells = {}};
+  TextColumn difference{.name = words("difference_and_u"), .unit = "", .cells = {}};
+  TextColumn e_n{.name = "E_n", .unit = "", .cells = {}};
   for (const auto& one : pair.differences) {
     const auto texts = texts_of(one);
     names.cells.push_back(printable(one.parameter));
@@ -34,8 +39,8 @@ std::string pair_text(const Comparison& comparison, const ResultPair& pair, std:
   }
   const auto& results = comparison.results;
   return fmt::format("{} -> {}\n", printable(results[pair.earlier].name), printable(results[pair.later].name)) +
-         text_table({names, earlier, later, difference, units, e_n}, width) +
-         "  all together: " + chi_square_text(pair) + "\n";
+         text_table({names, earlier, later, difference, units, e_n}, width) + "  " +
+         words.with("all_together", chi_square_text(pair, words.language)) + "\n";
 }
 
 ComparisonJson finite_or_null(double value) {
@@ -68,23 +73,21 @@ DifferenceTexts texts_of(const Difference& one) {
           std::isnan(one.e_n) ? "–" : fmt::format("{:.2f}", one.e_n)};
 }
 
-std::string chi_square_text(const ResultPair& pair) {
-  return fmt::format("chi-square {:.3g} with {} degrees of freedom, {}", pair.chi_square, pair.rank,
-                     pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
+std::string chi_square_text(const ResultPair& pair, Language language) {
+  return SectionWords{language}.with(
+      "chi_square", fmt::format("{:.3g}", pair.chi_square), pair.rank,
+      pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
 }
 
-std::string to_text(const Comparison& comparison, std::size_t width) {
+std::string to_text(const Comparison& comparison, std::size_t width, Language language) {
+  const SectionWords words{language};
   std::string text;
-  for (const auto& pair : comparison.pairs) text += (text.empty() ? "" : "\n") + pair_text(comparison, pair, width);
-  text += "\n" + wrapped("",
-                         "U is the expanded uncertainty (95 %) of the difference; errors that both results share are "
-                         "subtracted. *: |E_n| is above 1, the change is significant. Without any change, 5 % of the "
-                         "parameters have |E_n| above 1.",
-                         width);
-  for (const auto& finding : comparison.findings) {
-    const char* severity = finding.severity == Finding::Severity::info ? "info     " : "warning  ";
-    text += wrapped(severity, finding.where.empty() ? finding.message : finding.where + ": " + finding.message, width);
-  }
+  for (const auto& pair : comparison.pairs)
+    text += (text.empty() ? "" : "\n") + pair_text(comparison, pair, words, width);
+  text += "\n" + wrapped("", words("comparison_note"), width);
+  for (const auto& finding : comparison.findings)
+    text += wrapped(padded(severity_in(language, finding.severity), 9, TextColumn::Align::left),
+                    placed_message_in(language, finding), width);
   return text;
 }
 

@@ -92,7 +92,7 @@ std::string to_html(const Estimate& estimate, const PageOptions& page) {
   const auto& own = estimate.title.empty() ? estimate.method : estimate.title;
   const auto& plain_title = page.title.empty() ? own : page.title;
   const auto title = html::escaped(plain_title);
-  const html::Words words{page.language};
+  const html::Words words{page.language, "report"};
   const auto drawn = figures_of(estimate);
   const auto sections = html::verdicts(estimate, words) + html::first_figure(drawn, words) +
                         html::parameters(estimate, words) + html::with_prior(estimate, words) +

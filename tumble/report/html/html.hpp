@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/core/section_words.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/markup.hpp"
 
@@ -14,14 +14,7 @@ using tumble::escaped;
 using tumble::palette;
 
 /// Words of the page in its language: section [report] of text/<language>.toml.
-struct Words {
-  Language language = Language::english;
-
-  std::string operator()(const char* key) const { return text_of(language, "report", key); }
-  /// A sentence with values at {0}, {1}, {2}.
-  std::string with(const char* key, const std::string& first, const std::string& second = "",
-                   const std::string& third = "") const;
-};
+using Words = SectionWords;
 
 /// A number text of rounding.hpp with a true minus sign and its exponent as a power: "(6.66 ± 0.01) × 10⁻⁵".
 std::string number(std::string_view text);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/message_in.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -120,10 +121,10 @@ std::string findings(const Estimate& estimate, const Words& words) {
   auto sorted = estimate.findings;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.severity > b.severity; });
   std::string text = "<section id=\"findings\">\n<h2>" + words("findings") + "</h2>\n";
-  if (const auto note = words("findings_note"); !note.empty()) text += "<p class=\"note\">" + note + "</p>\n";
   text += "<ul class=\"findings\">\n";
   for (const auto& finding : sorted) {
-    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity, words), escaped(finding.message));
+    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity, words),
+                        escaped(message_in(words.language, finding)));
     if (!finding.where.empty()) text += fmt::format("<span class=\"where\">{}</span>", escaped(finding.where));
     text += "</div></li>\n";
   }

@@ -122,7 +122,10 @@ std::string tables(const Estimate& estimate, const Words& words) {
       text += table_html(table, ++count, words);
   }
   if (!for_programs.empty()) text += "<p class=\"note\">" + words.with("tables_for_programs", for_programs) + "</p>\n";
-  return text.empty() ? "" : "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n" + text + "</section>\n";
+  const auto said = words("tables_note");
+  const auto note = said.empty() ? "" : "<p class=\"note\">" + said + "</p>\n";
+  return text.empty() ? ""
+                      : "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n" + note + text + "</section>\n";
 }
 
 }  // namespace tumble::html

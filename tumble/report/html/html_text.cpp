@@ -23,11 +23,6 @@ std::size_t exponent_length(std::string_view text) {
 
 }  // namespace
 
-std::string Words::with(const char* key, const std::string& first, const std::string& second,
-                        const std::string& third) const {
-  return fmt::format(fmt::runtime((*this)(key)), first, second, third);
-}
-
 std::string number(std::string_view text) {
   const auto raise = [](std::string_view exponent) { return "\u202F×\u202F10<sup>" + number(exponent) + "</sup>"; };
   std::string result;

@@ -4,6 +4,7 @@
 
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
+#include "tumble/core/message_in.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/serve/routes/archive.hpp"
@@ -37,7 +38,7 @@ Json json_of(const Table& table) {
   return json;
 }
 
-Json json_of(const Estimate& estimate) {
+Json json_of(const Estimate& estimate, Language language) {
   Json json{{"title", estimate.title},
             {"parameters", Json::array()},
             {"tables", Json::array()},
@@ -47,15 +48,15 @@ Json json_of(const Estimate& estimate) {
     const auto& parameter = estimate.parameters[i];
     json["parameters"].push_back({{"name", parameter.name},
                                   {"description", parameter.description},
-                                  {"text", measured_text(estimate, parameter.name)},
+                                  {"text", measured_text(estimate, parameter.name, language)},
                                   {"interval", interval_text(estimate, i)}});
   }
   for (const auto& table : estimate.tables)
     if (!table.for_programs) json["tables"].push_back(json_of(table));
   static const char* const severities[] = {"info", "warning", "error"};
   for (const auto& finding : estimate.findings)
-    json["findings"].push_back(
-        {{"severity", severities[static_cast<std::size_t>(finding.severity)]}, {"message", finding.message}});
+    json["findings"].push_back({{"severity", severities[static_cast<std::size_t>(finding.severity)]},
+                                {"message", message_in(language, finding)}});
   for (const auto& figure : figures_of(estimate))
     json["figures"].push_back({{"name", figure.name}, {"svg", to_svg(figure)}, {"notes", figure.notes}});
   return json;
@@ -93,14 +94,16 @@ HttpResponse chart(Context& context, const HttpRequest& request) {
   const Archive archive = archive_of(context);
   const auto what = selection_in(archive, request);
   const auto kind = required(request, "kind");
+  const Language language = language_asked(request);
   if (kind == "chart")
-    return json_response(
-        json_of(chart_of_archive(archive, {.what = what, .every_day = optional(request, "every_day") == "1"})));
+    return json_response(json_of(
+        chart_of_archive(archive, {.what = what, .every_day = optional(request, "every_day") == "1"}), language));
   const Unit unit = parameter_over_units(archive, what.parameter, what.model, what.unit).shown;
   if (kind == "drift")
-    return json_response(json_of(drift_of_unit(archive, {.what = what, .limits = limits_in(request, unit)})));
+    return json_response(json_of(drift_of_unit(archive, {.what = what, .limits = limits_in(request, unit)}), language));
   if (kind == "summary")
-    return json_response(json_of(summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)})));
+    return json_response(
+        json_of(summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)}), language));
   throw Error{Error::Kind::bad_input, fmt::format("'kind' is chart, drift or summary, not '{}'", kind)};
 }
 

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/core/message_in.hpp"
+#include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
@@ -79,6 +81,20 @@ std::vector<std::string> all_of(const HttpRequest& request, std::string_view nam
   for (const auto& [key, value] : request.query)
     if (key == name) values.push_back(value);
   return values;
+}
+
+Language language_asked(const HttpRequest& request) {
+  const auto* code = find_query(request, "language");
+  if (code == nullptr || *code == "en") return Language::english;
+  if (*code == "zh") return Language::chinese;
+  throw Error{Error::Kind::unsupported, "there is no language '" + *code + "' (languages: en, zh)"};
+}
+
+Json findings_in(Language language, Json findings) {
+  if (language == Language::english || !findings.is_array()) return findings;
+  const Findings all = findings_from_json(findings.dump(), "findings");
+  for (std::size_t i = 0; i < all.size(); ++i) findings[i]["message"] = message_in(language, all[i]);
+  return findings;
 }
 
 std::string existing(const Context& context, const std::string& name) {

@@ -72,10 +72,8 @@ HttpResponse style(Context&, const HttpRequest& request) { return page(request, 
 HttpResponse description(Context&, const HttpRequest& request) { return page(request, "openapi.json"); }
 
 HttpResponse texts(Context&, const HttpRequest& request) {
-  const auto code = required(request, "language");
-  if (code != "en" && code != "zh")
-    throw Error{Error::Kind::unsupported, "there is no language '" + code + "' (languages: en, zh)"};
-  return json_response(texts_of(code == "zh" ? Language::chinese : Language::english, "web"));
+  required(request, "language");
+  return json_response(texts_of(language_asked(request), "web"));
 }
 
 HttpResponse workbench(Context& context, const HttpRequest&) {

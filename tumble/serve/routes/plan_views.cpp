@@ -127,7 +127,7 @@ Json row_of(const Estimate& now, std::size_t index, const Estimate* saved) {
   return row;
 }
 
-Json comparison_of(const Estimate& now, const Estimate* saved) {
+Json comparison_of(const Estimate& now, const Estimate* saved, Language language) {
   Json rows = Json::array(), lost = Json::array();
   std::map<std::string, int> changes;
   for (std::size_t i = 0; i < now.parameters.size(); ++i) {
@@ -142,7 +142,7 @@ Json comparison_of(const Estimate& now, const Estimate* saved) {
           {"lost", lost},
           {"worse", changes["worse"] + static_cast<int>(lost.size())},
           {"better", changes["better"] + changes["new"]},
-          {"findings", Json::parse(to_json(now.findings))},
+          {"findings", findings_in(language, Json::parse(to_json(now.findings)))},
           {"problems", Json::array()}};
 }
 
@@ -167,7 +167,8 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
                           {"findings", Json::array()},
                           {"problems", problems}});
   }
-  return json_response(comparison_of(*answers[0].estimate, answers.size() > 1 ? answers[1].estimate.get() : nullptr));
+  return json_response(comparison_of(*answers[0].estimate, answers.size() > 1 ? answers[1].estimate.get() : nullptr,
+                                     language_asked(request)));
 }
 
 }  // namespace

@@ -192,7 +192,9 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   answer["marks"] = marks_of(pyramid, last);
   answer["meta"] = pyramid.header().meta;
   const Json inspection = Json::parse(state.prepared->inspection, nullptr, false);
-  answer["findings"] = inspection.is_object() ? inspection.value("findings", Json::array()) : Json();
+  answer["findings"] = inspection.is_object()
+                           ? findings_in(language_asked(request), inspection.value("findings", Json::array()))
+                           : Json();
   if (!state.problems.empty()) answer["problems"] = state.problems;
   return json_response(answer);
 }

@@ -71,9 +71,9 @@ struct MeasuredTexts {
   std::string value, sd;
 };
 
-MeasuredTexts measured_texts(const Estimate& estimate, const std::string& name) {
+MeasuredTexts measured_texts(const Estimate& estimate, const std::string& name, Language language) {
   const auto found = std::ranges::find(estimate.parameters, name, &Parameter::name);
-  if (found == estimate.parameters.end()) return {measured_text(estimate, name), ""};
+  if (found == estimate.parameters.end()) return {measured_text(estimate, name, language), ""};
   const auto row = parameter_row(estimate, static_cast<std::size_t>(found - estimate.parameters.begin()));
   const auto tail = (row.power.empty() ? "" : " " + row.power) + (row.unit == "1" ? "" : " " + row.unit);
   const auto text = [&](const SplitNumber& number) {
@@ -89,10 +89,10 @@ std::string limit_in_characters(const std::string& text) {
   return text;
 }
 
-Json verdicts_of(const Estimate& estimate) {
+Json verdicts_of(const Estimate& estimate, Language language) {
   Json all = Json::array();
   for (const auto& verdict : estimate.verdicts) {
-    const auto [value, sd] = measured_texts(judged(estimate), verdict.parameter);
+    const auto [value, sd] = measured_texts(judged(estimate), verdict.parameter, language);
     all.push_back({{"parameter", verdict.parameter},
                    {"readable", readable_name(verdict.parameter)},
                    {"outcome", word_of(verdict.outcome)},
@@ -139,7 +139,7 @@ Json fit_of(const Fit& fit) {
           {"chi_square", known ? fmt::format("{:#.3g}", fit.chi_square / fit.degrees_of_freedom) : ""}};
 }
 
-Json pair_of_results(const ResultPair& pair) {
+Json pair_of_results(const ResultPair& pair, Language language) {
   Json rows = Json::array();
   for (const auto& one : pair.differences) {
     const auto texts = texts_of(one);
@@ -152,7 +152,10 @@ Json pair_of_results(const ResultPair& pair) {
                     {"e_n", number_in_characters(texts.e_n)},
                     {"significant", std::abs(one.e_n) > 1.0}});
   }
-  return {{"earlier", pair.earlier}, {"later", pair.later}, {"differences", rows}, {"together", chi_square_text(pair)}};
+  return {{"earlier", pair.earlier},
+          {"later", pair.later},
+          {"differences", rows},
+          {"together", chi_square_text(pair, language)}};
 }
 
 /// E_n asks whether one instrument changed: two results that somebody chose, or more of one serial number.
@@ -163,10 +166,10 @@ bool is_about_one_instrument(const std::vector<NamedResult>& results) {
          }));
 }
 
-Json texts_of_units(const std::vector<NamedResult>& results, const Figure& figure) {
+Json texts_of_units(const std::vector<NamedResult>& results, const Figure& figure, Language language) {
   Json texts = Json::array();
   for (const auto& [name, estimate] : results) {
-    const auto [value, sd] = measured_texts(estimate, figure.name);
+    const auto [value, sd] = measured_texts(estimate, figure.name, language);
     texts.push_back({{"value", value}, {"sd", sd}});
   }
   return texts;
@@ -194,7 +197,7 @@ void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
 }
 
-Json json_of_result(const Estimate& estimate) {
+Json json_of_result(const Estimate& estimate, Language language) {
   Estimate budget;
   budget.parameters = estimate.parameters;
   budget.covariance = estimate.covariance;
@@ -207,10 +210,10 @@ Json json_of_result(const Estimate& estimate) {
               {"model", estimate.instrument_model},
               {"serial", estimate.instrument_serial},
               {"fit", fit_of(estimate.fit)},
-              {"verdicts", verdicts_of(estimate)},
+              {"verdicts", verdicts_of(estimate, language)},
               {"sources", sources},
               {"parameters", parameters_of(estimate, budget)},
-              {"findings", Json::parse(to_json(estimate.findings))},
+              {"findings", findings_in(language, Json::parse(to_json(estimate.findings)))},
               {"figures", figures},
               {"correlation", correlation_of_result(estimate)},
               {"provenance", provenance_of(estimate.provenance)}};
@@ -222,7 +225,7 @@ Json json_of_result(const Estimate& estimate) {
   return answer;
 }
 
-Json json_of_comparison(std::vector<NamedResult> results) {
+Json json_of_comparison(std::vector<NamedResult> results, Language language) {
   Json answer{{"results", Json::array()}, {"pairs", Json::array()}, {"findings", Json::array()}};
   for (const auto& [name, estimate] : results)
     answer["results"].push_back({{"name", name},
@@ -232,11 +235,11 @@ Json json_of_comparison(std::vector<NamedResult> results) {
   const auto figures = figures_of_units(results);
   answer["figures"] = Json::parse(to_json(figures));
   answer["values"] = Json::array();
-  for (const auto& figure : figures) answer["values"].push_back(texts_of_units(results, figure));
+  for (const auto& figure : figures) answer["values"].push_back(texts_of_units(results, figure, language));
   if (is_about_one_instrument(results)) {
     const Comparison comparison = compare(std::move(results));
-    for (const auto& pair : comparison.pairs) answer["pairs"].push_back(pair_of_results(pair));
-    answer["findings"] = Json::parse(to_json(comparison.findings));
+    for (const auto& pair : comparison.pairs) answer["pairs"].push_back(pair_of_results(pair, language));
+    answer["findings"] = findings_in(language, Json::parse(to_json(comparison.findings)));
   }
   return answer;
 }

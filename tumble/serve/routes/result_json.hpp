@@ -13,10 +13,10 @@ namespace tumble::routes {
 void show_in_units(const std::vector<std::string>& units, Estimate& estimate);
 
 /// A result as a page shows it: texts of values, shares of the budget, correlation, provenance.
-Json json_of_result(const Estimate& estimate);
+Json json_of_result(const Estimate& estimate, Language language);
 
 /// Results as a page compares them: differences with E_n of results of one instrument, and each parameter over the
 /// results.
-Json json_of_comparison(std::vector<NamedResult> results);
+Json json_of_comparison(std::vector<NamedResult> results, Language language);
 
 }  // namespace tumble::routes

@@ -76,16 +76,11 @@ std::shared_ptr<const Estimate> result_of(Context& context, const HttpRequest& r
   return context.results.read(existing(context, required(request, "file")));
 }
 
-Language language_asked(const HttpRequest& request) {
-  const auto* code = find_query(request, "language");
-  return code && *code == "zh" ? Language::chinese : Language::english;
-}
-
 HttpResponse one_result(Context& context, const HttpRequest& request) {
   Estimate estimate = *result_of(context, request);
   show_in_units(all_of(request, "unit"), estimate);
   Json answer{{"name", required(request, "file")}};
-  answer.update(json_of_result(estimate));
+  answer.update(json_of_result(estimate, language_asked(request)));
   return json_response(answer);
 }
 
@@ -144,7 +139,7 @@ HttpResponse compare_results(Context& context, const HttpRequest& request) {
     throw Error{Error::Kind::bad_input, "2 to " + std::to_string(most_compared) + " results can be compared"};
   std::vector<NamedResult> results;
   for (const auto& name : names) results.push_back({name, *context.results.read(existing(context, name))});
-  return json_response(json_of_comparison(std::move(results)));
+  return json_response(json_of_comparison(std::move(results), language_asked(request)));
 }
 
 }  // namespace

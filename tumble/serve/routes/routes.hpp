@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/text.hpp"
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/http_server.hpp"
 #include "tumble/serve/jobs.hpp"
@@ -80,6 +81,11 @@ std::string optional(const HttpRequest& request, std::string_view name);
 /// One that is a number [as written].
 double required_number(const HttpRequest& request, std::string_view name);
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
+
+/// The parameter language: English where it is absent. Throws Error::unsupported for another language.
+Language language_asked(const HttpRequest& request);
+/// Findings as they stand in a result or an inspection, their messages in this language.
+Json findings_in(Language language, Json findings);
 
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);

@@ -1,6 +1,6 @@
 // A parameter over time or over units: control charts, drift, summary. All numbers, texts and drawings are the server's.
 import { query, show } from "../route";
-import { t } from "../texts";
+import { language, t } from "../texts";
 import { addressIn, enter, useAnswer } from "./answer";
 
 interface Column {
@@ -77,6 +77,7 @@ export function ChartPage() {
   const kind = seen.get("kind") ?? "chart", kinds = unit === null ? ["summary", "chart"] : ["drift", "chart"];
   const asked = new URLSearchParams(seen);
   asked.set("kind", kind);
+  asked.set("language", language.value);
   const { body, problems } = useAnswer<Chart>(`/api/archive/chart?${asked}`);
   const whose = unit ?? model;
   const back: Record<string, string> = unit === null ? {} : { unit };

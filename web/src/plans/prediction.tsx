@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { problemsOf } from "../api";
-import { t } from "../texts";
+import { language, t } from "../texts";
 import { ask, Prediction } from "./ask";
 import { file, look, saved, text } from "./state";
 
@@ -17,7 +17,7 @@ const sleep = (time: number) => new Promise((done) => setTimeout(done, time));
 async function follow(body: unknown, control: AbortController): Promise<void> {
   await sleep(250);
   for (let pause = 60; !control.signal.aborted; pause = Math.min(1000, 1.4 * pause)) {
-    const answer = await ask<Prediction>("/api/plan/predict", body, control.signal);
+    const answer = await ask<Prediction>(`/api/plan/predict?language=${language.value}`, body, control.signal);
     if (control.signal.aborted) return;
     if (answer.ready) {
       prediction.value = answer;
@@ -45,7 +45,7 @@ function usePrediction(): void {
       problems.value = problemsOf(error);
     });
     return () => control.abort();
-  }, [sound, now, before]);
+  }, [sound, now, before, language.value]);
 }
 
 const SIGN: Record<string, string> = { worse: "▲", better: "▼", same: "=", new: "+", none: "" };

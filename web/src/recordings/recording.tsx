@@ -8,7 +8,7 @@ import { look, pan, pointed, pressKey, seen, setCursor, whole, zoom } from "./na
 import { Drawn, GUTTER, Plot } from "./plot";
 import { cursors, hidden, selection, sets, span, units } from "./view";
 import { answered, forgetSpan, overview, showOverview, showSpan, viewProblems, views } from "./span_data";
-import { count, duration, t } from "../texts";
+import { count, duration, language, t } from "../texts";
 import { Clock, clock, timeText } from "./time_text";
 
 export function fileQuery(file: string): URLSearchParams {
@@ -256,7 +256,7 @@ export function RecordingPage({ file }: { file: string }) {
   const asked = useComputed(() => fileQuery(file).toString());
   const refreshed = async () => {
     try {
-      const { status, body } = await get<Recording>("/api/recording?" + asked.value);
+      const { status, body } = await get<Recording>(`/api/recording?${asked.value}&language=${language.value}`);
       setFailed([]);
       setRecording(status === 200 ? body : null);
     } catch (error) {
@@ -279,6 +279,12 @@ export function RecordingPage({ file }: { file: string }) {
     setRecording(null);
     void refreshed();
   }, [asked.value]);
+  const spoken = useRef(language.value);
+  useEffect(() => {
+    if (spoken.current === language.value) return;
+    spoken.current = language.value;
+    void refreshed(); // the messages of findings
+  }, [language.value]);
   // While the view is there and the checks are not, the view appears as soon as it can.
   useEffect(() => {
     if (done || failed.length > 0) return;

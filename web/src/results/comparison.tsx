@@ -1,5 +1,5 @@
 // Results beside each other: what changed between two of one instrument, and each parameter over up to 200 of them.
-import { t } from "../texts";
+import { language, t } from "../texts";
 import { Compared, useAnswer } from "./answers";
 import { FigureView } from "./figure";
 import { Findings, Problems } from "./result";
@@ -76,7 +76,7 @@ function Units({ compared }: { compared: Compared }) {
 }
 
 export function ComparisonPage({ files }: { files: string[] }) {
-  const { answer: compared, problems } = useAnswer<Compared>(`/api/results/compare?${queryOf(files)}`);
+  const { answer: compared, problems } = useAnswer<Compared>(`/api/results/compare?${queryOf(files)}&language=${language.value}`);
   return (
     <article class="result">
       <header class="recording-head">

@@ -200,7 +200,7 @@ function CompareWith({ file, result }: { file: string; result: Result }) {
 
 export function ResultPage({ file }: { file: string }) {
   const chosen = Object.entries(units.value).map(([name, unit]) => `&unit=${encodeURIComponent(`${name}~${unit}`)}`).join("");
-  const { answer: result, problems } = useAnswer<Result>(`/api/result?file=${encodeURIComponent(file)}${chosen}`);
+  const { answer: result, problems } = useAnswer<Result>(`/api/result?file=${encodeURIComponent(file)}&language=${language.value}${chosen}`);
   const tally = useMemo(() => {
     const of = (outcome: string) => result?.verdicts.filter((one) => one.outcome === outcome).length ?? 0;
     return { pass: of("pass"), fail: of("fail"), undecided: of("undecided") };

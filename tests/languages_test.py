@@ -1,0 +1,164 @@
+"""The program in Chinese, as its users meet it: what people read changes with the language, files and JSON never do.
+
+    languages_test.py PROGRAM REPOSITORY
+"""
+
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unicodedata
+import unittest
+
+PROGRAM, ROOT = sys.argv[1], pathlib.Path(sys.argv[2])
+DATA = ROOT / "examples/data/mpu6050_static.csv"
+HAN = re.compile(r"[\u4e00-\u9fff]")
+
+
+def tumble(*arguments, folder=None, **environment):
+    """Standard output. The environment has no locale but the given."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
+    done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=folder, env={**kept, **environment}, capture_output=True, text=True,
+                          encoding="utf-8", check=False)
+    if done.returncode != 0:
+        raise AssertionError(f"{arguments}: status {done.returncode}: {done.stderr}")
+    return done.stdout
+
+
+def entries_with_options():
+    return [(kind, entry) for kind in ("methods", "models", "rigs") for entry in json.loads(tumble("list", kind, "--json"))]
+
+
+def width(text):
+    return sum(2 if unicodedata.east_asian_width(one) in "WF" else 1 for one in text)
+
+
+def tables(text):
+    """Heading, rule and rows of each table."""
+    lines = text.split("\n")
+    for i, line in enumerate(lines):
+        if re.fullmatch(r"  ─+", line):
+            end = next((k for k in range(i, len(lines)) if not lines[k].strip()), len(lines))
+            yield lines[i - 1], line, lines[i + 1:end]
+
+
+class Choice(unittest.TestCase):
+    def is_chinese(self, *arguments, **environment):
+        return "诊断信息" in tumble("inspect", DATA, *arguments, **environment)
+
+    def test_option_and_environment(self):
+        self.assertFalse(self.is_chinese())
+        self.assertTrue(self.is_chinese("--lang", "zh"))
+        self.assertTrue(self.is_chinese("--lang=zh"))
+        self.assertTrue(self.is_chinese(LANG="zh_CN.UTF-8"))
+        self.assertTrue(self.is_chinese(LANG="en_US.UTF-8", LC_MESSAGES="zh_CN.UTF-8"))
+        self.assertFalse(self.is_chinese(LANG="zh_CN.UTF-8", LC_ALL="C.UTF-8"))
+        self.assertFalse(self.is_chinese("--lang", "en", LANG="zh_CN.UTF-8"))
+
+    def test_an_unknown_language_is_refused(self):
+        done = subprocess.run([PROGRAM, "list", "--lang", "fr"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("{en,zh}", done.stderr)
+
+
+class Reading(unittest.TestCase):
+    """What people read."""
+
+    def test_help(self):
+        text = tumble("--lang", "zh", "--help")
+        verbs = re.findall(r"^  ([a-z][a-z-]+) {2,}(.+)$", text, re.MULTILINE)
+        self.assertGreater(len(verbs), 20)
+        for verb, summary in verbs:
+            self.assertRegex(summary, HAN, verb)
+            self.assertIn(summary, tumble("help", verb, LANG="zh_CN.UTF-8"))
+        self.assertNotIn("Options", text)
+
+    def test_every_argument_of_every_verb(self):
+        argument = re.compile(r"^  (\S+)[^\n]*(?:\n {20,}[^\n]*)*", re.MULTILINE)
+        for verb in re.findall(r"^  ([a-z][a-z-]+) {2,}", tumble("--help"), re.MULTILINE):
+            english, chinese = tumble("help", verb), tumble("help", verb, "--lang", "zh")
+            for text in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2]):
+                if (verb, text[1]) != ("station", "WHAT"):  # "check", a word of the command
+                    self.assertRegex(text[0], HAN, f"{verb} {text[1]}")
+            self.assertEqual([m[1] for m in argument.finditer(english.partition("Example")[0].partition("\n\n")[2])],
+                             [m[1] for m in argument.finditer(chinese.partition("Example")[0].partition("\n\n")[2])])
+        for kinds in (r"one of ((?:\w+, )+\w+)", r"note: one of ((?:\w+, )+\w+)"):
+            for word in re.search(kinds, tumble("help", "archive"))[1].split(", "):
+                self.assertIn(word + "（", tumble("help", "archive", "--lang", "zh"))
+
+    def test_options_of_every_method_model_and_rig_and_the_line_of_every_entry(self):
+        for kind in ("methods", "models", "rigs", "formats", "checks"):
+            for line in tumble("list", kind, "--lang", "zh").splitlines():
+                self.assertRegex(line, HAN)
+        for kind, entry in entries_with_options():
+            page = re.sub(r"\n {6,}", "\t", tumble("list", kind, entry["name"], "--lang", "zh").partition("选项：")[2])
+            said = dict(re.findall(r"^  (\w+)  .*?\t(.*)$", page, re.MULTILINE))
+            for option in entry["options"]:
+                self.assertRegex(said[option["name"]], HAN, f"option.{entry['name']}.{option['name']} of text/zh.toml")
+
+    def test_a_text_for_several_entries_says_what_each_says_in_english(self):
+        chinese = tomllib.loads((ROOT / "text/zh.toml").read_text(encoding="utf-8"))["option"]
+        english = {}
+        for _, entry in entries_with_options():
+            own = chinese.get(entry["name"], {})
+            for option in entry["options"]:
+                if option["name"] not in own:
+                    english.setdefault(option["name"], set()).add(option["description"])
+            self.assertLessEqual(own.keys(), {option["name"] for option in entry["options"]}, entry["name"])
+        self.assertEqual({name for name, texts in english.items() if len(texts) > 1}, set())
+        self.assertEqual(set(chinese["common"]), set(english))
+
+    def test_tables_line_up(self):
+        """The heading ends where its column does: every line of a table whose last column is lined up right ends with the rule."""
+        text = tumble("inspect", DATA, "--lang", "zh")
+        found = list(tables(text))
+        self.assertGreater(len(found), 0)
+        for heading, rule, rows in found:
+            for line in [heading, *rows]:
+                self.assertEqual(width(line), width(rule), line)
+
+    def test_lines_are_no_wider_than_they_may_be(self):
+        for line in tumble("identify", "allan_noise", DATA, "--lang", "zh").split("\n"):
+            self.assertLessEqual(width(line), 100, line)
+
+    def test_a_result_has_no_plus_minus(self):
+        text = tumble("identify", "static_bias", DATA, "--set", "channels.signal=gyro.x", "--lang", "zh")
+        self.assertIn("标准不确定度 u", text)
+        self.assertNotIn("±", text)
+
+
+class Files(unittest.TestCase):
+    """What programs read."""
+
+    def test_json_is_the_same(self):
+        for arguments in (["inspect", DATA, "--json"], ["list", "methods", "--json"], ["list", "rigs", "shaker", "--json"],
+                          ["identify", "allan_noise", DATA, "--json"]):
+            self.assertEqual(tumble(*arguments), tumble(*arguments, LANG="zh_CN.UTF-8"), arguments)
+
+    def test_files_are_the_same_and_pages_are_not(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "en").mkdir(), (folder / "zh").mkdir()
+            for language in ("en", "zh"):
+                here = folder / language
+                tumble("init", "static_bias", "-o", "plan.toml", "--lang", language, folder=here)
+                tumble("convert", DATA, "-o", "data.csv", "--lang", language, folder=here)
+                tumble("identify", "allan_noise", DATA, "-o", "result.json", "--lang", language, folder=here)
+                tumble("report", "result.json", "-o", "report.html", "--language", language, folder=here)
+            for file in ("plan.toml", "data.csv", "result.json"):
+                self.assertEqual((folder / "en" / file).read_bytes(), (folder / "zh" / file).read_bytes(), file)
+            english, chinese = ((folder / language / "report.html").read_text(encoding="utf-8") for language in ("en", "zh"))
+            findings = json.loads((folder / "zh" / "result.json").read_text())["findings"]
+            self.assertGreater(len(findings), 0)
+            listed = re.search(r'<ul class="findings">(.*?)</ul>', chinese, re.DOTALL)[1]
+            for item in re.findall(r"<div>([^<]+)", listed):
+                self.assertRegex(item, HAN)
+            self.assertNotIn("诊断信息", english)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
