@@ -8,8 +8,7 @@
 namespace tumble::noise_likelihood {
 namespace {
 
-constexpr double accuracy = 1e-10;  ///< of -2 ln L: 1e-5 of the standard uncertainty of a term
-
+constexpr double accuracy = 1e-9;  ///< of -2 ln L: 3e-5 of the standard uncertainty of a term
 
 /// Power over that of white noise, averaged over frequencies within a factor of 2 either way.
 std::vector<double> smoothed(const BandData& data) {

@@ -42,7 +42,7 @@ struct ScoringFit {
 ///
 /// Given     x  [bands x terms] expected mean squares of unit terms; start [bands] expectations to begin with
 ///           known  [bands]; empty: nothing
-/// Accuracy  1e-10 in -2 ln L
+/// Accuracy  1e-9 in -2 ln L
 ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, const std::vector<double>& start,
                           std::span<const double> known = {});
 
