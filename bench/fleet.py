@@ -235,7 +235,7 @@ def scheduler(work, tasks=100_000, workers=8):
             before, begin = processor_time(master.pid), time.monotonic()
             total = 0
             for first in range(0, tasks, 10_000):
-                total += len(client.gather(client.map(nothing, range(first, first + 10_000), pure=False)))
+                total += len(client.gather(client.map(nothing, range(first, min(tasks, first + 10_000)), pure=False)))
             mapped, wall = processor_time(master.pid) - before, time.monotonic() - begin
             assert total == tasks
             say("scheduler: as the fleet submits")

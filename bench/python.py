@@ -135,6 +135,7 @@ def page(wheel, bench, folder):
     ours, our_install, our_size = installed(folder / "ours", house, wheel)
     theirs, their_install, their_size = installed(folder / "theirs", other_house, "allantools")
     imports = median_import({"numpy": (ours, "numpy"), "tumble": (ours, "tumble"), "tumble, numpy": (ours, "tumble, numpy"),
+                             "first": (ours, "tumble, numpy; tumble.allan_deviation(numpy.arange(1000.0) % 7, 1.0)"),
                              "allantools": (theirs, "allantools")})
     (slow, one, ratio, slow_real, both, both_ratio), disagreement = deviations(ours, theirs)
     whole, core = json.loads(run(ours, "-c", LAYERS))
@@ -154,6 +155,7 @@ processor time where it says so.
 | import [ms] | {imports["tumble"]:.0f} | {imports["allantools"]:.0f} |
 | import together with numpy [ms] | {imports["tumble, numpy"]:.0f} | {imports["allantools"]:.0f} |
 | numpy alone [ms] | {imports["numpy"]:.0f} | |
+| both, and the first deviation of a session [ms] | {imports["first"]:.0f} | |
 
 ## `allan_deviation` of 10^7 samples of a NumPy array at {len(factors())} averaging times
 

@@ -148,7 +148,7 @@ def watch(port, until, ids):
     client.close()
 
 
-def live_run(program, clients=50, seconds=20.0, speed=20):
+def live_run(program, clients=50, seconds=20.0, speed=5):
     """Lines of the table: what a run and the server cost, alone and with all these clients."""
     with tempfile.TemporaryDirectory() as folder:
         run = begin_run(program, folder, speed)
@@ -167,7 +167,10 @@ def live_run(program, clients=50, seconds=20.0, speed=20):
         watched, served = (processor_time(run.pid) - before) / took, (processor_time(server.process.pid) - served) / took
         client = server.client()
         client.request("GET", "/api/station/run?run=run")
-        view = json.loads(client.getresponse().read())["view"]
+        state = json.loads(client.getresponse().read())
+        if not state["alive"]:
+            raise RuntimeError(f"the run has ended: {state['ending']} {state['ending_text']} {state['events'][-3:]}")
+        view = state["view"]
         memory = server.memory()[0]
         subprocess.run([program, "stop", f"{folder}/run"], capture_output=True)
         run.wait(60)

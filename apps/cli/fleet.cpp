@@ -1,9 +1,11 @@
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -110,19 +112,19 @@ int summary(const Arguments& arguments, const Terminal& terminal) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.action == "summary") return summary(arguments, terminal);
-  const std::vector<std::string> words{"run", "record", "status", "summary"};
-  if (arguments.action != "run" && arguments.action != "record" && arguments.action != "status")
-    throw Error(Error::Kind::bad_input, fmt::format("fleet {}: one of run, record, status, summary is expected{}",
-                                                    arguments.action, did_you_mean(arguments.action, words)));
+  const std::vector<std::string> words{"run", "record", "status", "compact", "summary"};
+  if (std::ranges::find(words, arguments.action) == words.end())
+    throw Error(Error::Kind::bad_input, fmt::format("fleet {}: one of {} is expected{}", arguments.action,
+                                                    fmt::join(words, ", "), did_you_mean(arguments.action, words)));
   hand_over(arguments);
 }
 
 std::vector<Argument> arguments_of(Arguments& arguments) {
   return {
-      {"ACTION", &arguments.action, "run, record, status or summary", true},
+      {"ACTION", &arguments.action, "run, record, status, compact or summary", true},
       {"WHAT", &arguments.what,
-       "run: PLAN and recordings, patterns or folders;\nrecord: PLAN and the files of one record;\nstatus, summary: "
-       "FOLDER of the fleet"},
+       "run: PLAN and recordings, patterns or folders;\nrecord: PLAN and the files of one record;\nstatus, compact, "
+       "summary: FOLDER of the fleet"},
       {.name = "-o,--output",
        .value = &arguments.output,
        .description = "run, record: folder of the fleet;\nsummary: file to write (.json, .html)",

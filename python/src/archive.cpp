@@ -11,6 +11,8 @@
 #include "tumble/archive/archive_json.hpp"
 #include "tumble/archive/deposit.hpp"
 #include "tumble/archive/history.hpp"
+#include "tumble/archive/populations.hpp"
+#include "tumble/core/estimate.hpp"
 
 namespace tumble::python {
 namespace {
@@ -61,6 +63,19 @@ void bind_archive(nb::module_& module) {
             write_stored(archive, sha256, path);
           },
           "sha256"_a, "path"_a, unlocked)
+      .def(
+          "population",
+          [](const Archive& archive, const std::string& model, const std::string& method, const std::string& without) {
+            return population_of(archive, {.model = model, .method = method, .without = without});
+          },
+          "model"_a, "method"_a, "without"_a, unlocked)
+      .def(
+          "components",
+          [](const Archive& archive, const std::string& model, const std::string& parameter, const std::string& method,
+             const std::string& without) {
+            return components_of(archive, {.model = model, .method = method, .without = without}, parameter);
+          },
+          "model"_a, "parameter"_a, "method"_a, "without"_a, unlocked)
       .def("put", &put, "results"_a, "files"_a, "model"_a, "serial"_a, "who"_a, "when"_a, unlocked);
   module.def(
       "make_archive",

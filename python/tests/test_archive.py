@@ -59,3 +59,24 @@ def test_wrong_requests_say_what_is_wrong(test, tmp_path):
     lab.close()
     with pytest.raises(tumble.UsageError, match="closed"):
         lab.units()
+
+
+def test_population_is_that_of_the_command(tree, tmp_path, command):
+    plan = tree / "plans/accelerometer_tumble.toml"
+    address = tmp_path / "lab.db"
+    with archive.make(address, by="Li Wei") as lab:
+        for seed in range(1, 7):
+            made = tumble.load_plan(plan).with_(**{"truth.bias": f"3.{seed} mg", "instrument.serial": f"A-{seed}"})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", tumble.TumbleWarning)
+                result = tumble.identify(made, tumble.simulate(made, seed=seed))
+            lab.ingest(result, unit=f"pendulous_accelerometer/A-{seed}", by="Li Wei")
+        found = tumble.population("pendulous_accelerometer", archive=lab)
+    words = ("population", "pendulous_accelerometer", "--archive", address, "--json")
+    assert json.loads(command(*words)) == found.document
+    without = tumble.population("pendulous_accelerometer", archive=address, without="A-6")
+    assert json.loads(command(*words, "--without", "A-6")) == without.document != found.document
+    parts = tumble.population("pendulous_accelerometer", archive=address, components="bias")
+    assert json.loads(command(*words, "--components", "bias")) == parts.document
+    with pytest.raises(tumble.UsageError, match="no result of the model"):
+        tumble.population("gyro", archive=address)

@@ -116,7 +116,7 @@ def _with_killer(units: Path, folder: Path) -> list[Path]:
 def poison(tmp_path, monkeypatch):
     """In workers the hash of a file called poison.h5 ends the process, as a reader might that runs out of memory."""
     code = """
-import os, signal, sys
+import os, signal, sys, time
 from importlib import abc, util
 class Finder(abc.MetaPathFinder):
     def find_spec(self, name, path, target=None):
@@ -131,6 +131,8 @@ class Finder(abc.MetaPathFinder):
             def sha256_of(path):
                 if path.endswith("poison.h5"):
                     os.kill(os.getpid(), signal.SIGKILL)
+                if path.endswith("poison-slow.h5"):
+                    time.sleep(600)
                 return hashed(path)
             module.sha256_of = sha256_of
         spec.loader.exec_module = poisoned
@@ -431,6 +433,17 @@ def test_the_summary_says_what_the_units_have_in_common(production, tmp_path):
     assert "SN029" in page and "<svg" in page
 
 
+def test_a_summary_has_the_last_result_of_a_recording_that_changed(units, tmp_path):
+    folder = tmp_path / "units"
+    shutil.copytree(units, folder)
+    fleet.run("allan_noise", folder, tmp_path / "fleet", executor="serial")
+    first, second, *_ = sorted(folder.iterdir())
+    tumble.from_arrays({"gyro.x": (tumble.read(second)["gyro.x"].values * 3, "rad/s")}, rate=100).save(first)
+    made = fleet.run("allan_noise", folder, tmp_path / "fleet", executor="serial")
+    assert len(computed(tmp_path / "fleet")) == UNITS + 1
+    assert made.summary().fit.observations == UNITS == made.table().num_rows
+
+
 def test_the_program_gives_the_same_summary(production, command):
     said = command("fleet", "summary", production.folder, "--json", "--max", f"{NAME}=0.135 deg/sqrt(h)")
     assert json.loads(said) == production.summary(limits={NAME: (None, "0.135 deg/sqrt(h)")}).document
@@ -455,3 +468,158 @@ def test_results_go_into_an_archive(production, tmp_path):
     archive.make(address, by="Li Wei").close()
     assert production.to_archive(address, by="Li Wei") == {"results": 30, "known": 0}
     assert production.to_archive(address, by="Li Wei") == {"results": 0, "known": 30}
+
+
+def test_a_worker_that_takes_too_long_is_ended(units, tmp_path):
+    """A recording that gives no answer (a file system that hangs, an endless loop) is a row with its error."""
+    slow = tmp_path / "slow/poison-slow.h5"
+    slow.parent.mkdir()
+    shutil.copy(next(units.iterdir()), slow)
+    with open(slow, "ab") as file:
+        file.write(b"slow")
+    made = fleet.run("allan_noise", slow, tmp_path / "fleet", workers=1, retries=1, timeout=1)
+    assert made.errors() == {str(slow): "the worker was ended: it gave no answer within 1 s, 2 times"}
+    again = fleet.run("allan_noise", [*units.iterdir(), slow], tmp_path / "fleet", executor="serial")
+    assert again.status().ok == UNITS + 1 and not again.errors(), "the next run repeats it"
+    with pytest.raises(tumble.UsageError, match="only executor='processes'"):
+        fleet.run("allan_noise", slow, tmp_path / "serial", executor="serial", timeout=1)
+
+
+def parquet_files(out: Path) -> list[Path]:
+    return sorted(out.glob("table/*/*/*.parquet"))
+
+
+def test_a_folder_is_compacted_and_goes_on(units, serial_table, tmp_path):
+    out = tmp_path / "fleet"
+    names = sorted(units.iterdir())
+    for last in (2, 5, UNITS):
+        fleet.run("allan_noise", names[:last], out, executor="serial")
+    damaged = tmp_path / "damaged.h5"
+    damaged.write_bytes(names[0].read_bytes()[:1000])
+    made = fleet.run("allan_noise", [*names, damaged], out, executor="serial")
+    before = made.table()
+    removed = made.compact()
+    assert removed == (4, UNITS) and made.compact() == (0, 0)
+    assert len(parquet_files(out)) == 1
+    assert made.table().equals(before)
+    assert made.status().ok == UNITS and made.status().errors == 1
+    count = len(computed(out))
+    os.utime(names[0])
+    again = fleet.run("allan_noise", [*names, damaged], out, executor="serial", retry_errors=True)
+    assert again.table().equals(before)
+    assert len(computed(out)) == count + 1, "only the damaged one is reduced again"
+
+
+def test_a_compaction_that_is_killed_loses_nothing(units, tmp_path, monkeypatch):
+    """Killed before each removal in turn: the table stays, and the next call ends the work."""
+    from tumble.fleet._store import Store
+
+    whole = tmp_path / "whole"
+    names = sorted(units.iterdir())[:4]
+    for last in (1, 2, 4):
+        fleet.run("allan_noise", names[:last], whole, executor="serial")
+    table = fleet.Fleet(whole).table()
+    remove = Store.remove
+    for number in range(3 + 4):
+        out = tmp_path / f"killed {number}"
+        shutil.copytree(whole, out)
+        calls: list[int] = []
+
+        def stops(store, *parts, calls=calls, number=number):
+            if len(calls) == number:
+                raise KeyboardInterrupt
+            calls.append(1)
+            remove(store, *parts)
+
+        monkeypatch.setattr(Store, "remove", stops)
+        with pytest.raises(KeyboardInterrupt):
+            fleet.Fleet(out).compact()
+        monkeypatch.setattr(Store, "remove", remove)
+        assert fleet.Fleet(out).table().equals(table)
+        assert fleet.run("allan_noise", names, out, executor="serial").table().equals(table)
+        fleet.Fleet(out).compact()
+        assert len(parquet_files(out)) == 1 and not list(out.glob("rows/*/*/*.json"))
+        assert fleet.Fleet(out).table().equals(table)
+        assert len(computed(out)) == 4
+
+
+def test_a_plan_that_changes_ends_the_run(tree, tmp_path):
+    plan = tmp_path / "plan.toml"
+    shutil.copy(tree / "plans/static_bias.toml", plan)
+    for seed in (1, 2, 3):
+        tumble.simulate(plan, seed=seed).save(tmp_path / f"unit {seed}.h5")
+    text = plan.read_text()
+
+    def changes(_, what):
+        plan.write_text(text + "\n# changed\n")
+        from tumble.fleet import _task
+
+        _task._plan.cache_clear()
+
+    with pytest.raises(tumble.UsageError, match="has changed since the run began"):
+        fleet.run(plan, str(tmp_path / "*.h5"), tmp_path / "fleet", executor="serial", progress=changes)
+    with pytest.raises(tumble.UsageError, match="another plan"):
+        fleet.run(plan, str(tmp_path / "*.h5"), tmp_path / "fleet", executor="serial")
+    plan.write_text(text)
+    made = fleet.run(plan, str(tmp_path / "*.h5"), tmp_path / "fleet", executor="serial")
+    assert made.status().ok == 3 and not made.errors()
+
+
+def test_a_clock_that_goes_back_makes_no_old_error_the_last_word(units, tmp_path, monkeypatch):
+    from tumble.fleet import _run
+
+    path = tmp_path / "unit.h5"
+
+    class Later(_run.datetime.datetime):
+        @classmethod
+        def now(cls, zone=None):
+            return super().now(zone) + _run.datetime.timedelta(days=3000)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_run.datetime, "datetime", Later)
+        first = fleet.run("allan_noise", path, tmp_path / "fleet", executor="serial", retries=0)
+    assert first.status().errors == 1
+    shutil.copy(next(units.iterdir()), path)
+    made = fleet.run("allan_noise", path, tmp_path / "fleet", executor="serial")
+    assert made.status().ok == 1 and not made.errors()
+
+
+def test_what_is_no_file_is_a_row(units, tmp_path):
+    pipe = tmp_path / "pipe.h5"
+    os.mkfifo(pipe)
+    made = fleet.run("allan_noise", [pipe, next(units.iterdir())], tmp_path / "fleet", executor="serial")
+    assert "is no file" in made.errors()[str(pipe)] and made.status().ok == 1
+
+
+def test_a_name_that_is_no_text_is_refused(units, tmp_path):
+    folder = tmp_path / "mixed"
+    folder.mkdir()
+    shutil.copy(next(units.iterdir()), os.fsencode(folder) + b"/\xff.h5")
+    with pytest.raises(tumble.UsageError, match="not in UTF-8"):
+        fleet.run("allan_noise", folder, tmp_path / "fleet", executor="serial")
+
+
+@pytest.mark.parametrize("left", [b"", b'{"key": "ab'])
+def test_rows_that_a_power_failure_cut_are_made_again(units, serial_table, tmp_path, left):
+    out = tmp_path / "fleet"
+    fleet.run("allan_noise", units, out, executor="serial")
+    shutil.rmtree(out / "table")
+    first, second, *_ = sorted(out.glob("rows/*/*/*.json"))
+    first.write_bytes(left)
+    second.write_bytes(left)
+    result = out / "results" / second.relative_to(out / "rows")
+    result.write_bytes(result.read_bytes()[:100])
+    made = fleet.run("allan_noise", units, out, executor="serial")
+    assert made.table().equals(serial_table)
+    assert len(computed(out)) == UNITS + 1, "only the one whose result was cut too"
+
+
+def test_two_drivers_in_one_folder(units, serial_table, tmp_path):
+    out = tmp_path / "fleet"
+    drivers = [
+        subprocess.Popen([sys.executable, "-c", DRIVER, str(units), str(out)], stderr=subprocess.PIPE) for _ in range(2)
+    ]
+    said = [driver.communicate(timeout=300)[1] for driver in drivers]
+    assert [driver.returncode for driver in drivers] == [0, 0], said
+    assert fleet.Fleet(out).table().equals(serial_table)
+    assert len(set(computed(out))) == UNITS

@@ -10,7 +10,7 @@ import warnings
 import pytest
 
 EVERY_DAY = ["noise_of_my_imu", "imu_by_hand", "method_in_python"]
-OTHERS = ["fog_over_temperature", "rehearse_a_turntable_test", "ros_bag_to_kalibr"]
+OTHERS = ["a_month_of_gyros", "fog_over_temperature", "rehearse_a_turntable_test", "ros_bag_to_kalibr"]
 
 
 @pytest.mark.parametrize("name", EVERY_DAY + OTHERS)

@@ -49,7 +49,17 @@ _HOMES: dict[str, str] = {
         "_recording": ("Channel", "Mark", "Recording"),
         "_result": ("Result", "load_result"),
         "_result_parts": ("Covariance", "Curve", "Parameter", "Table", "Verdict"),
-        "_tasks": ("compensate", "convert", "export", "identify", "optimise", "predict", "report", "simulate"),
+        "_tasks": (
+            "compensate",
+            "convert",
+            "export",
+            "identify",
+            "optimise",
+            "population",
+            "predict",
+            "report",
+            "simulate",
+        ),
     }.items()
     for name in names
 }

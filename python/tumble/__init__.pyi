@@ -21,7 +21,7 @@ from tumble._read import from_arrays, read
 from tumble._recording import Channel, Mark, Recording
 from tumble._result import Result, load_result
 from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
-from tumble._tasks import compensate, convert, export, identify, optimise, predict, report, simulate
+from tumble._tasks import compensate, convert, export, identify, optimise, population, predict, report, simulate
 
 __version__: str
 
@@ -69,6 +69,7 @@ __all__ = [
     "models",
     "optimise",
     "plans",
+    "population",
     "predict",
     "read",
     "report",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from tumble import _finding, _tumble
 from tumble._errors import UsageError, wrong_type
@@ -14,6 +15,9 @@ from tumble._progress import listener
 from tumble._recording import Recording
 from tumble._result import Result, result_of
 from tumble._text import count_of, number_of, path_text, sets_of, si_of, text_of, words_of
+
+if TYPE_CHECKING:
+    from tumble.archive import Archive
 
 MEMORY = 2_000_000_000
 
@@ -232,3 +236,30 @@ def convert(
     """
     with listener(progress) as call:
         _tumble.convert(path_text(recording, "recording"), path_text(output, "output"), sets_of(settings), call)
+
+
+def population(
+    model: str,
+    *,
+    archive: Archive | str | os.PathLike[str],
+    method: str = "",
+    without: str = "",
+    components: str = "",
+) -> Result:
+    """What an archive says of a further unit of a model, and why results differ; docs/population.md.
+
+    Given     model       of the units, as their results name it
+              archive     an open archive, or the address of one
+              method      of the results; empty: the only one that there is
+              without     serial number of a unit that is not to be part of it
+              components  instead: the components of variance of this parameter, from all results
+    Returned  a result; its file can be the prior of a plan
+    Raises    UsageError, DataError, FileError
+    Example   tumble.population("imu", archive="lab.db").save("population.json")
+    """
+    from tumble import archive as archives
+
+    lab = archive if isinstance(archive, archives.Archive) else archives.open(archive)
+    if components:
+        return lab.components(model, components, method=method, without=without)
+    return lab.population(model, method=method, without=without)

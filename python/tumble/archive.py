@@ -95,6 +95,30 @@ class Archive:
         """A result by the first digits of its SHA-256, six or more. Raises UsageError where it is absent."""
         return _from_text(self._opened().result_text(whole_text(sha256, "sha256")), sha256)
 
+    def population(self, model: str, *, method: str = "", without: str = "") -> Result:
+        """The population of a model: what its results say of a unit that was not tested yet; docs/population.md.
+
+        Given     model    of the units, as their results name it
+                  method   of the results; empty: the only one that there is
+                  without  serial number of a unit that is not to be part of it
+        Returned  a result: mean, and as `sd` that of a further unit; a plan can name its file as prior
+        Raises    UsageError where no unit has a result, or several methods have; DataError for too few units
+        Example   tumble.archive.open("lab.db").population("imu").save("population.json")
+        """
+        core = self._opened()
+        words = (whole_text(model, "model"), whole_text(method, "method"), whole_text(without, "without"))
+        return Result(core.population(*words))
+
+    def components(self, model: str, parameter: str, *, method: str = "", without: str = "") -> Result:
+        """Why the results of a parameter differ: unit to unit, rig to rig, day to day, turn-on to turn-on.
+
+        Given     model, parameter, method, without  as in population()
+        Raises    UsageError, DataError as population()
+        """
+        core = self._opened()
+        words = (whole_text(method, "method"), whole_text(without, "without"))
+        return Result(core.components(whole_text(model, "model"), whole_text(parameter, "parameter"), *words))
+
     def ingest(
         self, *what: Result | str | os.PathLike[str], unit: str | None = None, by: str | None = None
     ) -> dict[str, int]:

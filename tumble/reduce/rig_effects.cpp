@@ -71,58 +71,67 @@ namespace {
 
 bool everywhere(std::size_t) { return true; }
 
+/// Rows of each output [SI].
+using Columns = std::vector<std::vector<double>>;
+
 /// The observation on every row; differences of it are the effects.
 class Difference {
  public:
   Difference(const ConductedTest& test, const Observation& observation) : test_(test), observation_(observation) {
-    const std::size_t rows = observation.stretch.size();
-    for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t row = 0; row < observation.stretch.size(); ++row) {
       const std::size_t g = observation.stretch[row];
       if (row == 0 || observation.stretch[row - 1] != g) parts_.push_back({g, row, row});
       parts_.back().end = row + 1;
     }
     for (const Detail detail : {Detail::full, Detail::coarse}) {
       auto& without = without_[static_cast<std::size_t>(detail)];
-      without.assign(rows, 0.0);
+      without = no_rows();
       for (const auto& part : parts_) add(power_up_of(part).reference, part, detail, without);
     }
-    for (const double v : without_[0]) size_ = std::max(size_, std::abs(v));
+    for (const auto& rows : without_[0]) {
+      size_.push_back(0.0);
+      for (const double v : rows) size_.back() = std::max(size_.back(), std::abs(v));
+    }
   }
 
   /// The shift where the error is at its standard deviation in the segments (of each power-up) chosen.
-  std::vector<double> of(const PlanError& error, Detail detail, const InSegment& chosen) const {
+  Columns of(const PlanError& error, Detail detail, const InSegment& chosen) const {
     std::vector<Reference> references(test_.power_ups.size());
     for (std::size_t u = 0; u < references.size(); ++u)
       if (test_.power_ups[u].plan_number == error.plan)
         references[u] = reference_with(test_.power_ups[u], error, chosen);
-    std::vector<double> shift(observation_.stretch.size(), 0.0);
+    Columns shift = no_rows();
     for (const auto& part : parts_) {
       if (power_up_of(part).plan_number != error.plan) continue;
       add(references[test_.stretches[part.stretch].power_up], part, detail, shift);
-      for (std::size_t row = part.begin; row < part.end; ++row)
-        shift[row] -= without_[static_cast<std::size_t>(detail)][row];
+      for (std::size_t k = 0; k < shift.size(); ++k)
+        for (std::size_t row = part.begin; row < part.end; ++row)
+          shift[k][row] -= without_[static_cast<std::size_t>(detail)][k][row];
     }
     return shift;
   }
 
-  /// The shift of a total, which is one row, by the draw of one segment.
-  double of_total(const PlanError& error, std::size_t row, std::size_t segment) const {
+  /// The shift of a total of one output, which is one row, by the draw of one segment.
+  double of_total(const PlanError& error, std::size_t output, std::size_t row, std::size_t segment) const {
     const Stretch& stretch = test_.stretches[observation_.stretch[row]];
     const PowerUp& power_up = test_.power_ups[stretch.power_up];
     if (power_up.plan_number != error.plan) return 0.0;
     const Reference reference = reference_with(power_up, error, [=](std::size_t s) { return s == segment; });
-    double with = 0.0;
-    observation_.add(reference, observation_.stretch[row], Detail::full, std::span(&with, 1));
-    return with - without_[0][row];
+    std::vector<double> with(outputs(), 0.0);
+    std::vector<std::span<double>> rows;
+    for (double& one : with) rows.emplace_back(&one, 1);
+    observation_.add(reference, observation_.stretch[row], Detail::full, rows);
+    return with[output] - without_[0][output][row];
   }
 
+  std::size_t outputs() const { return observation_.outputs; }
   bool is_total(std::size_t stretch) const { return observation_.is_total && observation_.is_total(stretch); }
   bool any_total() const {
     return std::ranges::any_of(parts_, [this](const Part& part) { return is_total(part.stretch); });
   }
-  bool rounding(double shift) const { return std::abs(shift) <= 1e-13 * size_; }
-  bool rounding(const std::vector<double>& shift) const {
-    return std::ranges::all_of(shift, [&](double v) { return rounding(v); });
+  bool rounding(std::size_t output, double shift) const { return std::abs(shift) <= 1e-13 * size_[output]; }
+  bool rounding(std::size_t output, const std::vector<double>& shift) const {
+    return std::ranges::all_of(shift, [&](double v) { return rounding(output, v); });
   }
 
  private:
@@ -131,45 +140,69 @@ class Difference {
     std::size_t stretch = 0, begin = 0, end = 0;
   };
 
+  Columns no_rows() const { return Columns(outputs(), std::vector<double>(observation_.stretch.size(), 0.0)); }
   const PowerUp& power_up_of(const Part& part) const { return test_.power_ups[test_.stretches[part.stretch].power_up]; }
-  void add(const Reference& reference, const Part& part, Detail detail, std::vector<double>& rows) const {
-    observation_.add(reference, part.stretch, detail, std::span(rows).subspan(part.begin, part.end - part.begin));
+  void add(const Reference& reference, const Part& part, Detail detail, Columns& columns) const {
+    std::vector<std::span<double>> rows;
+    for (auto& column : columns) rows.push_back(std::span(column).subspan(part.begin, part.end - part.begin));
+    observation_.add(reference, part.stretch, detail, rows);
   }
 
   const ConductedTest& test_;
   const Observation& observation_;
   std::vector<Part> parts_;
-  double size_ = 0.0;
-  std::array<std::vector<double>, 2> without_;  ///< by Detail
+  std::vector<double> size_;        ///< of each output
+  std::array<Columns, 2> without_;  ///< by Detail
 };
 
-/// Which segment's error moves each stretch: an angle that is gone to once stays wrong until the next. The bits of
-/// their numbers distinguish the segments, one look at the rig a bit.
-std::vector<std::size_t> drivers_of(const ConductedTest& test, const Observation& observation,
-                                    const Difference& difference, const PlanError& error) {
-  const auto all = difference.of(error, Detail::coarse, everywhere);
-  std::size_t most = 0;
-  for (const auto& power_up : test.power_ups) most = std::max(most, power_up.rig.segments.size());
-  std::vector<std::size_t> drivers(test.stretches.size(), 0);
-  std::vector<bool> clear(drivers.size(), true);
-  for (std::size_t bit = 0; (most >> bit) > 0; ++bit) {
-    const auto some =
-        difference.of(error, Detail::coarse, [bit](std::size_t segment) { return ((segment >> bit) & 1) != 0; });
-    std::vector<double> product(drivers.size(), 0.0), square(drivers.size(), 0.0);
+/// Which segment's error moves each stretch, as one output shows it.
+class Drivers {
+ public:
+  explicit Drivers(std::size_t stretches) : drivers_(stretches, 0), clear_(stretches, true) {}
+
+  /// Given     all, some  shifts of the rows by the error in all segments, and in those whose number has this bit
+  void add(std::size_t bit, const Observation& observation, const std::vector<double>& all,
+           const std::vector<double>& some) {
+    std::vector<double> product(drivers_.size(), 0.0), square(drivers_.size(), 0.0);
     for (std::size_t i = 0; i < all.size(); ++i) {
       product[observation.stretch[i]] += some[i] * all[i];
       square[observation.stretch[i]] += all[i] * all[i];
     }
-    for (std::size_t g = 0; g < drivers.size(); ++g) {
+    for (std::size_t g = 0; g < drivers_.size(); ++g) {
       const double share = square[g] > 0.0 ? product[g] / square[g] : 0.0;
       if (std::abs(share - 1.0) < 0.1)
-        drivers[g] |= std::size_t{1} << bit;
+        drivers_[g] |= std::size_t{1} << bit;
       else if (std::abs(share) > 0.1)
-        clear[g] = false;
+        clear_[g] = false;
     }
   }
-  for (std::size_t g = 0; g < drivers.size(); ++g)
-    if (!clear[g]) drivers[g] = test.stretches[g].segment;
+
+  /// Of each stretch: the segment; its own where several move it.
+  std::vector<std::size_t> of(const ConductedTest& test) const {
+    std::vector<std::size_t> drivers = drivers_;
+    for (std::size_t g = 0; g < drivers.size(); ++g)
+      if (!clear_[g]) drivers[g] = test.stretches[g].segment;
+    return drivers;
+  }
+
+ private:
+  std::vector<std::size_t> drivers_;
+  std::vector<bool> clear_;
+};
+
+/// Which segment's error moves each stretch, for each output: an angle that is gone to once stays wrong until the next.
+/// The bits of their numbers distinguish the segments, one look at the rig a bit.
+std::vector<Drivers> drivers_of(const ConductedTest& test, const Observation& observation, const Difference& difference,
+                                const PlanError& error) {
+  const auto all = difference.of(error, Detail::coarse, everywhere);
+  std::size_t most = 0;
+  for (const auto& power_up : test.power_ups) most = std::max(most, power_up.rig.segments.size());
+  std::vector<Drivers> drivers(difference.outputs(), Drivers(test.stretches.size()));
+  for (std::size_t bit = 0; (most >> bit) > 0; ++bit) {
+    const auto some =
+        difference.of(error, Detail::coarse, [bit](std::size_t segment) { return ((segment >> bit) & 1) != 0; });
+    for (std::size_t k = 0; k < drivers.size(); ++k) drivers[k].add(bit, observation, all[k], some[k]);
+  }
   return drivers;
 }
 
@@ -184,13 +217,13 @@ using DrawKey = std::tuple<std::size_t, std::size_t, std::size_t>;
 
 /// A move from rest to rest is shifted by the draw of its own angle and by that of the angle it begins at.
 void add_totals(const ConductedTest& test, const Observation& observation, const Difference& difference,
-                const PlanError& error, std::map<DrawKey, Shifted>& draws) {
+                const PlanError& error, std::size_t output, std::map<DrawKey, Shifted>& draws) {
   for (std::size_t row = 0; row < observation.stretch.size(); ++row) {
     if (!difference.is_total(observation.stretch[row])) continue;
     const Stretch& stretch = test.stretches[observation.stretch[row]];
     for (std::size_t segment = stretch.segment + 1, earlier = 0; segment-- > 0 && earlier == 0;) {
-      const double shift = difference.of_total(error, row, segment);
-      if (difference.rounding(shift)) continue;
+      const double shift = difference.of_total(error, output, row, segment);
+      if (difference.rounding(output, shift)) continue;
       draws[{stretch.power_up, stretch.start, segment}].totals.emplace_back(row, shift);
       if (segment < stretch.segment) ++earlier;
     }
@@ -204,11 +237,11 @@ std::string draw_name(const ConductedTest& test, const PlanError& error, const S
                      segment + 1, stretch.power_up + 1, stretch.run, again);
 }
 
-/// The shift by an error drawn anew for each segment. Stretches moved by one and the same draw share a column; the
-/// others have draws of their own.
+/// The shift of one output by an error drawn anew for each segment. Stretches moved by one and the same draw share a
+/// column; the others have draws of their own.
 void add_each_segment(const ConductedTest& test, const Observation& observation, const Difference& difference,
-                      const PlanError& error, const std::vector<double>& all, std::vector<KnownEffect>& effects) {
-  const auto drivers = drivers_of(test, observation, difference, error);
+                      const PlanError& error, std::size_t output, const std::vector<std::size_t>& drivers,
+                      const std::vector<double>& all, std::vector<KnownEffect>& effects) {
   std::map<DrawKey, Shifted> draws;
   std::map<std::pair<std::size_t, std::size_t>, const Stretch*> starts;
   KnownEffect own{error.error.name, all, true};
@@ -220,7 +253,7 @@ void add_each_segment(const ConductedTest& test, const Observation& observation,
   }
   for (std::size_t i = 0; i < all.size(); ++i)
     if (difference.is_total(observation.stretch[i])) own.column[i] = 0.0;
-  add_totals(test, observation, difference, error, draws);
+  add_totals(test, observation, difference, error, output, draws);
   for (const auto& [key, draw] : draws) {
     if (draw.stretches.size() < 2 && draw.totals.empty()) continue;
     const auto& [power_up, start, driver] = key;
@@ -232,9 +265,9 @@ void add_each_segment(const ConductedTest& test, const Observation& observation,
       if (std::ranges::find(draw.stretches, observation.stretch[i]) != draw.stretches.end())
         std::swap(shared.column[i], own.column[i]);
     for (const auto& [row, shift] : draw.totals) shared.column[row] = shift;
-    if (!difference.rounding(shared.column)) effects.push_back(std::move(shared));
+    if (!difference.rounding(output, shared.column)) effects.push_back(std::move(shared));
   }
-  if (!difference.rounding(own.column)) effects.push_back(std::move(own));
+  if (!difference.rounding(output, own.column)) effects.push_back(std::move(own));
 }
 
 /// How the instrument was mounted is an error of this test alone, gravity and latitude are errors of the site.
@@ -284,25 +317,34 @@ void add(Keyed one, std::vector<Keyed>& all) {
 
 }  // namespace
 
-std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observation& observation) {
+std::vector<std::vector<KnownEffect>> rig_effects(const ConductedTest& test, const Observation& observation) {
   const Difference difference(test, observation);
   const auto errors = rig_errors(test.power_ups);
   const bool totals = difference.any_total();
-  std::vector<std::vector<KnownEffect>> by_error(errors.size());
-  parallel_for(errors.size(), [&](std::size_t k) {
-    auto all = difference.of(errors[k], Detail::full, everywhere);
-    if (difference.rounding(all) && !(errors[k].error.each_segment && totals)) return;
-    if (errors[k].error.each_segment)
-      add_each_segment(test, observation, difference, errors[k], all, by_error[k]);
-    else
-      by_error[k].push_back(
-          {errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
+  using Effects = std::vector<KnownEffect>;
+  std::vector<std::vector<Effects>> by_error(errors.size(), std::vector<Effects>(observation.outputs));
+  parallel_for(errors.size(), [&](std::size_t e) {
+    const bool each_segment = errors[e].error.each_segment;
+    auto all = difference.of(errors[e], Detail::full, everywhere);
+    std::optional<std::vector<Drivers>> drivers;
+    for (std::size_t k = 0; k < observation.outputs; ++k) {
+      if (difference.rounding(k, all[k]) && !(each_segment && totals)) continue;
+      if (each_segment) {
+        if (!drivers) drivers = drivers_of(test, observation, difference, errors[e]);
+        add_each_segment(test, observation, difference, errors[e], k, (*drivers)[k].of(test), all[k], by_error[e][k]);
+      } else {
+        by_error[e][k].push_back(
+            {errors[e].error.name, std::move(all[k]), false, {name_of(errors[e])}, key_of(test, errors[e])});
+      }
+    }
   });
-  std::vector<Keyed> all_errors;
-  for (std::size_t k = 0; k < errors.size(); ++k)
-    for (auto& effect : by_error[k]) add({std::move(effect), errors[k].error.sd}, all_errors);
-  std::vector<KnownEffect> effects;
-  for (auto& one : all_errors) effects.push_back(std::move(one.effect));
+  std::vector<Effects> effects(observation.outputs);
+  for (std::size_t k = 0; k < observation.outputs; ++k) {
+    std::vector<Keyed> all_errors;
+    for (std::size_t e = 0; e < errors.size(); ++e)
+      for (auto& effect : by_error[e][k]) add({std::move(effect), errors[e].error.sd}, all_errors);
+    for (auto& one : all_errors) effects[k].push_back(std::move(one.effect));
+  }
   return effects;
 }
 

@@ -106,11 +106,16 @@ std::vector<WithError<Value>> observed_with_errors(const std::vector<PowerUp>& p
 /// How closely a method looks at what is felt: as its result needs it, or just enough to see which segment moves it.
 enum class Detail { full, coarse };
 
-/// The rows that a method observes.
+/// Rows of one stretch, of one output each.
+using OutputRows = std::span<const std::span<double>>;
+
+/// The rows that a method observes, of one output, or of several with rows at the same samples: the rig is asked once
+/// for all of them.
 struct Observation {
   std::vector<std::size_t> stretch;  ///< of each row, ascending; index in ConductedTest::stretches
+  std::size_t outputs = 1;
   /// Adds what the rows of one stretch show to `rows` [SI]: one element each. Called from several threads.
-  std::function<void(const Reference& reference, std::size_t stretch, Detail detail, std::span<double> rows)> add;
+  std::function<void(const Reference& reference, std::size_t stretch, Detail detail, OutputRows rows)> add;
   /// Whether a stretch is the total of a move from one angle to the next, so that the draws of two segments move it;
   /// null: none is.
   std::function<bool(std::size_t stretch)> is_total = nullptr;
@@ -122,7 +127,7 @@ struct Observation {
 /// stays where it is: stretches that one draw moves share a column, the others have draws of their own in one element
 /// with each_segment. Shifts below 1e-13 of the greatest row are rounding and are dropped.
 ///
-/// Returned  named effects, column [SI], with the names of the numbers drawn
-std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observation& observation);
+/// Returned  of each output: named effects, column [SI], with the names of the numbers drawn
+std::vector<std::vector<KnownEffect>> rig_effects(const ConductedTest& test, const Observation& observation);
 
 }  // namespace tumble

@@ -35,12 +35,17 @@ Segment held(const std::string& label, double angle) {
 Observation rows_of(const ConductedTest& test) {
   Observation observation;
   for (std::size_t g = 0; g < test.stretches.size(); ++g) observation.stretch.push_back(g);
-  observation.add = [&test](const Reference& reference, std::size_t g, Detail, std::span<double> rows) {
+  observation.add = [&test](const Reference& reference, std::size_t g, Detail, OutputRows rows) {
     Felt felt;
     reference.felt(test.stretches[g].first + 0.5 * test.stretches[g].duration(), 1.0, std::span(&felt, 1));
-    rows[0] += felt.specific_force.x + felt.specific_force.y;
+    rows[0][0] += felt.specific_force.x + felt.specific_force.y;
   };
   return observation;
+}
+
+/// Those of the only output.
+std::vector<KnownEffect> effects_of(const ConductedTest& test, const Observation& observation) {
+  return rig_effects(test, observation).at(0);
 }
 
 std::vector<KnownEffect> effects_named(const std::vector<KnownEffect>& all, const std::string& source) {
@@ -52,7 +57,7 @@ std::vector<KnownEffect> effects_named(const std::vector<KnownEffect>& all, cons
 TEST(RigEffects, GravityMovesEveryRowByItsShareOfGravity) {
   const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});
-  const auto all = rig_effects(test, rows_of(test));
+  const auto all = effects_of(test, rows_of(test));
   const auto gravity = effects_named(all, names::gravity);
   ASSERT_EQ(gravity.size(), 1u);
   EXPECT_FALSE(gravity[0].each_segment);
@@ -66,7 +71,7 @@ TEST(RigEffects, StretchesAtOneAngleShareItsPositioning) {
   const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi), stays, held("c", std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});
   ASSERT_EQ(test.stretches.size(), 4u);
-  const auto effects = effects_named(rig_effects(test, rows_of(test)), std::string(names::positioning_of) + "head");
+  const auto effects = effects_named(effects_of(test, rows_of(test)), std::string(names::positioning_of) + "head");
   ASSERT_EQ(effects.size(), 2u);
   const auto& shared = effects[0];
   EXPECT_FALSE(shared.each_segment);
@@ -90,7 +95,7 @@ TEST(RigEffects, ErrorsOfDifferentPlansAreDifferent) {
   plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(elsewhere)}};
   const auto test = stretches(plan, {.role = "accelerometer"});
   ASSERT_EQ(test.plans, 2u);
-  const auto gravity = effects_named(rig_effects(test, rows_of(test)), names::gravity);
+  const auto gravity = effects_named(effects_of(test, rows_of(test)), names::gravity);
   ASSERT_EQ(gravity.size(), 2u);
   EXPECT_EQ(gravity[0].draws, std::vector<std::string>{"gravity"});
   EXPECT_EQ(gravity[1].draws, std::vector<std::string>{"gravity of plan 2"});
@@ -105,7 +110,7 @@ TEST(RigEffects, PlansOfOneRigAndSiteShareTheirErrors) {
   plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(plan)}};
   const auto test = stretches(plan, {.role = "accelerometer"});
   ASSERT_EQ(test.plans, 2u);
-  const auto all = rig_effects(test, rows_of(test));
+  const auto all = effects_of(test, rows_of(test));
   const auto of_site = effects_named(all, names::gravity);
   ASSERT_EQ(of_site.size(), 1u);
   EXPECT_TRUE(of_site[0].key.starts_with("gravity 9.")) << of_site[0].key;
@@ -122,7 +127,7 @@ TEST(RigEffects, PlansThatStateDifferentUncertaintiesDoNotShare) {
   worse.rig.set_number("gravity_sd", 10.0 * *rig_sd(plan, names::gravity), Unit::parse("ug"));
   plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(worse)}};
   const auto test = stretches(plan, {.role = "accelerometer"});
-  const auto of_site = effects_named(rig_effects(test, rows_of(test)), names::gravity);
+  const auto of_site = effects_named(effects_of(test, rows_of(test)), names::gravity);
   ASSERT_EQ(of_site.size(), 2u);
   EXPECT_FALSE(of_site[0].key.empty());
   EXPECT_TRUE(of_site[1].key.empty());
@@ -142,7 +147,7 @@ TEST(RigEffects, ObservedWithErrorsIsTheDifferenceThatTheColumnsHold) {
     all.push_back(&stretch);
     nominal.push_back(observe(test.power_ups[stretch.power_up].reference, stretch));
   }
-  const auto effects = rig_effects(test, rows_of(test));
+  const auto effects = effects_of(test, rows_of(test));
   for (const auto& with : observed_with_errors(test.power_ups, all, nominal, observe)) {
     if (with.error.error.each_segment) continue;
     const auto columns = effects_named(effects, with.error.error.name);
@@ -184,12 +189,12 @@ TEST(RigEffects, TheLatitudeTurnsTheEarthsRateAndIsOfTheSite) {
   plan.site->latitude_sd = 1e-5;
   const auto test = stretches(plan, {.role = "gyro"});
   Observation observation = rows_of(test);
-  observation.add = [&test](const Reference& reference, std::size_t g, Detail, std::span<double> rows) {
+  observation.add = [&test](const Reference& reference, std::size_t g, Detail, OutputRows rows) {
     Felt felt;
     reference.felt(test.stretches[g].first + 0.5 * test.stretches[g].duration(), 1.0, std::span(&felt, 1));
-    rows[0] += felt.rate.x;
+    rows[0][0] += felt.rate.x;
   };
-  const auto latitude = effects_named(rig_effects(test, observation), names::latitude);
+  const auto latitude = effects_named(effects_of(test, observation), names::latitude);
   ASSERT_EQ(latitude.size(), 1u);
   EXPECT_FALSE(latitude[0].key.empty());
   Plan north = plan;
@@ -201,6 +206,40 @@ TEST(RigEffects, TheLatitudeTurnsTheEarthsRateAndIsOfTheSite) {
     test.power_ups[0].reference.felt(middle, 1.0, std::span(&before, 1));
     moved.power_ups[0].reference.felt(middle, 1.0, std::span(&after, 1));
     EXPECT_NEAR(latitude[0].column[g], after.rate.x - before.rate.x, 1e-18);
+  }
+}
+
+/// Each output has its own sizes and its own segments that move it: together they must be what each is alone.
+TEST(RigEffects, OutputsThatAreObservedTogetherHaveTheEffectsOfEachAlone) {
+  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi), held("c", std::numbers::pi)});
+  const auto test = stretches(plan, {.role = "accelerometer"});
+  const auto shown = [](std::size_t output, const Felt& felt) {
+    return output == 0 ? felt.specific_force.x : output == 1 ? felt.specific_force.y : 1e3 * felt.rate.y;
+  };
+  const auto observed = [&](std::vector<std::size_t> outputs) {
+    Observation observation = rows_of(test);
+    observation.outputs = outputs.size();
+    observation.add = [&test, shown, outputs](const Reference& reference, std::size_t g, Detail, OutputRows rows) {
+      Felt felt;
+      reference.felt(test.stretches[g].first + 0.5 * test.stretches[g].duration(), 1.0, std::span(&felt, 1));
+      for (std::size_t k = 0; k < outputs.size(); ++k)
+        for (double& row : rows[k]) row += shown(outputs[k], felt);
+    };
+    return rig_effects(test, observation);
+  };
+  const auto together = observed({0, 1, 2});
+  ASSERT_EQ(together.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto alone = observed({k}).at(0);
+    ASSERT_EQ(together[k].size(), alone.size()) << k;
+    EXPECT_GT(alone.size(), 3u);
+    for (std::size_t e = 0; e < alone.size(); ++e) {
+      EXPECT_EQ(together[k][e].source, alone[e].source);
+      EXPECT_EQ(together[k][e].column, alone[e].column);
+      EXPECT_EQ(together[k][e].draws, alone[e].draws);
+      EXPECT_EQ(together[k][e].key, alone[e].key);
+      EXPECT_EQ(together[k][e].each_segment, alone[e].each_segment);
+    }
   }
 }
 

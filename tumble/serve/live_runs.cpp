@@ -80,10 +80,18 @@ std::string LiveRuns::state_of(const std::string& run) {
   } catch (const Error& error) {
     if (error.kind != Error::Kind::unsupported) throw;
   }
-  const fs::path store = fs::path(run) / live_store_name;
-  std::error_code failed;
-  const auto when =
-      fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(), fs::file_size(store, failed));
+  // What a killed run wrote last is in the log of the store alone.
+  const auto now = [&] {
+    std::string text;
+    for (const char* const behind : {"", "-wal"}) {
+      const fs::path file = (fs::path(run) / live_store_name).string() + behind;
+      std::error_code failed;
+      text += fmt::format("{} {} ", fs::last_write_time(file, failed).time_since_epoch().count(),
+                          fs::file_size(file, failed));
+    }
+    return text;
+  };
+  const auto when = now();
   {
     const std::lock_guard lock(mutex_);
     if (const auto known = ended_.find(run); known != ended_.end() && known->second.when == when)
@@ -92,9 +100,7 @@ std::string LiveRuns::state_of(const std::string& run) {
   auto state = state_of_ended_run(run);
   const std::lock_guard lock(mutex_);
   if (ended_.size() > 200) ended_.clear();
-  ended_[run] = {
-      fmt::format("{} {}", fs::last_write_time(store, failed).time_since_epoch().count(), fs::file_size(store, failed)),
-      state};
+  ended_[run] = {now(), state};
   return state;
 }
 

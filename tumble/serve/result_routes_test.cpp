@@ -13,7 +13,7 @@ namespace tumble {
 namespace {
 
 /// A workbench over a folder with two results of one instrument and a file that is none.
-class ResultRoutes : public testing::Test {
+class ResultRoutes : public ::testing::Test {
  protected:
   void SetUp() override {
     auto later = testing::estimate();
@@ -26,6 +26,7 @@ class ResultRoutes : public testing::Test {
     options.folder = folder_.path;
     options.cache = folder_.path / "cache";
     options.clock = [] { return 0.0; };
+    options.port = 8321;
     workbench_ = std::make_unique<Workbench>(options);
   }
 
@@ -36,6 +37,7 @@ class ResultRoutes : public testing::Test {
     request.method = "GET";
     request.path = path;
     request.query = std::move(query);
+    request.headers["host"] = "127.0.0.1:8321";
     return workbench_->handler().answer(request);
   }
 

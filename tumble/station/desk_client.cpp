@@ -152,10 +152,10 @@ std::string state_of_ended_run(const std::string& run) {
   std::uint64_t last = 0;
   const StoreContent content = visit_events(run, [&](std::uint64_t sequence, const StoreEvent& event) {
     last = sequence;
+    if (!ending.empty() && event.kind != "end") ending.clear(), reason.clear();  // it was carried on
     if (event.kind == "end") ending = event.text;
     if (event.kind == "journal") {
       rows.push_back(conduct::row_of(event.json));
-      if (rows.back().kind == RunRow::Kind::segment_begins) ending.clear(), reason.clear();  // carried on
       if (rows.back().kind == RunRow::Kind::run_ends) reason = rows.back().reason;
     }
     events.push_back(desk::json_of(sequence, event));

@@ -178,6 +178,28 @@ TEST(RunDesk, TheStateOfARunIsTheSameWhenItHasEnded) {
     EXPECT_NE(std::ranges::find(stored["events"], event), stored["events"].end()) << event;
 }
 
+/// A run that was killed may have left the rig in motion, also where it had ended well once before.
+TEST(RunDesk, ARunThatWasCarriedOnAndKilledIsNotCalledSafe) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("run");
+  std::filesystem::create_directory(folder);
+  const auto ending = [&] { return Json::parse(state_of_ended_run(folder))["ending"]; };
+  Disk disk;
+  RecorderOptions options;
+  options.reserve_bytes = 0;
+  {
+    Recorder recorder(folder, disk, options);
+    recorder.event({1.0, "phase", {}, "stopping -> safe", {}});
+    recorder.close(2.0, "stopped");
+  }
+  EXPECT_EQ(ending(), "stopped");
+  options.resume = true;
+  { Recorder(folder, disk, options).event({3.0, "phase", {}, "idle -> preparing", {}}); }
+  EXPECT_EQ(ending(), "interrupted");
+  Recorder(folder, disk, options).close(4.0, "complete");
+  EXPECT_EQ(ending(), "complete");
+}
+
 TEST(RunDesk, WhatIsNoRequestIsRefused) {
   WatchedRun run;
   for (const char* request : {"", "{", "[]", "7", R"({"ask":"everything"})", R"({"order":7})", R"({"ask":[]})"})

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include "tumble/archive/deposit.hpp"
 #include "tumble/archive/history.hpp"
@@ -50,6 +51,38 @@ std::vector<std::string> files_below(const fs::path& folder) {
   for (fs::recursive_directory_iterator at(folder, failed), end; at != end && !failed; at.increment(failed))
     if (at->is_regular_file() && at->path().extension() == ".json") files.push_back(at->path().string());
   std::ranges::sort(files);
+  return files;
+}
+
+/// The keys in the logs of a fleet that the last line about a recording names: an earlier result of a recording that
+/// has changed since is not one of the table. Nothing where the folder has no logs.
+std::optional<std::set<std::string>> keys_of_the_table(const fs::path& folder) {
+  std::vector<fs::path> logs;
+  std::error_code failed;
+  for (fs::directory_iterator at(folder / "log", failed), end; !failed && at != end; at.increment(failed))
+    if (at->path().filename().string().starts_with("run-")) logs.push_back(at->path());
+  if (logs.empty()) return std::nullopt;
+  std::ranges::sort(logs);
+  std::map<std::string, std::string> last;
+  for (const auto& log : logs) {
+    std::istringstream lines(read_text_file(log.string()));
+    for (std::string line; std::getline(lines, line);) {
+      const Json json = Json::parse(line, nullptr, false);  // a crash may have cut the last one
+      if (!json.is_object() || !json.contains("status") || !json.contains("recording")) continue;
+      const Json key = json.value("key", Json());
+      last[json["recording"].get<std::string>()] = key.is_string() ? key.get<std::string>() : "";
+    }
+  }
+  std::set<std::string> keys;
+  for (const auto& [recording, key] : last) keys.insert(key);
+  return keys;
+}
+
+/// The files of results that count.
+std::vector<std::string> results_in(const std::string& folder) {
+  auto files = files_below(folder_of_results(folder));
+  if (const auto keys = keys_of_the_table(folder))
+    std::erase_if(files, [&](const std::string& file) { return !keys->contains(fs::path(file).stem().string()); });
   return files;
 }
 
@@ -132,7 +165,7 @@ std::vector<std::string> chosen(const FleetResults& fleet, const std::vector<std
 
 Estimate summarise_fleet(const std::string& folder, const std::vector<std::string>& parameters, const Sets& sets) {
   const auto limits = fleet::limits_by_name(sets);
-  const auto files = files_below(folder_of_results(folder));
+  const auto files = results_in(folder);
   if (files.empty())
     throw Error(Error::Kind::bad_input, folder +
                                             ": holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes "

@@ -239,7 +239,7 @@ test("plans: in Chinese, on a phone, in the dark", async () => {
 });
 
 test("plans: the picture of the documentation", async () => {
-  const page = await newPage({ viewport: { width: 1400, height: 700 } });
+  const page = await newPage({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: 0.75 });
   await openPlan(page, "file=tumble.toml&t=52");
   await page.locator(".code textarea").fill(tumblePlan.replaceAll('"100 s"', '"40 s"'));
   await page.locator("tr.worse").first().waitFor();

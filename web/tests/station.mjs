@@ -1,7 +1,7 @@
 // The station: a run on a virtual rig, over real links, begun, watched, answered and stopped in the browser.
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
-import { cpSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { cpSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
 import { assertAccessible, browser, complaints, drawn, environment, picture, program, root, scratch, test } from "./harness.mjs";
@@ -51,6 +51,18 @@ process.on("exit", () => {
   server?.kill("SIGKILL");
   if (run) spawnSync(program, ["answer", join(bench, run), "abort", "--operator", "the end of the tests"]);
 });
+
+/// The process that carries a run out, by the folder in its command line.
+function processOf(folder) {
+  const found = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).find((name) => {
+    try {
+      return readFileSync(`/proc/${name}/cmdline`, "utf8").split("\0").includes(folder);
+    } catch {
+      return false;
+    }
+  });
+  return Number(found);
+}
 
 const stateOf = async () => (await fetch(`${origin}/api/station/run?run=${encodeURIComponent(run)}`)).json();
 async function until(holds, what) {
@@ -184,8 +196,13 @@ test("station: one press stops the run, the rig is safe, and the run can be carr
   await field(page, "Speed of the clock").fill("10");
   await page.getByRole("button", { name: "Carry the run on" }).click();
   await page.getByRole("button", { name: "STOP" }).waitFor();
-  await page.getByRole("button", { name: "STOP" }).click();
-  await page.getByTestId("state").filter({ hasText: "stopped, the rig is safe" }).waitFor();
+  await until((now) => now.alive && now.view !== null, "it prepares");
+  // Nobody knows what a rig does whose run was killed: that is said loudly.
+  process.kill(processOf(join(bench, run)), "SIGKILL");
+  await page.getByRole("alert").filter({ hasText: "interrupted: nobody knows the state of the rig. Go to the rig" }).waitFor();
+  assert.match(await page.title(), /^⚠ interrupted/);
+  await assertAccessible(page, "interrupted");
+  await picture(page, "station-alarm");
   await page.getByRole("link", { name: "Station" }).click();
   await page.getByTestId("runs").getByText("has ended").waitFor();
   run = "";

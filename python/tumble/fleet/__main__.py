@@ -3,6 +3,7 @@
 python3 -m tumble.fleet run PLAN RECORDING... -o FOLDER    reduce many recordings
 python3 -m tumble.fleet record PLAN FILE... -o FOLDER      the noise of one record in many files
 python3 -m tumble.fleet status FOLDER                      what is done
+python3 -m tumble.fleet compact FOLDER                     fewer files, after many runs
 """
 
 from __future__ import annotations
@@ -46,11 +47,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     run.add_argument("--retry-errors", action="store_true", help="reduce recordings again whose row is an error")
     run.add_argument("--archive", help="archive that takes the results")
     run.add_argument("--by", help="who archives them")
-    status = verbs.add_parser("status", help="what is done", description="what is done")
-    status.add_argument("folder", help="folder of a fleet")
+    for name, what in (("status", "what is done"), ("compact", "make one file of each folder of the table")):
+        verb = verbs.add_parser(name, help=what, description=what)
+        verb.add_argument("folder", help="folder of a fleet")
     given = parser.parse_args(arguments)
     try:
-        return {"run": _run, "record": _record, "status": _status}[given.verb](given)
+        return {"run": _run, "record": _record, "status": _status, "compact": _compact}[given.verb](given)
     except tumble.TumbleError as error:
         print("\r\033[K" if sys.stderr.isatty() else "", end="", file=sys.stderr)
         print("error: " + "\n       ".join(error.problems), file=sys.stderr)
@@ -122,6 +124,12 @@ def _run(given: argparse.Namespace) -> int:
 
 def _record(given: argparse.Namespace) -> int:
     print(fleet.record(given.plan, given.recordings, given.output, **_common(given)), end="")
+    return 0
+
+
+def _compact(given: argparse.Namespace) -> int:
+    parts, rows = fleet.Fleet(given.folder).compact()
+    print(f"{parts} files of the table and {rows} files of rows became part of others")
     return 0
 
 

@@ -14,7 +14,7 @@ from tumble._errors import UsageError, wrong_type
 from tumble._result import Result, _from_text
 from tumble._text import need, path_text, sets_of, words_of
 from tumble.fleet._store import DOCUMENT, Store, name_of_key
-from tumble.fleet._tables import arrow_table, read_parts, write_parts
+from tumble.fleet._tables import arrow_table, compact, read_parts, write_parts
 
 BATCH = 100  # results in a transaction of an archive
 
@@ -121,9 +121,12 @@ class Fleet:
     def status(self) -> Status:
         """How much is done."""
         states = [row["status"] for row in self._rows()]
-        others = [
-            one for one in self._store.names("rows", suffix=".json") if one.split("/")[0] != self._document["tumble"]
-        ]
+        others = {
+            name
+            for folder in ("rows", "results")
+            for name in self._store.names(folder, suffix=".json")
+            if name.split("/")[0] != self._document["tumble"]
+        }
         pending = self._pending()
         ok, errors, duplicates = (states.count(state) for state in ("ok", "error", "duplicate"))
         return Status(len(states) + pending, ok, errors, duplicates, pending, len(others))
@@ -158,6 +161,16 @@ class Fleet:
     def _write_table(self) -> None:
         """Adds the rows that are new to the Parquet dataset."""
         write_parts(self._store, self._document)
+
+    def compact(self) -> tuple[int, int]:
+        """Makes one Parquet file of each folder of the dataset, and removes the files of rows that are in it.
+
+        Runs add files; after many of them this makes the folder small and quick to read. It may be interrupted, and
+        runs may work in the folder meanwhile.
+
+        Returned  how many Parquet files and row files were removed
+        """
+        return compact(self._store, self._document)
 
     def summary(self, parameters: Iterable[str] = (), limits: Mapping[str, object] | None = None) -> Result:
         """What the units have in common: the same numbers as `tumble fleet summary`.
@@ -226,10 +239,11 @@ class _Local:
         self._copy = tempfile.TemporaryDirectory(prefix="tumble-fleet-")
         local = Store(self._copy.name)
         local.write(self._store.read(DOCUMENT) or b"", DOCUMENT)
-        for name in self._store.names("results", self._version, suffix=".json"):
-            data = self._store.read("results", self._version, name)
-            if data is not None:
-                local.write(data, "results", self._version, name)
+        for folder, suffix in ((("results", self._version), ".json"), (("log",), ".jsonl")):
+            for name in self._store.names(*folder, suffix=suffix):
+                data = self._store.read(*folder, name)
+                if data is not None:
+                    local.write(data, *folder, name)
         return self._copy.name
 
     def __exit__(self, *_: object) -> None:

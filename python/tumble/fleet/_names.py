@@ -42,6 +42,11 @@ def tasks_of(recordings: Any, serial: str | None) -> list[Task]:
     tasks.sort()
     names = [task.recording for task in tasks]
     twice = sorted({one for one, next_one in pairwise(names) if one == next_one})
+    unreadable = [name for name in names if name != name.encode(errors="replace").decode()]
+    if unreadable:
+        raise UsageError(
+            [f"argument recordings: {name!r}: the name is not in UTF-8: rename the file" for name in unreadable]
+        )
     if twice:
         raise UsageError([f"argument recordings: {name} is given twice" for name in twice])
     return tasks

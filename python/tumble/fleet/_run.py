@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import os
+import re
 import time
 import uuid
 from collections import deque
@@ -20,7 +21,7 @@ from tumble.fleet._engines import Engine, WorkerDiedError, engine_of
 from tumble.fleet._fleet import Fleet
 from tumble.fleet._names import tasks_of
 from tumble.fleet._store import DOCUMENT, FORMAT, Log, Store
-from tumble.fleet._tables import forget
+from tumble.fleet._tables import forget, known_keys
 from tumble.fleet._task import Job, Task, reduce, sha256_of_plan, stamp_of, where
 
 QUEUE = 2  # tasks in flight for each worker: one that it works on, one that waits
@@ -131,6 +132,7 @@ class _Driver:
 
     def __init__(self, store: Store, job: Job, retries: int, timeout: float | None, retry_errors: bool) -> None:
         self._store, self._job = store, job
+        self._document: dict[str, Any] = store.json(DOCUMENT)
         self._retries, self._timeout, self._retry_errors = retries, timeout, retry_errors
         self._failed: dict[Task, int] = {}  # how often
         self._alone: deque[Task] = deque()  # whose worker died while others were in flight
@@ -139,10 +141,9 @@ class _Driver:
 
     def run(self, tasks: list[Task], executor: Any, workers: int | None, call: Call | None) -> None:
         waiting = deque(task for task in tasks if not self._is_done(task))
-        forget(self._store, self._job.version, self._forgotten)
+        forget(self._store, self._document, self._forgotten)
         self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
-        stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%S.%fZ")
-        self._log = Log(self._store, "log", f"run-{stamp}-{os.getpid()}-{uuid.uuid4().hex[:6]}.jsonl")
+        self._log = Log(self._store, "log", self._name_of_log())
         self._begin = time.monotonic()
         self._say({"run": "begins", "tumble": self._job.version, "recordings": len(tasks), "to_do": len(waiting)})
         engine: Engine | None = None
@@ -159,6 +160,16 @@ class _Driver:
                 engine.close()
             self._say({"run": ending, "seconds": round(time.monotonic() - self._begin, 3)})
             self._log.close()
+
+    def _name_of_log(self) -> str:
+        """Runs have numbers, because a clock may go back between two of them."""
+        numbers = [
+            int(name.split("-")[1])
+            for name in self._store.names("log", suffix=".jsonl")
+            if re.match(r"run-\d{6}-", name)
+        ]
+        stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%SZ")
+        return f"run-{max(numbers, default=0) + 1:06}-{stamp}-{os.getpid()}-{uuid.uuid4().hex[:6]}.jsonl"
 
     def _is_done(self, task: Task) -> bool:
         """Whether an earlier run did it, and the recording has not changed since: nothing is read."""
@@ -179,9 +190,7 @@ class _Driver:
     def _earlier(self) -> dict[tuple[str, str], dict[str, Any]]:
         if not hasattr(self, "_earlier_lines"):
             self._earlier_lines = {}
-            self._keys = {
-                os.path.basename(one)[:-5] for one in self._store.names("rows", self._job.version, suffix=".json")
-            }
+            self._keys = known_keys(self._store, self._job.version)
             for name in self._store.names("log", suffix=".jsonl"):
                 for line in self._store.lines("log", name):
                     if "status" in line:

@@ -69,6 +69,15 @@ class Store:
         except OSError as error:
             raise FileError(f"{path}: {error}") from error
 
+    def remove(self, *parts: str) -> None:
+        """Removes a file; one that is not there is removed already. Raises FileError."""
+        try:
+            self.fs.rm_file(self.path(*parts))
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise FileError(f"{self.path(*parts)}: {error}") from error
+
     def has(self, *parts: str) -> bool:
         """Whether there is such a file."""
         return bool(self.fs.exists(self.path(*parts)))

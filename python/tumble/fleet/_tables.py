@@ -1,7 +1,9 @@
 """The table of a fleet: rows as JSON beside the results, gathered into a Parquet dataset that other programs read.
 
-The dataset has a folder for each model and month of the tests, as Hive names them. Files are only added: a run that was
-interrupted leaves rows for the next one, and one that is repeated adds none.
+The dataset has a folder for each model and month of the tests, as Hive names them. A run adds files: one that was
+interrupted leaves rows for the next one, and one that is repeated adds none. compact() makes one file of each folder.
+What takes the place of other files is written before they are removed, so a process that ends between the two loses
+nothing: rows that are there twice count once, and the next call removes the second ones.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import json
 import re
 from typing import Any
 
+from tumble._errors import FileError
 from tumble._text import need
 from tumble.fleet._store import Store, name_of_key
 
@@ -62,37 +65,100 @@ def _in(unit: str, cell: list[Any] | None) -> tuple[float | None, float | None]:
 
 
 def write_parts(store: Store, document: dict[str, Any]) -> int:
-    """Adds rows that the dataset does not have yet; returns their number. The name of a file is that of its content."""
-    pa, pq = need("pyarrow", "fleet"), need("pyarrow.parquet", "fleet")
-    version = document["tumble"]
+    """Adds rows that the dataset does not have yet; returns their number."""
     known = {row["key"] for row in _dataset(store)}
-    by_folder: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for name in store.names("rows", version, suffix=".json"):
-        key = name.rsplit("/", 1)[-1][:-5]
-        if key in known:
+    version = document["tumble"]
+    new = [key for key in _keys_of_files(store, "rows", version) if key not in known]
+    rows = [row for row in (_row_of_file(store, version, key) for key in new) if row is not None]
+    for (model, month), some in _by_folder(rows).items():
+        _write_part(store, document, _folder(model, month), some)
+    return len(rows)
+
+
+def compact(store: Store, document: dict[str, Any]) -> tuple[int, int]:
+    """Makes one file of each folder of the dataset, and removes the row files that are in it.
+
+    A row whose recording has no result (an error) keeps its file. Returned: files removed of the dataset, and of rows
+    """
+    write_parts(store, document)
+    by_folder: dict[str, list[str]] = {}
+    for name in store.names("table", suffix=".parquet"):
+        by_folder.setdefault(name.rpartition("/")[0], []).append(name)
+    merged = 0
+    safe: set[str] = set()
+    for folder, names in by_folder.items():
+        rows = {row["key"]: row for name in names for row in _rows_of_part(store, name) or ()}
+        kept = names[0] if len(names) == 1 else _write_part(store, document, folder, list(rows.values()))
+        for name in names:
+            if name != kept:
+                store.remove("table", name)
+                merged += 1
+        safe.update(rows)
+    version = document["tumble"]
+    results = set(_keys_of_files(store, "results", version))
+    removed = [key for key in _keys_of_files(store, "rows", version) if key in safe and key in results]
+    for key in removed:
+        store.remove("rows", version, *name_of_key(key))
+    return merged, len(removed)
+
+
+def forget(store: Store, document: dict[str, Any], keys: set[str]) -> None:
+    """Removes rows, from the dataset too."""
+    for name in store.names("table", suffix=".parquet") if keys else []:
+        rows = _rows_of_part(store, name) or []
+        others = [row for row in rows if row["key"] not in keys]
+        if len(others) == len(rows):
             continue
-        row = store.json("rows", version, *name_of_key(key))
+        if others:
+            _write_part(store, document, name.rpartition("/")[0], others)
+        store.remove("table", name)
+    for key in keys:
+        store.remove("rows", document["tumble"], *name_of_key(key))
+
+
+def known_keys(store: Store, version: str) -> set[str]:
+    """The keys of all rows of a version."""
+    return {row["key"] for row in read_parts(store, version)}
+
+
+def _keys_of_files(store: Store, *folder: str) -> list[str]:
+    return [name.rsplit("/", 1)[-1][:-5] for name in store.names(*folder, suffix=".json")]
+
+
+def _row_of_file(store: Store, version: str, key: str) -> dict[str, Any] | None:
+    """A row; None where it is in the dataset by now, or a power failure has cut it: then it is made again."""
+    try:
+        row: dict[str, Any] | None = json.loads(store.read("rows", version, *name_of_key(key)) or b"null")
+    except ValueError:
+        return None
+    return row
+
+
+def _folder(model: str, month: str) -> str:
+    return f"model={_safe(model)}/month={month}"
+
+
+def _by_folder(rows: list[dict[str, Any]]) -> dict[tuple[str, str], list[dict[str, Any]]]:
+    """Rows by model and month of the test."""
+    by_folder: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for row in rows:
         month = row.get("begun", "")[:7] or NO_MONTH
         by_folder.setdefault((row.get("model") or NO_MONTH, month), []).append(row)
-    for (model, month), rows in by_folder.items():
-        table = arrow_table(rows, document)
-        table = table.append_column("row", [[json.dumps(row, ensure_ascii=False) for row in rows]])
-        buffer = pa.BufferOutputStream()
-        pq.write_table(table.drop_columns(["model"]), buffer, compression="zstd")
-        data = buffer.getvalue().to_pybytes()
-        part = hashlib.sha256("".join(row["key"] for row in rows).encode()).hexdigest()[:16]
-        store.write(data, "table", f"model={_safe(model)}", f"month={month}", f"{part}.parquet")
-    return sum(map(len, by_folder.values()))
+    return by_folder
 
 
-def forget(store: Store, version: str, keys: set[str]) -> None:
-    """Removes rows; the other rows of their Parquet files are added again at the end of the run."""
-    for name in store.names("table", suffix=".parquet") if keys else []:
-        if keys.intersection(_column(store, name, "key")):
-            store.fs.rm_file(store.path("table", name))
-    for key in keys:
-        if store.has("rows", version, *name_of_key(key)):
-            store.fs.rm_file(store.path("rows", version, *name_of_key(key)))
+def _write_part(store: Store, document: dict[str, Any], folder: str, rows: list[dict[str, Any]]) -> str:
+    """Writes rows as one file; its name, which is returned, is that of its content."""
+    pa, pq = need("pyarrow", "fleet"), need("pyarrow.parquet", "fleet")
+    rows = sorted(rows, key=lambda row: str(row["key"]))
+    table = arrow_table(rows, document)
+    table = table.append_column("row", [[json.dumps(row, ensure_ascii=False) for row in rows]])
+    buffer = pa.BufferOutputStream()
+    pq.write_table(table.drop_columns(["model"]), buffer, compression="zstd")
+    part = hashlib.sha256("".join(row["key"] for row in rows).encode()).hexdigest()[:16]
+    name = f"{folder}/{part}.parquet"
+    store.write(buffer.getvalue().to_pybytes(), "table", name)
+    return name
 
 
 def _safe(text: str) -> str:
@@ -100,27 +166,36 @@ def _safe(text: str) -> str:
 
 
 def _dataset(store: Store) -> list[dict[str, Any]]:
-    rows = []
-    for name in store.names("table", suffix=".parquet"):
-        rows += [json.loads(cell) for cell in _column(store, name, "row")]
-    return rows
+    """All rows of the dataset, read again where another run puts files together meanwhile."""
+    while True:
+        parts = [_rows_of_part(store, name) for name in store.names("table", suffix=".parquet")]
+        if all(part is not None for part in parts):
+            return [row for part in parts for row in part or ()]
 
 
-def _column(store: Store, name: str, column: str) -> list[Any]:
-    """One column of a file of the dataset. From a buffer of Arrow: its threads must not wait for those of Python."""
+def _rows_of_part(store: Store, name: str) -> list[dict[str, Any]] | None:
+    """The rows of a file of the dataset; None where it is not there any more.
+
+    From a buffer of Arrow: its threads must not wait for those of Python.
+    """
     pa, pq = need("pyarrow", "fleet"), need("pyarrow.parquet", "fleet")
     data = store.read("table", name)
     if data is None:
-        return []
-    cells: list[Any] = pq.ParquetFile(pa.BufferReader(data)).read(columns=[column])[column].to_pylist()
-    return cells
+        return None
+    try:
+        cells: list[str] = pq.ParquetFile(pa.BufferReader(data)).read(columns=["row"])["row"].to_pylist()
+    except (pa.ArrowException, KeyError) as error:
+        raise FileError(f"{store.path('table', name)}: {error}; remove it, and run the fleet again") from error
+    return [json.loads(cell) for cell in cells]
 
 
 def read_parts(store: Store, version: str) -> list[dict[str, Any]]:
     """All rows of a version: those of the dataset, and those that a run left beside it."""
+    keys = _keys_of_files(store, "rows", version)  # before the dataset: what leaves here is there
     rows = {row["key"]: row for row in _dataset(store) if row["tumble"] == version}
-    for name in store.names("rows", version, suffix=".json"):
-        key = name.rsplit("/", 1)[-1][:-5]
+    for key in keys:
         if key not in rows:
-            rows[key] = store.json("rows", version, *name_of_key(key))
+            row = _row_of_file(store, version, key)
+            if row is not None:
+                rows[key] = row
     return list(rows.values())

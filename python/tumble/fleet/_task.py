@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import socket
+import stat
 import tempfile
 import time
 import warnings
@@ -15,7 +16,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from tumble import _tumble, archive
-from tumble._errors import DataError, FileError, TumbleError, TumbleWarning
+from tumble._errors import DataError, FileError, TumbleError, TumbleWarning, UsageError
 from tumble._plan import Plan, plan_of
 from tumble.archive import ArchivedRecording
 from tumble.fleet._store import FORMAT, Store, filesystem_of, is_local, name_of_key
@@ -70,6 +71,8 @@ def stamp_of(recording: str) -> Stamp:
     try:
         if is_local(fs):
             status = os.stat(path)
+            if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+                raise DataError(f"{recording}: is no file (a pipe, a device or a socket): write its data into a file")
             size = status.st_size
             if os.path.isdir(path):
                 size = sum(os.stat(os.path.join(path, name)).st_size for name in sorted(os.listdir(path)))
@@ -120,9 +123,13 @@ def sha256_of(path: str) -> str:
 
 @lru_cache(maxsize=4)
 def _plan(plan: str, sets: tuple[tuple[str, str], ...], plan_sha256: str) -> Plan:
-    made = plan_of(plan, dict(sets))
+    """The plan of a run. Raises UsageError, which ends the run, where it is another one or not there any more."""
+    try:
+        made = plan_of(plan, dict(sets))
+    except TumbleError as error:
+        raise UsageError([f"the plan cannot be read any more: {text}" for text in error.problems]) from error
     if sha256_of_plan(made) != plan_sha256:
-        raise FileError(f"{plan}: the plan has changed since the run began")
+        raise UsageError(f"{plan}: the plan has changed since the run began")
     return made
 
 
@@ -152,13 +159,15 @@ def reduce(job: Job, task: Task) -> dict[str, Any]:
         sha256 = sha256_of(path)
         key = job.key(sha256, task.serial)
         store = _store(job.out)
-        row = store.json("rows", job.version, *name_of_key(key))
+        row = _known_row(store, job, task, sha256, key)
         known = row is not None
-        if not known:
+        if row is None:
             trace(store, "begins", key, task.recording)
-            row = _compute(job, task, path, sha256, key)
+            row, result = _compute(job, task, path, sha256, key)
             if stamp_of(task.recording) != stamp:
                 raise FileError(f"{task.recording}: has changed while it was read")
+            if result is not None:
+                store.write(result.encode(), "results", job.version, *name_of_key(key))
             store.write(json.dumps(row, ensure_ascii=False).encode(), "rows", job.version, *name_of_key(key))
             trace(store, "ends", key, task.recording)
     return {
@@ -193,9 +202,26 @@ def trace(store: Store, what: str, key: str, recording: str) -> None:
             raise FileError(f"{path}: {error}") from error
 
 
-def _compute(job: Job, task: Task, path: str, sha256: str, key: str) -> dict[str, Any]:
-    """The row; the result is written. What the data are to blame for is a row with its error."""
-    row: dict[str, Any] = {
+def _known_row(store: Store, job: Job, task: Task, sha256: str, key: str) -> dict[str, Any] | None:
+    """The row of what was done before; None: it was not, or a power failure has damaged what it left.
+
+    A result whose row is not there (a process ended between the two, or the row is in the dataset) gives its row again.
+    """
+    with contextlib.suppress(ValueError):
+        row: dict[str, Any] | None = json.loads(store.read("rows", job.version, *name_of_key(key)) or b"null")
+        if row is not None:
+            return row
+    with contextlib.suppress(ValueError):
+        document = json.loads(store.read("results", job.version, *name_of_key(key)) or b"null")
+        if document is not None:
+            row = {**_row_without_result(job, task, sha256, key), **_row_of(document)}
+            store.write(json.dumps(row, ensure_ascii=False).encode(), "rows", job.version, *name_of_key(key))
+            return row
+    return None
+
+
+def _row_without_result(job: Job, task: Task, sha256: str, key: str) -> dict[str, Any]:
+    return {
         "key": key,
         "recording": task.recording,
         "serial": task.serial,
@@ -205,8 +231,13 @@ def _compute(job: Job, task: Task, path: str, sha256: str, key: str) -> dict[str
         "status": "ok",
         "error": "",
     }
+
+
+def _compute(job: Job, task: Task, path: str, sha256: str, key: str) -> tuple[dict[str, Any], str | None]:
+    """The row and the result. What the data are to blame for is a row with its error."""
+    row = _row_without_result(job, task, sha256, key)
+    plan = _plan(job.plan, job.sets, job.plan_sha256)
     try:
-        plan = _plan(job.plan, job.sets, job.plan_sha256)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TumbleWarning)
             core = _tumble.identify(plan._core, [path], [], MEMORY, None)
@@ -215,15 +246,15 @@ def _compute(job: Job, task: Task, path: str, sha256: str, key: str) -> dict[str
             raise FileError(f"{task.recording}: has changed while it was read")
         core = _tumble.of_unit(core, task.serial, sha256, task.recording)
         text = core.to_json()
-        _store(job.out).write(text.encode(), "results", job.version, *name_of_key(key))
         row.update(_row_of(json.loads(text)))
+        return row, text
     except FileError as error:
-        if not os.path.exists(path) or "has changed" in str(error) or str(error).startswith(job.out):
+        if not os.path.exists(path) or "has changed" in str(error):
             raise
         row.update(status="error", error=_said(error, path, task))
     except TumbleError as error:
         row.update(status="error", error=_said(error, path, task))
-    return row
+    return row, None
 
 
 def _said(error: TumbleError, path: str, task: Task) -> str:

@@ -155,7 +155,7 @@ Tilts tilts_of(const Means& as_measured, const Summaries& segments, const std::v
 namespace {
 
 /// Where the means of an output begin among those of all.
-std::array<std::size_t, outputs + 1> offsets(const std::array<linear::Work, outputs>& works) {
+std::array<std::size_t, outputs + 1> offsets(const std::vector<linear::Work>& works) {
   std::array<std::size_t, outputs + 1> begin{};
   for (std::size_t i = 0; i < outputs; ++i) begin[i + 1] = begin[i] + works[i].solution.segments.size();
   return begin;
@@ -217,8 +217,7 @@ void add_noise(const linear::Work& work, std::size_t first, const Matrix& jacobi
 }
 
 /// Lines of the errors of the table, by draw: one moves all outputs.
-void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& jacobian,
-                 std::vector<ErrorLine>& lines) {
+void add_effects(const std::vector<linear::Work>& works, const Matrix& jacobian, std::vector<ErrorLine>& lines) {
   struct Shift {
     std::vector<double> means;
     std::string key;
@@ -245,7 +244,7 @@ void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& j
 
 }  // namespace
 
-Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity) {
+Estimate closed_form_estimate(const std::vector<linear::Work>& works, double gravity) {
   Summaries segments;
   for (std::size_t i = 0; i < outputs; ++i) segments[i] = works[i].solution.segments;
   const Means means = measured(segments);

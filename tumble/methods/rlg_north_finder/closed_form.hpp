@@ -47,6 +47,6 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
 
 /// The answer of the formulas with its covariance: the noise found in the stays and the errors of the table, carried
 /// through the differences of the formulas. Given: gravity [m/s^2].
-Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity);
+Estimate closed_form_estimate(const std::vector<linear::Work>& works, double gravity);
 
 }  // namespace tumble::rlg_north_finder

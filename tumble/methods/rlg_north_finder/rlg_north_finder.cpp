@@ -83,10 +83,7 @@ Estimate estimate_of(const Evidence& evidence, const std::array<linear::Problem,
                      const linear::JointSolution& solution, const Findings& order, double gravity) {
   try {
     if (!by_formulas(evidence.plan.settings)) return least_squares_estimate(solution);
-    return closed_form_estimate(
-        {linear::worked_out(evidence, problems[gyro]), linear::worked_out(evidence, problems[accelerometer_x]),
-         linear::worked_out(evidence, problems[accelerometer_y])},
-        gravity);
+    return closed_form_estimate(linear::worked_out(evidence, problems), gravity);
   } catch (const Error& error) {
     auto all = errors_among(order);
     all.insert(all.end(), error.problems.begin(), error.problems.end());

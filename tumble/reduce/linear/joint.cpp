@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "tumble/reduce/linear/work.hpp"
 #include "tumble/units/error.hpp"
@@ -48,26 +47,6 @@ JointSolution together(std::vector<Work> works) {
   return out;
 }
 
-/// The work on every output, or all that any of them complains of.
-template <class WorkOut>
-std::vector<Work> all_of(std::size_t outputs, const WorkOut& work_out) {
-  if (outputs == 0) throw Error(Error::Kind::internal, "joint identification of no output");
-  std::vector<Work> works;
-  std::vector<std::string> problems;
-  std::optional<Error::Kind> kind;
-  for (std::size_t i = 0; i < outputs; ++i) {
-    try {
-      works.push_back(work_out(i));
-    } catch (const Error& error) {
-      if (!kind) kind = error.kind;
-      for (const auto& problem : error.problems)
-        if (std::ranges::find(problems, problem) == problems.end()) problems.push_back(problem);
-    }
-  }
-  if (kind) throw Error(*kind, problems);
-  return works;
-}
-
 /// A finding where the drift of an output comes from its segments alone: they do not show the drift that all share.
 void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
   std::vector<std::string> settings;
@@ -88,14 +67,13 @@ void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
 }  // namespace
 
 JointSolution identify(const Evidence& evidence, std::span<const Problem> problems) {
-  auto solution = together(all_of(problems.size(), [&](std::size_t i) { return worked_out(evidence, problems[i]); }));
+  auto solution = together(worked_out(evidence, problems));
   say_unstated(problems, solution);
   return solution;
 }
 
 JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths) {
-  JointSolution out =
-      together(all_of(problems.size(), [&](std::size_t i) { return worked_out(plan, problems[i], truths[i]); }));
+  JointSolution out = together(worked_out(plan, problems, truths));
   out.all.fit.parameters.clear();
   for (const auto& output : out.outputs)
     out.all.fit.parameters.insert(out.all.fit.parameters.end(), output.fit.parameters.begin(),

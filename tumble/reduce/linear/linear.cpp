@@ -108,10 +108,11 @@ std::vector<double> coefficients_for(const Problem& problem, const Truth& truth)
 }
 
 /// The bias instability stated, as the output shows it.
-double stated_for(const Problem& problem, const std::vector<std::size_t>& used, const std::vector<double>& b) {
+double stated_for(const Problem& problem, const std::vector<std::size_t>& used,
+                  const std::vector<double>& coefficients) {
   double per = problem.stated_per.empty() ? 1.0 : 0.0;
-  for (std::size_t k = 0; k < used.size(); ++k)
-    if (problem.columns[used[k]].name == problem.stated_per) per = std::abs(b[k]);
+  for (const std::size_t column : used)
+    if (problem.columns[column].name == problem.stated_per) per = std::abs(coefficients[column]);
   return per * problem.bias_instability;
 }
 
@@ -168,15 +169,13 @@ double white_variance(const NoiseModel& noise) { return noise.angle_random_walk 
 
 }  // namespace
 
-Work worked_out(const Evidence& evidence, const Problem& problem) {
-  Work work{evidence_of(evidence, problem), {}, {}, {}, {}, {}};
-  work.rows = rows_of(work.evidence, problem);
+void prepare(const Evidence& evidence, const Problem& problem, Work& work) {
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
   work.used = observable(problem, work.rows, solution);
   if (!solution.dropped.empty()) solution.hidden_by_schedule = hidden_by_schedule(evidence.plan, problem);
   refuse_too_few(work.rows.weights.size(), work.used.size());
-  const auto counting = take_out_counting(work.evidence, problem, work.rows);
+  work.counting = take_out_counting(work.evidence, problem, work.rows);
 
   MixedData& data = work.data;
   data = {.design = chosen_columns(work.rows.design, work.used),
@@ -185,12 +184,27 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   data.observations = work.rows.output;
   for (std::size_t i = 0; i < work.rows.input.size(); ++i) data.observations[i] -= work.rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
-  data.effects = effects_of(work.evidence, problem, work.rows, spread(work.used, look, problem.columns.size()));
-  if (problem.pulse > 0.0) data.effects.push_back(counting);
+  work.coefficients = spread(work.used, look, problem.columns.size());
+}
+
+void prepare(const Problem& problem, const Truth& truth, Work& work) {
+  work.solution.findings = work.evidence.test.findings;
+  work.used = observable(problem, work.rows, work.solution);
+  refuse_too_few(work.rows.weights.size(), work.used.size());
+  work.coefficients = coefficients_for(problem, truth);
+  work.data = {.design = chosen_columns(work.rows.design, work.used),
+               .weights = work.rows.weights,
+               .segment = work.rows.segment};
+}
+
+void finish(const Evidence& evidence, const Problem& problem, Work& work) {
+  Solution& solution = work.solution;
+  MixedData& data = work.data;
+  if (problem.pulse > 0.0) data.effects.push_back(std::move(work.counting));
   add_rounding(evidence, problem, work);
   const double step = work.evidence.test.stretches.front().step;
   data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
-                                 stated_for(problem, work.used, look));
+                                 stated_for(problem, work.used, work.coefficients));
   solution.fit = fit_mixed_model(data);
   say_origin(problem, data.slow, solution);
   solution.observations = work.rows.weights.size();
@@ -199,22 +213,12 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), solution);
   describe_dropped(problem, solution);
   warn_of_lack_of_fit(problem, work);
-  return work;
 }
 
-Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
-  Work work{evidence_of(plan, problem), {}, {}, {}, {}, {}};
-  work.rows = rows_of(work.evidence, problem);
+void finish(const Problem& problem, const Truth& truth, Work& work) {
   Solution& solution = work.solution;
-  solution.findings = work.evidence.test.findings;
-  work.used = observable(problem, work.rows, solution);
-  refuse_too_few(work.rows.weights.size(), work.used.size());
-  const auto all = coefficients_for(problem, truth);
   MixedData& data = work.data;
-  data = {.design = chosen_columns(work.rows.design, work.used),
-          .weights = work.rows.weights,
-          .segment = work.rows.segment};
-  data.effects = effects_of(work.evidence, problem, work.rows, all);
+  const auto& all = work.coefficients;
   if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.evidence, problem, work.rows));
   const double step = work.evidence.test.stretches.front().step;
   data.slow = known_slow_noise(intervals_of(work.evidence.test), truth.noise, truth.turn_on_sd, step);
@@ -226,7 +230,6 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
   solution.observations = work.rows.weights.size();
   set_fitted(work, work.rows.design * all);
   describe_dropped(problem, solution);
-  return work;
 }
 
 void set_fitted(Work& work, std::span<const double> fitted) {
@@ -235,10 +238,12 @@ void set_fitted(Work& work, std::span<const double> fitted) {
   fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.rounding_sd, work.solution);
 }
 
-Solution identify(const Evidence& evidence, const Problem& problem) { return worked_out(evidence, problem).solution; }
+Solution identify(const Evidence& evidence, const Problem& problem) {
+  return std::move(worked_out(evidence, std::span(&problem, 1)).front().solution);
+}
 
 Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
-  return worked_out(plan, problem, truth).solution;
+  return std::move(worked_out(plan, std::span(&problem, 1), std::span(&truth, 1)).front().solution);
 }
 
 namespace {

@@ -62,8 +62,17 @@ double evaluate(const Problem& problem, std::size_t series, const Felt& felt) {
   return problem.input ? problem.input(felt) : 0.0;
 }
 
+/// One output in a stretch.
+struct Summed {
+  const Problem& problem;
+  const Stretch& stretch;
+  Sums& sums;
+  std::vector<Response> responses = {};  ///< of each series
+};
+
 /// At rest, or turning evenly about the vertical: one instant is enough, except for the time since power-on.
-void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&, const Problem& problem, Sums& sums) {
+void sum_steady(const PowerUp& power_up, const Summed& output) {
+  const auto& [problem, stretch, sums, responses] = output;
   Felt felt;
   power_up.reference.felt(stretch.first + 0.5 * stretch.step, stretch.step, std::span(&felt, 1));
   sums.felt = felt;
@@ -85,17 +94,45 @@ std::size_t steps_of_sample(const Segment& segment, const Stretch& stretch, cons
   return static_cast<std::size_t>(std::max<double>(problem.oversampling, std::min(most_steps, steps)));
 }
 
-/// The points of a moving stretch, one block of points after the other, each the mean over its step, through the
-/// response where there is one.
-void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
-                Sums& sums) {
+/// Some samples of a moving stretch, as the rig was asked at points within each, and before and after them.
+struct Moved {
+  std::span<const Felt> points;
+  std::vector<StepCourse> courses;
+  std::size_t front = 0;              ///< points before the first sample
+  std::size_t samples = 0, fine = 0;  ///< points in a sample
+  std::size_t done = 0, before = 0;   ///< samples before these; those before the first that counts
+};
+
+/// Adds what one output shows in these samples, through its response where there is one.
+void add_samples(const Moved& moved, std::size_t per_block, Summed& output, std::vector<double>& middles,
+                 std::vector<double>& values) {
+  const auto block = std::span(values).first(moved.samples * moved.fine);
+  for (std::size_t s = 0; s < output.sums.series.columns; ++s) {
+    for (std::size_t k = 0; k < moved.points.size(); ++k) middles[k] = evaluate(output.problem, s, moved.points[k]);
+    means_from_middles(std::span(middles).first(moved.points.size()), moved.courses, moved.front, block);
+    if (output.responses[s]) output.responses[s](block);
+    for (std::size_t i = moved.done < moved.before ? moved.before - moved.done : 0; i < moved.samples; ++i) {
+      const std::size_t sample = moved.done + i - moved.before;
+      if (!present(output.stretch, sample)) continue;
+      double mean = 0.0;
+      for (std::size_t k = 0; k < moved.fine; ++k) mean += block[i * moved.fine + k];
+      output.sums.series(sample / per_block, s) += mean / static_cast<double>(moved.fine);
+    }
+  }
+}
+
+/// The points of a moving stretch, one block of points after the other, each the mean over its step. The outputs were
+/// read together.
+void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Summed> outputs) {
+  const Stretch& stretch = outputs.front().stretch;
+  const Problem& problem = outputs.front().problem;
   const std::size_t fine = steps_of_sample(power_up.rig.segments[stretch.segment], stretch, problem);
   const double step = stretch.step / static_cast<double>(fine);  // recordings of one plan may differ in rate
   std::size_t before = 0;  // samples run through the response before the first that counts
-  std::vector<Response> responses(sums.series.columns);
+  for (auto& output : outputs) output.responses.resize(output.sums.series.columns);
   if (problem.response) {
     before = static_cast<std::size_t>(std::min(run_in, stretch.first) / stretch.step);
-    for (auto& response : responses) response = problem.response(step);
+    for (auto& response : outputs.front().responses) response = problem.response(step);
   }
   const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * step;
   const double start = power_up.begins[stretch.segment], end = power_up.begins[stretch.segment + 1];
@@ -103,6 +140,7 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
   std::vector<Felt> felt(samples_at_once * fine + 2 * step_margin);
   std::vector<double> middles(felt.size()), values(felt.size());
   Vector3 force, rate;
+  Extent extent;
   for (std::size_t done = 0; done < all; done += samples_at_once) {
     const std::size_t samples = std::min(samples_at_once, all - done), steps = samples * fine;
     const double first = begin + static_cast<double>(done) * stretch.step;
@@ -112,36 +150,33 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
     const std::size_t front = fit(first - start), back = fit(end - first - static_cast<double>(steps - 1) * step);
     const auto points = std::span(felt).first(front + steps + back);
     power_up.reference.felt(first - static_cast<double>(front) * step, step, points);
-    const auto courses = goes_on(power_up.rig.segments[stretch.segment])
-                             ? courses_of(std::span<const Felt>(points))
-                             : std::vector<StepCourse>(points.size(), StepCourse::kinked);
-    for (std::size_t s = 0; s < sums.series.columns; ++s) {
-      for (std::size_t k = 0; k < points.size(); ++k) middles[k] = evaluate(problem, s, points[k]);
-      const auto block = std::span(values).first(steps);
-      means_from_middles(std::span(middles).first(points.size()), courses, front, block);
-      if (responses[s]) responses[s](block);
-      for (std::size_t i = done < before ? before - done : 0; i < samples; ++i) {
-        const std::size_t sample = done + i - before;
-        if (!present(stretch, sample)) continue;
-        double mean = 0.0;
-        for (std::size_t k = 0; k < fine; ++k) mean += block[i * fine + k];
-        sums.series(sample / blocking.per_block, s) += mean / static_cast<double>(fine);
-      }
-    }
+    const Moved moved{points,
+                      goes_on(power_up.rig.segments[stretch.segment])
+                          ? courses_of(std::span<const Felt>(points))
+                          : std::vector<StepCourse>(points.size(), StepCourse::kinked),
+                      front,
+                      samples,
+                      fine,
+                      done,
+                      before};
+    for (auto& output : outputs) add_samples(moved, blocking.per_block, output, middles, values);
     for (const Felt& point : points.subspan(front, steps)) {
       force = force + point.specific_force;
       rate = rate + point.rate;
-      sums.extent.add(point);
+      extent.add(point);
     }
   }
   const double share = 1.0 / static_cast<double>(all * fine);
-  sums.felt.specific_force = share * force;
-  sums.felt.rate = share * rate;
+  for (auto& output : outputs) {
+    output.sums.extent = extent;
+    output.sums.felt.specific_force = share * force;
+    output.sums.felt.rate = share * rate;
+  }
 }
 
 /// A move used whole: one block.
-void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
-               Sums& sums) {
+void sum_whole(const PowerUp& power_up, const Blocking& blocking, const Summed& output) {
+  const auto& [problem, stretch, sums, responses] = output;
   const double count = sums.count.front();
   for (std::size_t k = 0; k < blocking.instants.time.size(); ++k) {
     Felt felt;
@@ -155,14 +190,22 @@ void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Blocking& 
   }
 }
 
-Sums sums_of(const Evidences& evidence, std::size_t g, const Problem& problem) {
-  const Stretch& stretch = evidence.test.stretches[g];
+/// The sums of stretch g, of each output that was read together with the first one.
+std::vector<Sums> sums_of(std::span<const Read> outputs, std::size_t g) {
+  const Evidences& evidence = outputs.front().evidence;
   const Blocking& blocking = evidence.blocking[g];
-  Sums sums(stretch, blocking.per_block, problem.columns.size());
-  (stretch.steady ? sum_steady
-   : blocking.instants.empty()
-       ? sum_moving
-       : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
+  const PowerUp& power_up = evidence.test.power_ups[evidence.test.stretches[g].power_up];
+  std::vector<Sums> sums;
+  for (const auto& output : outputs)
+    sums.emplace_back(output.evidence.test.stretches[g], blocking.per_block, output.problem.columns.size());
+  std::vector<Summed> summed;
+  for (std::size_t k = 0; k < sums.size(); ++k)
+    summed.push_back({outputs[k].problem, outputs[k].evidence.test.stretches[g], sums[k]});
+  if (!evidence.test.stretches[g].steady && blocking.instants.empty())
+    sum_moving(power_up, blocking, summed);
+  else
+    for (const auto& output : summed)
+      output.stretch.steady ? sum_steady(power_up, output) : sum_whole(power_up, blocking, output);
   return sums;
 }
 
@@ -190,24 +233,40 @@ std::vector<double> natural_sizes(const Extent& extent, const Felt& typical, con
   return sizes;
 }
 
-}  // namespace
-
-bool present(const Stretch& stretch, std::size_t sample) {
-  return stretch.values.empty() || !std::isnan(stretch.values[sample]);
+bool alike(const Segment& a, const Segment& b) {
+  return a.label == b.label && a.run == b.run && a.duration == b.duration;
 }
 
-Rows rows_of(const Evidences& evidence, const Problem& problem) {
-  std::vector<std::vector<Sums>> parts(evidence.test.stretches.size());
-  parallel_for(parts.size(), [&](std::size_t g) { parts[g].push_back(sums_of(evidence, g, problem)); });
+/// Whether the rig did the same in two power-ups, and is asked at the same rate.
+bool alike(const PowerUp& a, const PowerUp& b) {
+  const auto same = [](const Segment& x, const Segment& y) { return alike(x, y); };
+  return a.plan == b.plan && a.plan_number == b.plan_number && a.step == b.step && a.offset == b.offset &&
+         a.begins == b.begins && a.rig.rate == b.rig.rate && std::ranges::equal(a.rig.segments, b.rig.segments, same);
+}
+
+bool alike(const Stretch& a, const Stretch& b) {
+  return a.power_up == b.power_up && a.segment == b.segment && a.start == b.start && a.repetition == b.repetition &&
+         a.run == b.run && a.label == b.label && a.first == b.first && a.step == b.step && a.samples == b.samples &&
+         a.steady == b.steady;
+}
+
+bool alike(const Blocking& a, const Blocking& b) {
+  return a.even == b.even && a.per_block == b.per_block && a.instants.time == b.instants.time &&
+         a.instants.share == b.instants.share;
+}
+
+/// Given     parts   of each stretch, the sums of the outputs that were read together; this one has number `number`
+Rows rows_of_sums(const Read& output, const std::vector<std::vector<Sums>>& parts, std::size_t number) {
+  const auto& [evidence, problem] = output;
   Rows rows;
   Extent extent;
   std::size_t count = 0;
   for (const auto& part : parts)
-    count += static_cast<std::size_t>(std::ranges::count_if(part[0].count, [](double c) { return c > 0.0; }));
+    count += static_cast<std::size_t>(std::ranges::count_if(part[number].count, [](double c) { return c > 0.0; }));
   rows.design = Matrix(count, problem.columns.size());
   for (std::size_t g = 0; g < parts.size(); ++g) {
     const Stretch& stretch = evidence.test.stretches[g];
-    const Sums& sums = parts[g][0];
+    const Sums& sums = parts[g][number];
     extent.add(sums.extent);
     rows.segments.push_back(summary_of(stretch, sums));
     for (std::size_t b = 0; b < sums.count.size(); ++b) {
@@ -225,6 +284,51 @@ Rows rows_of(const Evidences& evidence, const Problem& problem) {
   }
   rows.natural = natural_sizes(extent, rows.segments.front().felt, problem);
   return rows;
+}
+
+}  // namespace
+
+bool present(const Stretch& stretch, std::size_t sample) {
+  return stretch.values.empty() || !std::isnan(stretch.values[sample]);
+}
+
+bool read_together(const Read& a, const Read& b) {
+  const auto same = [](const auto& x, const auto& y) { return alike(x, y); };
+  return !a.problem.response && !b.problem.response && a.problem.oversampling == b.problem.oversampling &&
+         std::ranges::equal(a.evidence.test.power_ups, b.evidence.test.power_ups, same) &&
+         std::ranges::equal(a.evidence.test.stretches, b.evidence.test.stretches, same) &&
+         std::ranges::equal(a.evidence.blocking, b.evidence.blocking, same);
+}
+
+std::vector<std::vector<std::size_t>> groups_of(std::size_t outputs,
+                                                const std::function<bool(std::size_t, std::size_t)>& together) {
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t k = 0; k < outputs; ++k) {
+    const auto own = std::ranges::find_if(groups, [&](const auto& group) { return together(group.front(), k); });
+    if (own == groups.end())
+      groups.push_back({k});
+    else
+      own->push_back(k);
+  }
+  return groups;
+}
+
+std::vector<Rows> rows_of(std::span<const Read> outputs) {
+  std::vector<Rows> rows(outputs.size());
+  const auto together = [&](std::size_t a, std::size_t b) { return read_together(outputs[a], outputs[b]); };
+  for (const auto& group : groups_of(outputs.size(), together)) {
+    std::vector<Read> read;
+    for (const std::size_t k : group) read.push_back(outputs[k]);
+    std::vector<std::vector<Sums>> parts(read.front().evidence.test.stretches.size());
+    parallel_for(parts.size(), [&](std::size_t g) { parts[g] = sums_of(read, g); });
+    for (std::size_t i = 0; i < group.size(); ++i) rows[group[i]] = rows_of_sums(read[i], parts, i);
+  }
+  return rows;
+}
+
+Rows rows_of(const Evidences& evidence, const Problem& problem) {
+  const Read output{evidence, problem};
+  return std::move(rows_of(std::span(&output, 1)).front());
 }
 
 }  // namespace tumble::linear

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,10 +51,38 @@ double quickest(const Segment& segment);
 /// Whether a sample counts in the mean of its block; where nothing is measured all do.
 bool present(const Stretch& stretch, std::size_t sample);
 
+/// One output and its evidence.
+struct Read {
+  const Evidences& evidence;
+  const Problem& problem;
+};
+
+/// Whether two outputs were read at the same samples of the same test, missing ones apart.
+bool read_together(const Read& a, const Read& b);
+
+/// The outputs that were read together: lists of their numbers, each in order, by their first ones.
+/// Given: together, whether the outputs with these two numbers were.
+std::vector<std::vector<std::size_t>> groups_of(std::size_t outputs,
+                                                const std::function<bool(std::size_t, std::size_t)>& together);
+
+/// The rows [SI] of each output. The rig is asked once for outputs that were read together.
+std::vector<Rows> rows_of(std::span<const Read> outputs);
+
 Rows rows_of(const Evidences& evidence, const Problem& problem);
 
-/// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
-/// these coefficients [SI], one a column.
+/// One output of an instrument that has these coefficients [SI], one a column of the problem.
+struct Shown {
+  const Evidences& evidence;
+  const Problem& problem;
+  const Rows& rows;
+  const std::vector<double>& coefficients;
+};
+
+/// Shift of every row of each output by one standard deviation of each error of the rigs and of its reading. The rig is
+/// asked once for outputs whose rows are at the same samples. Columns [SI].
+std::vector<std::vector<KnownEffect>> effects_of(std::span<const Shown> outputs);
+
+/// The effects [SI] of a single output.
 std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& problem, const Rows& rows,
                                     const std::vector<double>& coefficients);
 

@@ -38,10 +38,15 @@ Circle sum(const Circle& a, const Circle& b) {
   return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
 }
 
-/// Where an axis is, with the point on the circle at its angle.
+/// Where an axis is, with the point on the circle at its angle: at angle 0 until it is moved.
 struct AxisState {
   Turn turn;
   Circle circle;
+
+  void move(const Turn& to) {
+    if (to.angle != turn.angle) circle = circle_of(to.angle);
+    turn = to;
+  }
 };
 
 template <About about>
@@ -77,11 +82,16 @@ Kinematics turned(const Kinematics& k, const Joint& joint, const AxisState& axis
   return turned(k, joint.about, turn, at);
 }
 
-bool is_identity(const Rotation& r) { return r.x.x == 1.0 && r.y.y == 1.0 && r.z.z == 1.0; }
+bool is_zero(Vector3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 0.0; }
+
+bool is_identity(const Rotation& r) {
+  return is_zero(r.x - Vector3{1.0, 0.0, 0.0}) && is_zero(r.y - Vector3{0.0, 1.0, 0.0}) &&
+         is_zero(r.z - Vector3{0.0, 0.0, 1.0});
+}
 
 Kinematics passed(const Kinematics& before, const Joint& joint, std::span<const AxisState> axes) {
   Kinematics k = before;
-  if (joint.offset.x != 0.0 || joint.offset.y != 0.0 || joint.offset.z != 0.0) {
+  if (!is_zero(joint.offset)) {
     const double rate = axes[0].turn.rate, acceleration = axes[0].turn.acceleration, s = joint.stretch;
     const Vector3 offset{joint.offset.x + s * rate * rate, joint.offset.y, joint.offset.z};
     k = s == 0.0 ? moved(k, offset)
@@ -118,20 +128,18 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
   std::size_t pose = 0, warm = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double time = first + static_cast<double>(i) * step;
-    for (std::size_t a = 0; a < axes; ++a) {
-      states[a].turn = at(chain.axes[a], time, pieces[a]);
-      states[a].circle = circle_of(states[a].turn.angle);
-    }
+    for (std::size_t a = 0; a < axes; ++a) states[a].move(at(chain.axes[a], time, pieces[a]));
     Kinematics k = chain.ground;
     for (const auto& joint : chain.joints) k = passed(k, joint, states);
-    k = moved(k, chain.lever);
+    if (!is_zero(chain.lever)) k = moved(k, chain.lever);
     while (pose + 1 < chain.poses.size() && chain.poses[pose + 1].begin <= time) ++pose;
     const Rotation& mounted = chain.poses[pose].instrument_from_fixture;
     Felt& felt = out[i];
     felt = {};
-    felt.rate = mounted * k.rate;
-    felt.angular_acceleration = mounted * k.acceleration;
-    felt.specific_force = mounted * k.specific_force;
+    if (!is_identity(mounted)) k = seen_in(mounted, k);
+    felt.rate = k.rate;
+    felt.angular_acceleration = k.acceleration;
+    felt.specific_force = k.specific_force;
     felt.temperature = felt.start_temperature = chain.temperature;
     if (!chain.oven.pieces.empty()) {
       const Warmth now = at(chain.oven, time, warm);

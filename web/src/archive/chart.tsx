@@ -39,7 +39,7 @@ function Table({ table }: { table: Chart["tables"][number] }) {
       {first > 0 && <p class="hint">{t("archive_cut", { count: MOST_ROWS, all: count })}</p>}
       <div class="scroll" tabIndex={0} role="group" aria-label={table.name}>
         <table class="list numbers" data-testid={table.name}>
-          <thead><tr>{table.columns.map((column) => <th scope="col" key={column.name}>{column.name}{column.unit !== "" && <small>{column.unit}</small>}</th>)}</tr></thead>
+          <thead><tr>{table.columns.map((column) => <th scope="col" key={column.name} class={column.number ? "number" : ""}>{column.name}{column.unit !== "" && <small>{column.unit}</small>}</th>)}</tr></thead>
           <tbody>
             {Array.from({ length: count - first }, (_, i) => (
               <tr key={i}>{table.columns.map((column, k) => <td key={column.name} class={column.number ? "number" : ""}>{table.cells[k]![first + i]}</td>)}</tr>
@@ -97,7 +97,7 @@ export function ChartPage() {
       {body && (
         <>
           <ul class="findings">
-            {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="ask">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
+            {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="sign">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
           </ul>
           {body.figures.map((figure) => <Figure key={figure.name} figure={figure} />)}
           <dl class="about" data-testid="numbers">

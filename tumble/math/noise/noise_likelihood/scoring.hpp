@@ -11,7 +11,8 @@
 namespace tumble::noise_likelihood {
 
 /// Bands as vectors: mean squares z, each Gamma distributed about its expectation s with `count` degrees of freedom,
-///   -2 ln L = sum_b count_b (ln s_b + z_b/s_b),   s = X c,   c >= 0.
+///   -2 ln L = sum_b count_b (ln s_b + z_b/s_b),   s = X c,   c >= 0,
+/// of which only differences between models are used: the values here are less sum_b count_b (1 + ln z_b).
 /// With a ramp of slope R, z_b is the mean of (x - R a)^2 and the restricted likelihood is meant: R is integrated out.
 struct BandData {
   explicit BandData(const NoiseBands& bands);
@@ -41,7 +42,7 @@ struct ScoringFit {
 ///
 /// Given     x  [bands x terms] expected mean squares of unit terms; start [bands] expectations to begin with
 ///           known  [bands]; empty: nothing
-/// Accuracy  1e-7 in -2 ln L
+/// Accuracy  1e-9 in -2 ln L
 ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, const std::vector<double>& start,
                           std::span<const double> known = {});
 
