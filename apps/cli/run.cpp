@@ -192,7 +192,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   RunDisplay display(terminal);
-  const auto rig = played_rig(run);
+  auto rig = played_rig(run);
   RunDesk desk;
   run.desk = &desk;
   Operator person(run.who, [&](const Prompt& prompt) { display.ask(prompt); });
@@ -206,6 +206,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   run.company.note = [&](const Note& note, double time) { display.tell(note, time); };
   run.company.show = [&](const RunView& view) { display.show(view); };
   const RunEnd end = run_plan(run);
+  rig.reset();  // who is told of the end may begin the next run at the same links
   desk.ended(end);
   display.end();
   try {
