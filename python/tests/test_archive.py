@@ -66,7 +66,9 @@ def test_population_is_that_of_the_command(tree, tmp_path, command):
     address = tmp_path / "lab.db"
     with archive.make(address, by="Li Wei") as lab:
         for seed in range(1, 7):
-            made = tumble.load_plan(plan).with_(**{"truth.bias": f"3.{seed} mg", "instrument.serial": f"A-{seed}"})
+            path = tmp_path / f"unit {seed}.toml"
+            path.write_text(plan.read_text().replace('"demo-1"', f'"A-{seed}"'))
+            made = tumble.load_plan(path).with_(**{"truth.bias": f"3.{seed} mg"})
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", tumble.TumbleWarning)
                 result = tumble.identify(made, tumble.simulate(made, seed=seed))
