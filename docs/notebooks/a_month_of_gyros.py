@@ -75,7 +75,7 @@ figure, axes = plt.subplots()
 for curve in summary.curves:
     if curve.figure == f"{name}, distribution":
         axes.plot(curve.x.values, curve.y.values, label=curve.name)
-axes.set_xlabel(f"{curve.x.name} [{curve.x.unit}]")
+        axes.set_xlabel(f"{curve.x.name} [{curve.x.unit}]")
 axes.legend()
 plt.show()
 
