@@ -83,10 +83,12 @@ export async function runAll() {
   const { server, link: printed } = await startServer();
   link = printed;
   base = new URL(link).origin;
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    args: process.getuid() === 0 ? ["--no-sandbox"] : [],
-  });
+  const launch = () =>
+    chromium.launch({
+      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+      args: process.getuid() === 0 ? ["--no-sandbox"] : [],
+    });
+  browser = await launch().catch(launch); // on a machine that is short of time the first one may not come up
   const only = process.env.ONLY;
   let failures = 0;
   for (const { name, run } of tests) {
