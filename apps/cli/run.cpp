@@ -10,12 +10,12 @@
 #include <memory>
 
 #include "archive_options.hpp"
-#include "played_rig.hpp"
 #include "run_display.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_plan.hpp"
+#include "tumble/station/served_rig.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/error.hpp"
@@ -178,12 +178,12 @@ void stay_with_the_rig() {
 }
 
 /// The rig of the plan, where it is to be played here: a real one at these links would have to be elsewhere.
-std::unique_ptr<PlayedRig> played_rig(const PlannedRunAtStation& run) {
+std::unique_ptr<ServedRig> rig_played_here(const PlannedRunAtStation& run) {
   if (run.rig.empty()) return nullptr;
   if (!is_here(run.station))
     throw Error(Error::Kind::bad_input,
                 "--virtual-rig: the station has devices that are not on this computer: a run would move them");
-  return std::make_unique<PlayedRig>(run.plan, run.station, run.speed);
+  return std::make_unique<ServedRig>(run.plan, run.station, run.speed);
 }
 
 int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const Terminal& terminal) {
@@ -192,7 +192,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   RunDisplay display(terminal);
-  auto rig = played_rig(run);
+  auto rig = rig_played_here(run);
   RunDesk desk;
   run.desk = &desk;
   Operator person(run.who, [&](const Prompt& prompt) { display.ask(prompt); });

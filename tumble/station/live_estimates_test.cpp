@@ -125,7 +125,7 @@ TEST(LiveEstimates, ARunOverTcpEndsByItsRuleToo) {
   const Plan plan = plan_of(scratch, resting(rule_of_one));
   const Station station = testing::station_over_tcp(plan, scratch);
   constexpr double fast = 100.0;
-  testing::ServedRig rig(plan, station, fast);
+  ServedRig rig(plan, station, fast);
   auto run = testing::run_over_tcp(plan, station, scratch.file("run"), fast);
   const RunEnd end = run_plan(run);
   ASSERT_EQ(end.ending, RunEnding::complete) << end.text;

@@ -22,7 +22,6 @@ namespace {
 
 using Json = nlohmann::json;
 using testing::run_over_tcp;
-using testing::ServedRig;
 using testing::station_over_tcp;
 
 constexpr double fast = 20.0;  ///< [1] of the clock of the rig

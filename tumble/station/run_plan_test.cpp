@@ -22,7 +22,6 @@ namespace tumble {
 namespace {
 
 using testing::run_over_tcp;
-using testing::ServedRig;
 using testing::station_over_tcp;
 
 constexpr double standing = 0.01 * degree;  ///< [rad/s] what counts as a rate of zero

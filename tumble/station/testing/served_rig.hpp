@@ -1,17 +1,17 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <fstream>
+#include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/made_station.hpp"
 #include "tumble/station/run_plan.hpp"
-#include "tumble/station/serve_bench.hpp"
-#include "tumble/station/virtual_bench.hpp"
+#include "tumble/station/served_rig.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::testing {
 
@@ -20,10 +20,18 @@ inline double wall() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// A TCP port that nobody has.
+/// A TCP port that nobody has, below those that a system gives to connections: none of these takes it meanwhile.
 inline std::string free_address() {
+  constexpr unsigned first = 20000, count = 12000;
+  static std::mt19937 any{std::random_device{}()};
   Links links([] { return 0.0; });
-  return "tcp:127.0.0.1:" + std::to_string(links.listen(0));
+  for (;;) {
+    const auto port = static_cast<std::uint16_t>(first + any() % count);
+    try {
+      return "tcp:127.0.0.1:" + std::to_string(links.listen(port));
+    } catch (const Error&) {  // somebody has it
+    }
+  }
 }
 
 /// The station of a plan at free TCP ports of this machine. It waits long for answers, because tests run on machines
@@ -40,37 +48,6 @@ inline Station station_over_tcp(const Plan& plan, const ScratchFolder& scratch) 
   for (StationInstrument& instrument : station.instruments) instrument.link = free_address();
   return station;
 }
-
-/// A virtual rig that is served in a thread of its own, from now until it is destroyed.
-class ServedRig {
- public:
-  ServedRig(const Plan& plan, const Station& station, double speed, const std::vector<VirtualFault>& faults = {})
-      : station_(station), parts_(parts_of(station_)), bench_(plan, station_, parts_, 1, faults) {
-    bench_.put(mounted_for(plan, station_));
-    server_.emplace(
-        bench_, station_, [speed, begin = wall()] { return speed * (wall() - begin); }, speed);
-    thread_ = std::thread([this] { server_->serve(stop_); });
-  }
-  ServedRig(const ServedRig&) = delete;
-  ServedRig& operator=(const ServedRig&) = delete;
-  ~ServedRig() { end(); }
-  /// Where each wire is reached: devices, then instruments.
-  const std::vector<std::string>& addresses() const { return server_->addresses(); }
-  /// How the rig is, after its service has ended.
-  std::map<std::string, AxisReading> end() {
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-    return bench_.readings();
-  }
-
- private:
-  Station station_;
-  StationParts parts_;
-  VirtualBench bench_;
-  std::optional<BenchServer> server_;
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
-};
 
 /// A run of that plan over the links of the station, whose questions are answered at once; after `most` [s] of the wall
 /// it is stopped.
