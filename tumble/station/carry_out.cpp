@@ -14,6 +14,7 @@
 #include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
+#include "tumble/station/conduct/view.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
 #include "tumble/units/error.hpp"
@@ -394,34 +395,7 @@ class Conductor {
 };
 
 RunView Conductor::view(double now) const {
-  RunView view;
-  const Course& course = *state_.course;
-  view.time = now - begin_;
-  view.phase = state_.phase;
-  view.segment = state_.segment;
-  view.segments = course.schedule.size();
-  if (state_.segment < course.schedule.size()) view.label = course.schedule[state_.segment].label;
-  for (std::size_t s = state_.segment; s < course.schedule.size(); ++s) view.left += course.schedule[s].duration;
-  if (state_.recording) {
-    view.recorded = std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
-    view.left -= view.recorded;
-  }
-  view.progress = state_.segments;
-  for (std::size_t a = 0; a < state_.axes.size(); ++a) {
-    const AxisProgress& axis = state_.axes[a];
-    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
-                         axis.position, axis.rate, axis.temperature});
-  }
-  for (std::size_t i = 0; i < streams_.size(); ++i) {
-    if (!streams_[i]) continue;
-    const FrameCounts& counts = streams_[i]->counts();
-    view.frames += counts.good;
-    view.lost += counts.lost;
-    view.damaged += counts.damaged.count;
-    for (const auto& shown : streams_[i]->shown())
-      view.channels.push_back({course.station.instruments[i].slot, shown.channel.name, shown.channel.unit,
-                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan(), shown.low, shown.high});
-  }
+  RunView view = conduct::view_of(state_, streams_, now - begin_, now - state_.recording_began);
   view.estimates = estimates_.view();
   view.prompt = prompt_;
   const Acknowledged on_disk = recorder_.acknowledged();
