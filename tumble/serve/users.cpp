@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
-#include <sstream>
 #include <system_error>
 
 #include "tumble/core/tables/document.hpp"
@@ -16,6 +15,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/passwords.hpp"
+#include "tumble/tasks/plan_edit.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -88,18 +88,11 @@ void require_private(const std::string& path) {
     throw Error{Error::Kind::bad_file, path + ": others may write this file of users: chmod 600 " + path};
 }
 
-/// In quotes of TOML.
-std::string quoted(const std::string& text) {
-  std::ostringstream out;
-  out << toml::value<std::string>(text);
-  return out.str();
-}
-
 std::string entry_of(const User& user) {
   std::vector<std::string> roles;
-  for (const Right right : user.roles) roles.push_back(quoted(name(right)));
-  return fmt::format("[[user]]\nname = {}\nroles = [{}]\npassword = {}\n", quoted(user.name), fmt::join(roles, ", "),
-                     quoted(user.password));
+  for (const Right right : user.roles) roles.push_back(toml_text(name(right)));
+  return fmt::format("[[user]]\nname = {}\nroles = [{}]\npassword = {}\n", toml_text(user.name), fmt::join(roles, ", "),
+                     toml_text(user.password));
 }
 
 void write_private(const std::string& path, const std::string& text) {
@@ -107,16 +100,6 @@ void write_private(const std::string& path, const std::string& text) {
   chmod(file.temporary().c_str(), S_IRUSR | S_IWUSR);
   file.write(text);
   file.commit();
-}
-
-/// The part of a text that a node of TOML was read from; lines and columns count from 1.
-std::pair<std::size_t, std::size_t> part_of(const std::string& text, const toml::source_region& region) {
-  const auto place = [&](const toml::source_position& at) {
-    std::size_t line = 0;
-    for (std::uint32_t i = 1; i < at.line; ++i) line = text.find('\n', line) + 1;
-    return line + at.column - 1;
-  };
-  return {place(region.begin), place(region.end)};
 }
 
 }  // namespace
@@ -138,24 +121,12 @@ void add_user(const std::string& path, const User& user) {
   write_private(path, text);
 }
 
-/// The password is a text without escapes in one line, so that its columns count bytes where the line has no others;
-/// what was made is read again before it is written.
 void change_password(const std::string& path, const std::string& user, const std::string& hash) {
-  auto users = read_users(path);
-  const std::string text = read_text_file(path);
+  const auto users = read_users(path);
   const auto found = std::ranges::find(users, user, &User::name);
   if (found == users.end()) throw Error{Error::Kind::bad_input, fmt::format("{}: there is no user '{}'", path, user)};
-  const auto document = tables::document_of(text, path);
-  const auto* node = document["user"][static_cast<std::size_t>(found - users.begin())]["password"].node();
-  const auto [begin, end] = part_of(text, node->source());
-  const std::string changed = text.substr(0, begin) + quoted(hash) + text.substr(end);
-  found->password = hash;
-  const auto again = users_of(changed, path);
-  if (!std::ranges::equal(again, users, [](const User& a, const User& b) {
-        return a.name == b.name && a.roles == b.roles && a.password == b.password;
-      }))
-    throw Error{Error::Kind::bad_input, path + ": the password of '" + user + "' must stand in a line of its own"};
-  write_private(path, changed);
+  const PlanPath place{"user", std::to_string(found - users.begin()), "password"};
+  write_private(path, with_value(read_text_file(path), path, place, toml_text(hash)));
 }
 
 }  // namespace tumble

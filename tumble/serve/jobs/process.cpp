@@ -41,45 +41,39 @@ struct Files {
   int input = -1, output = -1;
 };
 
-/// Between fork and exec: only what a signal handler may do. The process ends with the server. Signals were blocked
-/// before the fork: a handler of the server that ran in here would write to what both share, and end the server.
-[[noreturn]] void become(const char* program, char* const* arguments, char* const* environment, int messages,
-                         int progress, Files files, pid_t parent) {
-  setpgid(0, 0);
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(127);
+/// What a process that becomes the program has open.
+struct Descriptors {
+  int input, output, messages, progress;
+};
+
+/// Signals were blocked before the fork: they act as they do on any program again.
+[[noreturn]] void run_in_place(const char* program, char* const* arguments, char* const* environment,
+                               Descriptors given) {
   for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   const int nothing = open("/dev/null", O_RDWR);
-  const int kept = fcntl(progress, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
-  const int input = files.input < 0 ? nothing : fcntl(files.input, F_DUPFD, 10);
-  const int output = files.output < 0 ? nothing : fcntl(files.output, F_DUPFD, 10);
-  dup2(input, STDIN_FILENO);
-  dup2(output, STDOUT_FILENO);
-  dup2(told, STDERR_FILENO);
-  dup2(kept, progress_descriptor);
+  // All of them first to numbers above those that they get: none is overwritten before it is used.
+  const auto above = [&](int descriptor) { return fcntl(descriptor < 0 ? nothing : descriptor, F_DUPFD, 10); };
+  const Descriptors kept{above(given.input), above(given.output), above(given.messages), above(given.progress)};
+  dup2(kept.input, STDIN_FILENO);
+  dup2(kept.output, STDOUT_FILENO);
+  dup2(kept.messages, STDERR_FILENO);
+  dup2(kept.progress, progress_descriptor);
   close_range(progress_descriptor + 1, ~0u, 0);
   execve(program, arguments, environment);
   _exit(127);
 }
 
-/// As become(), without a leader: no terminal, no signal and no end of this process reaches it.
-[[noreturn]] void become_detached(const char* program, char* const* arguments, int messages, int alive) {
-  for (const int end : {SIGINT, SIGTERM, SIGHUP}) signal(end, SIG_DFL);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
-  const int nothing = open("/dev/null", O_RDWR);
-  const int kept = fcntl(alive, F_DUPFD, 10), told = fcntl(messages, F_DUPFD, 10);
-  dup2(nothing, STDIN_FILENO);
-  dup2(told, STDOUT_FILENO);
-  dup2(told, STDERR_FILENO);
-  dup2(kept, progress_descriptor);
-  close_range(progress_descriptor + 1, ~0u, 0);
-  execv(program, arguments);
-  _exit(127);
+/// Between fork and exec: only what a signal handler may do. The process ends with the server. Signals were blocked
+/// before the fork: a handler of the server that ran in here would write to what both share, and end the server.
+[[noreturn]] void become(const char* program, char* const* arguments, char* const* environment, Descriptors given,
+                         pid_t parent) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(127);
+  run_in_place(program, arguments, environment, given);
 }
 
 /// The environment with the place for progress, and English messages without colour.
@@ -149,8 +143,8 @@ Outcome run(const std::string& program, const std::vector<std::string>& argument
   pthread_sigmask(SIG_SETMASK, &all, &before);
   const pid_t child = messages.write >= 0 && steps.write >= 0 ? fork() : -1;
   if (child == 0)
-    become(program.c_str(), argument_pointers.data(), environment_pointers.data(), messages.write, steps.write, files,
-           parent);
+    become(program.c_str(), argument_pointers.data(), environment_pointers.data(),
+           {files.input, files.output, messages.write, steps.write}, parent);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) {
     outcome.messages = "error: no process can be started\n";
@@ -232,8 +226,9 @@ int start_detached(const std::string& program, const std::vector<std::string>& a
   const pid_t child = fork();
   if (child == 0) {
     setsid();
-    // The child of a child that ends at once belongs to the first process of the system, which buries it.
-    if (fork() == 0) become_detached(program.c_str(), argument_pointers.data(), told, alive.write);
+    // The child of a child that ends at once belongs to the first process of the system, which buries it. No terminal,
+    // no signal and no end of this process reaches it.
+    if (fork() == 0) run_in_place(program.c_str(), argument_pointers.data(), environ, {-1, told, told, alive.write});
     _exit(0);
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
