@@ -13,6 +13,7 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
+#include <chrono>
 #include <csignal>
 #include <deque>
 #include <filesystem>
@@ -116,6 +117,7 @@ struct RunDesk::Inner {
   void happened(std::uint64_t sequence, const StoreEvent& event);
   void show(const RunView& now);
   void leave();
+  void wait_for_readers(std::chrono::steady_clock::time_point until);
 };
 
 void RunDesk::Inner::accept() {
@@ -238,12 +240,16 @@ void RunDesk::Inner::leave() {
     visitor->leaves = true;
     if (visitor->output.empty()) hang_up(*visitor);
   }
-  patience.expires_after(std::chrono::seconds(1));
-  patience.async_wait([this](Code code) {
-    if (!code) context.stop();
+  wait_for_readers(std::chrono::steady_clock::now() + std::chrono::seconds(1));
+}
+
+void RunDesk::Inner::wait_for_readers(std::chrono::steady_clock::time_point until) {
+  const bool all_have_left = std::ranges::none_of(visitors, [](const auto& one) { return one->socket.is_open(); });
+  if (all_have_left || std::chrono::steady_clock::now() > until) return context.stop();
+  patience.expires_after(std::chrono::milliseconds(5));
+  patience.async_wait([this, until](Code code) {
+    if (!code) wait_for_readers(until);
   });
-  const bool all = std::ranges::none_of(visitors, [](const auto& one) { return one->socket.is_open(); });
-  if (all) context.stop();
 }
 
 RunDesk::RunDesk() : inner_(std::make_unique<Inner>()) {}

@@ -143,7 +143,6 @@ test("a reader can neither start nor sign, and the server refuses it too", async
 test("an operator verifies the archive and puts a result in, but does not sign", async () => {
   const page = await signedIn("Li Wei", "/archive");
   await page.getByRole("button", { name: "Verify" }).click();
-  await page.locator(".job", { hasText: "Verification" }).waitFor();
   await page.getByRole("button", { name: /Jobs/ }).click();
   await page.locator(".job.done", { hasText: "Verification" }).getByRole("link", { name: "verify.txt" }).waitFor();
   call("", "simulate", plan, "-o", join(home, "new.h5"), "--seed", "31");

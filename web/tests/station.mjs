@@ -33,6 +33,7 @@ async function prepare() {
 let server, port, origin;
 /// A server of this room: it is killed in the middle of a run.
 async function serve() {
+  if (server?.exitCode === null && server.signalCode === null) await kill(); // of a test that has failed
   server = spawn(program, ["serve", bench, "--port", String(port), "--no-token"], { env: environment });
   for (;;) {
     try {
@@ -54,11 +55,12 @@ process.on("exit", () => {
   if (run) spawnSync(program, ["answer", join(bench, run), "abort", "--operator", "the end of the tests"]);
 });
 
-/// The process that carries a run out, by the folder in its command line.
-function processOf(folder) {
+/// The process that does this to a run, by its command line.
+function processOf(verb, folder) {
   const found = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).find((name) => {
     try {
-      return readFileSync(`/proc/${name}/cmdline`, "utf8").split("\0").includes(folder);
+      const words = readFileSync(`/proc/${name}/cmdline`, "utf8").split("\0");
+      return words[1] === verb && words.includes(folder);
     } catch {
       return false;
     }
@@ -200,7 +202,7 @@ test("station: one press stops the run, the rig is safe, and the run can be carr
   await page.getByRole("button", { name: "STOP" }).waitFor();
   await until((now) => now.alive && now.view !== null, "it prepares");
   // Nobody knows what a rig does whose run was killed: that is said loudly.
-  process.kill(processOf(join(bench, run)), "SIGKILL");
+  process.kill(processOf("resume", join(bench, run)), "SIGKILL");
   await page.getByRole("alert").filter({ hasText: "interrupted: nobody knows the state of the rig. Go to the rig" }).waitFor();
   assert.match(await page.title(), /^⚠ interrupted/);
   await assertAccessible(page, "interrupted");
