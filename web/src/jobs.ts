@@ -43,7 +43,8 @@ function open(): void {
   });
   stream.addEventListener("reset", (event) => {
     last = Number(event.lastEventId);
-    void refresh();
+    close();
+    void start(); // events that come while the jobs are asked for come again
     ++listing.value;
   });
 }

@@ -202,6 +202,7 @@ test("plans: saving, a file that changed meanwhile, and jobs", async () => {
   await page.getByRole("button", { name: "Save", exact: true }).click();
   await page.getByTestId("plan-state").getByText("saved", { exact: true }).waitFor();
   assert.match(readFileSync(join(folder, "mine.toml"), "utf8"), /title *= "Mine"/);
+  await drawn(page); // the page has looked at the file again: what comes now is news
   writeFileSync(join(folder, "mine.toml"), readFileSync(join(folder, "mine.toml"), "utf8") + "# of somebody else\n");
   await page.getByLabel("Title", { exact: true }).fill("Mine again");
   await page.getByLabel("Title", { exact: true }).press("Enter");

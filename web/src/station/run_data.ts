@@ -114,7 +114,9 @@ async function refresh(): Promise<boolean> {
   try {
     const { body } = await get<Run>(address("/api/station/run"));
     if (asked !== wanted) return false;
-    run.value = body;
+    // What the stream has brought since the program made this answer stays.
+    const newer = (run.value?.events ?? []).filter((one) => one.id > body.last);
+    run.value = { ...body, events: [...body.events, ...newer], last: Math.max(body.last, ...newer.map((one) => one.id)) };
     problems.value = [];
     lostSince.value = null;
     return true;
