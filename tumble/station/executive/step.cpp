@@ -7,7 +7,7 @@ namespace tumble {
 namespace executive {
 namespace {
 
-constexpr int most_changes = 100;        ///< of the phase in one step
+constexpr int most_changes = 100;       ///< of the phase in one step
 constexpr double usual_lateness = 1.0;  ///< [s] of a tick
 
 void take(Turn&, const Tick&) {}
