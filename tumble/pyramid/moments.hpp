@@ -40,7 +40,8 @@ struct BarBounds {
 };
 
 /// As moments_of(), of one block of evenly sampled values none of which is missing, with the bounds of its bars, in one
-/// reading of memory. False: some are missing or infinite, and nothing was calculated.
+/// reading of memory: values [u], first_time [t], offset [u]. False: some are missing or infinite, and nothing was
+/// calculated.
 bool moments_of_block(const double* values, double first_time, double offset, Moments& moments, BarBounds& bars);
 
 }  // namespace tumble

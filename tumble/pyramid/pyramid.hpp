@@ -56,11 +56,15 @@ struct SpanStatistics {
   double slope = 0.0;                                         ///< of the straight line by least squares [SI/s]
 };
 
+struct PyramidMoment;
+
 /// A pyramid that is open. Several threads may ask at once.
 class Pyramid {
  public:
   /// `samples` reads the recording itself; empty where the pyramid holds its samples. Throws Error::bad_file.
   Pyramid(const std::string& path, SampleReader samples);
+  /// Of a recording that is being made (live_recording.hpp), at a moment.
+  explicit Pyramid(PyramidMoment moment);
   Pyramid(Pyramid&&) noexcept;
   Pyramid& operator=(Pyramid&&) noexcept;
   ~Pyramid();

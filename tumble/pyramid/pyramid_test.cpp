@@ -88,7 +88,8 @@ void write_counts(const std::string& path, std::size_t count, hsize_t chunk) {
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   const hid_t group = H5Gcreate2(file, "/channels", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   const hsize_t size = count;
-  const hid_t space = H5Screate_simple(1, &size, nullptr), plist = H5Pcreate(H5P_DATASET_CREATE);
+  const hsize_t most = H5S_UNLIMITED;
+  const hid_t space = H5Screate_simple(1, &size, &most), plist = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_chunk(plist, 1, &chunk);
   H5Pset_shuffle(plist);
   H5Pset_deflate(plist, 3);
@@ -237,7 +238,8 @@ TEST(Pyramid, EveryCountOfDeflatedChunksLiesInsideOfItsBar) {
     for (std::size_t c = 0; c < 2; ++c) {
       const Channel& channel = opened.recording.channels[c];
       for (int trial = 0; trial < 60; ++trial) {  // spans that begin and end about the borders of chunks
-        const double from = 5.0 * static_cast<double>(random() % (count / 1000 + 1)) + 0.005 * (random() % 3) - 0.005;
+        const double from = 5.0 * static_cast<double>(random() % (count / 1000 + 1)) +
+                            0.005 * static_cast<double>(random() % 3) - 0.005;
         const double to = from + 5.0 * static_cast<double>(random() % 70 + 1);
         expect_inside(*opened.pyramid, channel, c, from, to, 1 + random() % 900, channel.unit);
       }
