@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/pyramid/pyramid_moment.hpp"
 #include "tumble/pyramid/store/live_file.hpp"
 #include "tumble/pyramid/store/live_track.hpp"
 #include "tumble/pyramid/store/store.hpp"
@@ -156,6 +155,7 @@ void LiveRecording::Inner::take(std::uint64_t size) {
 
 std::shared_ptr<const Pyramid> LiveRecording::Inner::pyramid() {
   PyramidMoment moment;
+  store::LiveChannels live;
   std::set<std::string> slots;
   for (const Growing& channel : channels) slots.insert(channel.slot);
   moment.header.instrument = instrument;
@@ -164,11 +164,12 @@ std::shared_ptr<const Pyramid> LiveRecording::Inner::pyramid() {
     const std::string name =
         slots.size() > 1 && !channel.slot.empty() ? channel.slot + "." + channel.name : channel.name;
     moment.header.channels.push_back({name, kind_of(channel.unit), channel.unit, {}, {}});
-    moment.mapped.push_back(channel_of(channel, file, moment.owners));
-    const std::size_t count = moment.mapped.back().count;
+    live.channels.push_back(channel_of(channel, file, live.owners));
+    const std::size_t count = live.channels.back().count;
     moment.channels.push_back({name, kind_of(channel.unit), channel.unit, count,
                                count > 0 ? channel.bar_times.front() : 0.0, channel.last, true});
   }
+  moment.store = std::move(live);
   return std::make_shared<const Pyramid>(std::move(moment));
 }
 

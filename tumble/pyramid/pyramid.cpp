@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include "tumble/pyramid/pyramid_moment.hpp"
 #include "tumble/pyramid/store/live_track.hpp"
 #include "tumble/pyramid/store/mapped.hpp"
 #include "tumble/units/error.hpp"
@@ -45,13 +44,13 @@ Pyramid::Pyramid(const std::string& path, SampleReader samples) : parts_(std::ma
   }
 }
 
-Pyramid::Pyramid(PyramidMoment moment)
-    : parts_(new Parts{{},
-                       std::move(moment.owners),
-                       {},
-                       std::move(moment.header),
-                       std::move(moment.channels),
-                       std::move(moment.mapped)}) {}
+Pyramid::Pyramid(PyramidMoment moment) : parts_(std::make_unique<Parts>()) {
+  auto live = std::any_cast<store::LiveChannels>(std::move(moment.store));
+  parts_->owners = std::move(live.owners);
+  parts_->mapped_channels = std::move(live.channels);
+  parts_->header = std::move(moment.header);
+  parts_->channels = std::move(moment.channels);
+}
 
 Pyramid::Pyramid(Pyramid&&) noexcept = default;
 Pyramid& Pyramid::operator=(Pyramid&&) noexcept = default;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -42,7 +43,8 @@ std::string key_of(const std::string& recording, const Sets& sets) {
 std::string key_of_file(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read"};
-  return fmt::format("live {} {}", status.st_ino, sha256_of(fs::absolute(path).lexically_normal().string()).substr(0, 24));
+  return fmt::format("live {} {}", status.st_ino,
+                     sha256_of(fs::absolute(path).lexically_normal().string()).substr(0, 24));
 }
 
 /// Where the cache says which pyramid a file has: two lines, name of the pyramid and checksum of the file.
@@ -102,7 +104,7 @@ void prepare_recording(
   auto names = names_of(cache, key);
   std::function<std::string()> checksum;
   if (!names) {
-    const std::string building = (cache / (key + ".building")).string();
+    const std::string building = (cache / fmt::format("{}.{}.building", key, getpid())).string();
     checksum = build_pyramid(recording, options, building, [&](double done, std::string_view) {
       report(progress, 0.6 * done, "preparing the view");
     });

@@ -100,6 +100,12 @@ struct MappedChannel {
   std::shared_ptr<const LiveTrack> track;  ///< of a recording that is being made; else null
 };
 
+/// The channels of a recording that is being made.
+struct LiveChannels {
+  std::vector<MappedChannel> channels;
+  std::vector<std::shared_ptr<const void>> owners;  ///< of the pages
+};
+
 /// A channel by what the file says of it, and that of the whole file. Throw Error::bad_file, Json::exception.
 MappedChannel mapped(const Mapped& file, const Json& entry);
 Json description_in(const Mapped& file);

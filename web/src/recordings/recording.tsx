@@ -278,6 +278,10 @@ export function RecordingPage({ file }: { file: string }) {
     const preparing = Object.values(jobs.value).filter((job) => job.kind === "prepare");
     return preparing.map((job) => job.id + job.state).join() + listing.value;
   });
+  // A view that is refused: the file may have been replaced, or removed.
+  useSignalEffect(() => {
+    if (viewProblems.value.length > 0 && latest.current && !latest.current.live) void refreshed();
+  });
   const goingOn = recording?.live !== undefined && (recording.live.going_on || recording.live.behind);
   useEffect(() => {
     if (!goingOn) return;
