@@ -92,6 +92,8 @@ test("a recording that goes on is looked at, follows its end, and leads to its f
   await drawn(page);
   await picture(page, "recording-live");
   assert.equal(spawnSync(program, ["stop", run]).status, 0);
+  await page.getByText("Its file is not there yet", { exact: false }).waitFor({ timeout: 30000 });
+  for (let i = 0; i < 100 && spawnSync(program, ["seal", run]).status !== 0; ++i) await new Promise((later) => setTimeout(later, 100));
   await page.getByText("The recording has ended. Its file:").waitFor({ timeout: 30000 });
   assert.ok(!existsSync(join(run, "live.samples")), "the file that was sealed is looked at from now on");
   await page.getByRole("link", { name: "live run/recording.h5" }).click();

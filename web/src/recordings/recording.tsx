@@ -1,7 +1,7 @@
 // One recording: overview, segments, stacked channels, and beside them what is known of the span.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { batch, useComputed, useSignalEffect } from "@preact/signals";
-import { Channel, get, Mark, problemsOf, Recording } from "../api";
+import { Channel, get, Mark, Problem, problemsOf, Recording } from "../api";
 import { Inspector } from "./inspector";
 import { jobs, listing } from "../jobs";
 import { follow, Live, LOOK_EVERY } from "./live";
@@ -258,7 +258,8 @@ export function RecordingPage({ file }: { file: string }) {
   const [failed, setFailed] = useState<string[]>([]);
   const latest = useRef<Recording | null>(null);
   const asked = useComputed(() => fileQuery(file).toString());
-  const ended = (before: Recording) => setRecording((latest.current = { ...before, live: { ...before.live!, going_on: false } }));
+  const again = (before: Recording, ended: boolean) =>
+    setRecording((latest.current = { ...before, live: { ...before.live!, going_on: before.live!.going_on && !ended } }));
   const refreshed = async () => {
     try {
       const { status, body } = await get<Recording>(`/api/recording?${asked.value}&language=${language.value}`);
@@ -268,7 +269,8 @@ export function RecordingPage({ file }: { file: string }) {
       setRecording((latest.current = found));
     } catch (error) {
       const before = latest.current;
-      if (before?.live && before.name === file) return ended(before); // sealed and removed, or the connection is lost
+      // Sealed and removed; or the server cannot be reached, and is asked again.
+      if (before?.live && before.name === file) return again(before, (error as Problem).status === 404);
       setRecording((latest.current = null));
       setFailed(problemsOf(error));
     }
@@ -282,10 +284,10 @@ export function RecordingPage({ file }: { file: string }) {
   useSignalEffect(() => {
     if (viewProblems.value.length > 0 && latest.current && !latest.current.live) void refreshed();
   });
-  const goingOn = recording?.live !== undefined && (recording.live.going_on || recording.live.behind);
+  // A run that was stopped may be carried on.
   useEffect(() => {
-    if (!goingOn) return;
-    const timer = setTimeout(refreshed, recording.live?.behind ? 0 : LOOK_EVERY);
+    if (!recording?.live) return;
+    const timer = setTimeout(refreshed, recording.live.behind ? 0 : recording.live.going_on ? LOOK_EVERY : 4 * LOOK_EVERY);
     return () => clearTimeout(timer);
   }, [recording]);
   const done = recording !== null && (recording.live !== undefined || recording.findings !== null || recording.problems !== undefined);
