@@ -150,7 +150,7 @@ function Curve({ view, label }: { view: ChannelView; label: string }) {
   );
 }
 
-function Channels({ now, view }: { now: Run; view: View }) {
+function Channels({ name, now, view }: { name: string; now: Run; view: View }) {
   const [whole, setWhole] = useState(false);
   const bars: Bar[] = (whole ? now.curves?.whole : now.curves?.recent) ?? [];
   const times = bars.map((bar) => bar[0]);
@@ -158,6 +158,7 @@ function Channels({ now, view }: { now: Run; view: View }) {
     <section class="panel">
       <div class="panel-head">
         <h2>{t("channels")}</h2>
+        {now.alive && <a href={"/?file=" + encodeURIComponent(`${name}/live.samples`)}>{t("live_look")}</a>}
         <div role="group" aria-label={t("station_span")}>
           <button aria-pressed={!whole} onClick={() => setWhole(false)}>{t("station_recent")}</button>
           <button aria-pressed={whole} onClick={() => setWhole(true)}>{t("station_whole")}</button>
@@ -301,7 +302,7 @@ export function RunPage({ name }: { name: string }) {
       {view && (
         <div class="station-columns">
           <div><Axes view={view} /><Estimates name={name} now={now} view={view} /></div>
-          <Channels now={now} view={view} />
+          <Channels name={name} now={now} view={view} />
         </div>
       )}
       <Log now={now} />
