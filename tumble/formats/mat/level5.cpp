@@ -80,12 +80,14 @@ class Level5 {
     Bytes bytes(window_, size, packed);
     name_ = "a variable at byte " + std::to_string(window_.position());
     try {
+      std::size_t end = 0;
       if (packed) {
         const Tag tag = next(bytes);
         if (tag.type != matrix) bad("it does not hold a variable");
+        end = bytes.position() + tag.size;
       }
       array(bytes, "", 0);
-      if (contents_.keep != Keep::sizes_only) bytes.finish();
+      if (contents_.keep != Keep::sizes_only) bytes.finish(bytes.position() >= end);
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
       if (size <= rest) bad(where(name_) + error.what());

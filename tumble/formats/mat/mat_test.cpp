@@ -294,6 +294,17 @@ TEST(Mat, WhatUnpacksToTooMuchIsRefused) {
   EXPECT_NE(refusal_of(folder.file("a.mat")).find("more than a file of this size can hold"), std::string::npos);
 }
 
+TEST(Mat, PackedBytesThatHoldMoreThanTheirVariableAreRefused) {
+  const ScratchFolder folder;
+  const std::string element = variable(4, 1, 9, 32) + std::string(32, '\1');
+  const std::string matrix = words({14, static_cast<std::uint32_t>(element.size())}) + element;
+  const ReadOptions options{.rate = 100.0, .units = {{"x", Unit::parse("1")}}};
+  write_bytes(folder.file("a.mat"), head5 + packed(matrix + std::string(8, '\0')));  // padding
+  EXPECT_EQ(refusal_of(folder.file("a.mat"), options), "");
+  write_bytes(folder.file("a.mat"), head5 + packed(matrix + std::string(5000, '\1')));
+  EXPECT_NE(refusal_of(folder.file("a.mat"), options).find("hold more than the variable"), std::string::npos);
+}
+
 TEST(Mat, StructuresWithoutEndAreRefused) {
   const ScratchFolder folder;
   std::string inner;

@@ -28,7 +28,7 @@ struct BinaryNumbers {
 };
 BinaryNumbers binary_numbers(const BinaryHead& head, bool double_precision, bool even, std::size_t count);
 
-/// The numbers in a piece of such bytes, which holds whole pairs.
+/// The numbers [as written] in a piece of such bytes, which holds whole pairs.
 void decode_binary(std::string_view bytes, const BinaryNumbers& kind, bool reversed, std::vector<double>& numbers);
 
 /// What the parts of a file with binary datasets are given to.

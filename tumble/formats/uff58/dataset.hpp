@@ -16,7 +16,7 @@ namespace tumble::uff58 {
 /// Characters `first` to `first + count` of a record of fixed width, without blanks around.
 std::string_view field(std::string_view line, std::size_t first, std::size_t count);
 
-/// Numbers of Fortran: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
+/// Numbers of Fortran [as written]: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
 /// Returned: false at the first that is none.
 bool numbers_in(std::string_view line, std::vector<double>& numbers);
 
