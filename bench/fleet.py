@@ -275,8 +275,8 @@ t seconds a task are kept busy up to t/{1e3 * cost:.2f} ms of them:
 
 | task | seconds | workers |
 |---|---:|---:|
-| a noise record of an hour | 0.15 | {0.15 / cost:.0f} |
-| a unit of imu_turntable_short | 0.4 | {0.4 / cost:.0f} |
+| a noise record of an hour | 0.05 | {0.05 / cost:.0f} |
+| a unit of imu_turntable_short | 0.34 | {0.34 / cost:.0f} |
 | a record of a day at 1 kHz | 3 | {3 / cost:.0f} |
 """)
 

@@ -6,6 +6,7 @@ goes out. The worker ends when its pipe does: a driver that dies leaves no worke
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import signal
@@ -54,13 +55,15 @@ def answer(message: Any) -> tuple[bool, Any]:
 def main() -> None:
     """Works until the pipe ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the driver, which then ends the pipes
-    with os.fdopen(int(sys.argv[1]), "rb") as source, os.fdopen(int(sys.argv[2]), "wb") as target:
+    # The driver may have been killed: what nobody reads is no error, when it is sent or when the pipe is closed.
+    with (
+        contextlib.suppress(BrokenPipeError),
+        os.fdopen(int(sys.argv[1]), "rb") as source,
+        os.fdopen(int(sys.argv[2]), "wb") as target,
+    ):
         while True:
             try:
                 message = receive(source)
             except EOFError:
                 return
-            try:
-                send(target, answer(message))
-            except BrokenPipeError:
-                return
+            send(target, answer(message))

@@ -22,6 +22,24 @@ void require_limits(const Tolerance& limits) {
                             limits.lower, limits.upper));
 }
 
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+struct Interval {
+  double lower = unlimited, upper = unlimited;
+};
+
+/// 95 % of the indices of populations, with respect to one limit. The smaller of two limits has no interval of its own:
+/// an error of the mean, of either sign, makes it smaller, and a mean in the middle would never be held.
+Interval index_interval(std::span<const Population> populations, const Tolerance& limit) {
+  if (!std::isfinite(limit.lower) && !std::isfinite(limit.upper)) return {};
+  std::vector<double> indices;
+  indices.reserve(populations.size());
+  for (const auto& one : populations) indices.push_back(capability_index(one, limit));
+  std::ranges::sort(indices);
+  const std::size_t tail = indices.size() / 40;
+  return {indices[tail], indices[indices.size() - 1 - tail]};
+}
+
 double spread_of_results(std::span<const UnitValue> units) {
   const auto n = static_cast<double>(units.size());
   double mean = 0.0, squares = 0.0;
@@ -59,15 +77,12 @@ Capability capability_of(std::span<const UnitValue> units, const Tolerance& limi
   Capability out;
   out.index = capability_index({spread.mean, spread.sd}, limits);
   out.measured = capability_index({spread.mean, spread_of_results(units)}, limits);
-  std::vector<double> indices;
+  auto populations = possible_populations(units);
   const RandomStream random(2);
-  for (Population one : possible_populations(units)) {
-    one.mean += shared_sd * random.normal(indices.size());
-    indices.push_back(capability_index(one, limits));
-  }
-  std::ranges::sort(indices);
-  const std::size_t tail = indices.size() / 40;
-  out.lower = indices[tail], out.upper = indices[indices.size() - 1 - tail];
+  for (std::size_t i = 0; i < populations.size(); ++i) populations[i].mean += shared_sd * random.normal(i);
+  const Interval below = index_interval(populations, {limits.lower, unlimited});
+  const Interval above = index_interval(populations, {-unlimited, limits.upper});
+  out.lower = std::min(below.lower, above.lower), out.upper = std::min(below.upper, above.upper);
   return out;
 }
 

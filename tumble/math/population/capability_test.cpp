@@ -39,12 +39,13 @@ TEST(Capability, ChargesTheProductionWithItsOwnSpreadOnly) {
 }
 
 TEST(Capability, AnErrorThatAllUnitsShareWidensTheInterval) {
-  // The mean is known to 0.5: 97.5 % of |0.5 z| lie below 1.121, so that 2.5 % of the indices lie below (4 - 1.121)/3.
+  // The mean is known to 0.5: the room to either limit is 4 -+ 1.96 x 0.5 in 95 %.
   const auto units = production(4000, 1e-3, RandomStream(3));
   const auto alone = capability_of(units, {-4.0, 4.0}), shared = capability_of(units, {-4.0, 4.0}, 0.5);
   EXPECT_EQ(alone.index, shared.index);
   EXPECT_LT(shared.lower, alone.lower);
-  EXPECT_NEAR(shared.lower, 0.960, 0.05);  // 2000 draws, and the spread of 4000 units to 1.1 %
+  EXPECT_NEAR(shared.lower, (4.0 - 0.98) / 3.0, 0.05);  // 2000 draws, and the spread of 4000 units to 1.1 %
+  EXPECT_NEAR(shared.upper, (4.0 + 0.98) / 3.0, 0.05);
 }
 
 TEST(Capability, OfUnitsWithoutSpreadIsOnlyKnownFromBelow) {
@@ -88,6 +89,23 @@ TEST(CapabilityCoverage, IntervalsHoldTheTrueIndex) {
       held += found.lower <= 4.0 / 3.0 && 4.0 / 3.0 <= found.upper;
     }
     EXPECT_GE(held, 86) << u;  // 0.95 of 100 less four sd
+  }
+}
+
+TEST(CapabilityCoverage, ASharedErrorLeavesTheIndexOfAMeanInTheMiddleInside) {
+  constexpr int fleets = 200;
+  for (const double shared : {0.5, 2.0}) {
+    int held = 0;
+    for (std::uint64_t i = 0; i < fleets; ++i) {
+      const auto random = RandomStream(9).split(i);
+      auto units = production(20, 0.3, random);
+      const double error = shared * random.split("rig").normal(0);
+      for (auto& unit : units) unit.value += error;
+      const auto found = capability_of(units, {-4.0, 4.0}, shared);
+      held += found.lower <= 4.0 / 3.0 && 4.0 / 3.0 <= found.upper;
+    }
+    EXPECT_GE(held, 178) << shared;  // 0.95 of 200 less four sd
+    EXPECT_LE(held, 199) << shared;
   }
 }
 
