@@ -4,12 +4,10 @@
 
 #include <openssl/sha.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/input_file.hpp"
-#include "tumble/formats/file/mapping.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
@@ -45,22 +43,10 @@ std::string Sha256::hex() {
 }
 
 std::string sha256_of_file(const std::string& path) {
-  const auto file = std::make_shared<file::InputFile>(path);
-  file::Lease lease(file);
+  file::InputFile file(path);
   Sha256 hash;
-  std::uint64_t done = 0;
-  constexpr std::size_t piece = std::size_t{4} << 20;
-  while (done < file->size() && lease.holds()) {
-    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(piece, file->size() - done));
-    const file::Mapping mapping(*file, done, count);
-    if (mapping.at(done) == nullptr) break;
-    hash.add({mapping.at(done), count});
-    done += count;
-  }
-  // What is not mapped, and what was appended meanwhile, is copied.
-  file->go_to(done);
   std::string block(std::size_t{1} << 18, '\0');
-  while (const std::size_t count = file->read(block.data(), block.size())) hash.add({block.data(), count});
+  while (const std::size_t count = file.read(block.data(), block.size())) hash.add({block.data(), count});
   return hash.hex();
 }
 

@@ -44,10 +44,6 @@ std::size_t InputFile::read(char* to, std::size_t count) {
   }
 }
 
-void InputFile::go_to(std::uint64_t offset) {
-  if (lseek(descriptor_, static_cast<off_t>(offset), SEEK_SET) < 0) refuse(path_, errno);
-}
-
 std::size_t InputFile::read_at(std::uint64_t offset, char* to, std::size_t count) const {
   std::size_t done = 0;
   while (done < count && offset + done < size_) {

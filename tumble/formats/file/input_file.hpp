@@ -17,13 +17,10 @@ class InputFile {
 
   /// Bytes read, 0 at the end. Throws Error::bad_file.
   std::size_t read(char* to, std::size_t count);
-  /// The place from which read() goes on [bytes].
-  void go_to(std::uint64_t offset);
   /// Bytes read from `offset` on, fewer than `count` only at the end; the place of read() stays. Several threads may
   /// read at once. Throws Error::bad_file.
   std::size_t read_at(std::uint64_t offset, char* to, std::size_t count) const;
-  std::size_t size() const { return size_; }      ///< [bytes] when it was opened
-  int descriptor() const { return descriptor_; }  ///< for Lease and Mapping
+  std::size_t size() const { return size_; }  ///< [bytes] when it was opened
 
  private:
   std::string path_;

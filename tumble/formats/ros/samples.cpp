@@ -6,7 +6,6 @@
 #include <thread>
 #include <utility>
 
-#include "tumble/formats/file/mapping.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
@@ -51,44 +50,6 @@ class IdleWindows {
  private:
   std::mutex guard_;
   std::vector<Window> idle_;
-};
-
-/// Pieces that are read next, mapped where the system allows it.
-class MappedPieces {
- public:
-  explicit MappedPieces(const Log& log) {
-    if (log.file) files_.push_back({log.file, std::make_unique<file::Lease>(log.file)});
-    for (const Log& part : log.parts)
-      files_.push_back({part.file, part.file ? std::make_unique<file::Lease>(part.file) : nullptr});
-  }
-
-  /// Those before are no longer mapped.
-  std::span<const Piece> map(std::span<const Piece> pieces) {
-    constexpr std::uint64_t most = std::uint64_t{256} << 20;  // [bytes]
-    pieces_.assign(pieces.begin(), pieces.end());
-    mapping_ = {};
-    const std::size_t part = pieces.front().part;
-    std::uint64_t begin = pieces.front().begin, end = begin;
-    bool one_stretch = part < files_.size();
-    for (const Piece& piece : pieces) {
-      one_stretch = one_stretch && piece.part == part && !piece.rows && piece.size < most;
-      begin = std::min(begin, piece.begin);
-      end = std::max(end, piece.begin + piece.size);
-    }
-    if (!one_stretch || end - begin > most || !files_[part].lease || !files_[part].lease->holds()) return pieces_;
-    mapping_ = file::Mapping(*files_[part].file, begin, static_cast<std::size_t>(end - begin));
-    for (Piece& piece : pieces_) piece.bytes = mapping_.at(piece.begin);
-    return pieces_;
-  }
-
- private:
-  struct OpenFile {
-    std::shared_ptr<const file::InputFile> file;
-    std::unique_ptr<file::Lease> lease;
-  };
-  std::vector<OpenFile> files_;
-  std::vector<Piece> pieces_;
-  file::Mapping mapping_;  // removed before the leases end
 };
 
 /// What one piece gives.
@@ -203,7 +164,6 @@ ScanReport scan(const Log& log, const std::vector<Stream>& streams,
   std::vector<Slot> slots;
   for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)
     slots.emplace_back(streams);
-  MappedPieces mapped(log);
   ScanReport result;
   const auto note = [&](const Slot& slot, const Piece& piece) {
     if (!slot.damage || piece.cut) return;
@@ -222,9 +182,9 @@ ScanReport scan(const Log& log, const std::vector<Stream>& streams,
     }
     std::size_t end = next;
     while (end < log.pieces.size() && end - next < slots.size() && !is_large(log.pieces[end])) ++end;
-    const auto pieces = mapped.map(std::span(log.pieces).subspan(next, end - next));
-    parallel_for(pieces.size(),
-                 [&](std::size_t i) { read_piece(log, pieces[i], streams, directory, windows, slots[i], {}); });
+    parallel_for(end - next, [&](std::size_t i) {
+      read_piece(log, log.pieces[next + i], streams, directory, windows, slots[i], {});
+    });
     std::vector<const Stretch*> stretches;
     for (std::size_t i = 0; i < end - next; ++i) {
       stretches.push_back(&slots[i].stretch);

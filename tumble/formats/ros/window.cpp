@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 #include <vector>
 
 #include "tumble/units/error.hpp"
@@ -121,9 +120,6 @@ struct Window::State {
   unpack::Lz4 lz4;
   unpack::Zstandard zstandard;
 
-  /// Whether all bytes are in sight.
-  bool whole() const { return piece.bytes != nullptr && piece.packing == Packing::none; }
-
   void reset_unpacker() {
     packed_next = packed_end = 0;
     if (piece.packing == Packing::bzip2) bzip2.reset();
@@ -138,11 +134,8 @@ struct Window::State {
     return got;
   }
 
-  /// The packed bytes: as they are mapped, or as they were read.
-  const char* packed_bytes() const { return piece.bytes ? piece.bytes : packed.data(); }
-
   Step unpack_step(unpack::Space to) {
-    const unpack::Bytes from{packed_bytes() + packed_next, packed_end - packed_next};
+    const unpack::Bytes from{packed.data() + packed_next, packed_end - packed_next};
     switch (piece.packing) {
       case Packing::bzip2:
         return bzip2.step(from, to);
@@ -159,8 +152,7 @@ struct Window::State {
     for (;;) {
       if (packed_next == packed_end) {
         packed_next = 0;
-        packed_end = piece.bytes ? static_cast<std::size_t>(piece.size - std::exchange(offset, piece.size))
-                                 : read(packed.data(), packed.size());
+        packed_end = read(packed.data(), packed.size());
         if (packed_end == 0 && finished) return 0;
       }
       const bool at_end = packed_end == 0;
@@ -191,25 +183,19 @@ void Window::open(const file::InputFile& file, const Piece& piece, std::size_t a
   // The whole frame in one step is unpacked without a copy between.
   const auto whole = static_cast<std::size_t>(std::min<std::uint64_t>(piece.unpacked, largest_window));
   const std::size_t size = std::max(smallest_window, packed ? whole + longest : std::size_t{0});
-  if (state.window.size() < size && !state.whole()) state.window.resize(size);
+  if (state.window.size() < size) state.window.resize(size);
   state.ahead = packed ? state.window.size() : std::min(ahead, state.window.size());
-  if (packed && piece.bytes == nullptr) {
+  if (packed) {
     const auto input = static_cast<std::size_t>(std::min<std::uint64_t>(piece.size, largest_window));
     if (state.packed.size() < input) state.packed.resize(std::max(smallest_window, input));
   }
   state.reset_unpacker();
   next_ = end_ = state.window.data();
-  if (state.whole()) {
-    next_ = piece.bytes;
-    end_ = piece.bytes + piece.size;
-    state.offset = state.made = piece.size;
-  }
 }
 
 bool Window::refill(std::size_t count) {
   State& state = *state_;
   if (count > longest) damaged(fmt::format("a part of {} bytes, where at most {} are expected", count, longest));
-  if (state.whole()) return false;
   char* const begin = state.window.data();
   const auto rest = static_cast<std::size_t>(end_ - next_);
   std::memmove(begin, next_, rest);
@@ -256,9 +242,7 @@ bool Window::skip(std::uint64_t count) {
 std::uint64_t Window::position() const { return state_->made - static_cast<std::uint64_t>(end_ - next_); }
 
 bool Window::crc_agrees() const {
-  const Piece& piece = state_->piece;
-  if (piece.crc == 0 || !state_->complete) return true;
-  return piece.crc == (state_->whole() ? libdeflate_crc32(0, piece.bytes, piece.size) : state_->crc);
+  return state_->piece.crc == 0 || !state_->complete || state_->crc == state_->piece.crc;
 }
 
 void Window::read_ahead(std::size_t bytes) { state_->ahead = std::min(bytes, state_->window.size()); }

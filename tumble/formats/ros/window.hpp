@@ -17,12 +17,10 @@ struct Piece {
   std::uint64_t begin = 0, size = 0;  ///< [bytes] in the file; of a database the first row and the number of rows
   std::uint64_t unpacked = 0;         ///< [bytes] as the file says
   Packing packing = Packing::none;
-  bool counted = false;         ///< an index says which messages are in it
-  bool cut = false;             ///< the file ends within it
-  std::uint32_t crc = 0;        ///< CRC-32 of the unpacked bytes, as the file says; 0: it does not
-  std::size_t part = 0;         ///< of a log of several files, the one that it lies in
-  bool rows = false;            ///< of a database
-  const char* bytes = nullptr;  ///< where it is mapped; null: it is to be read from the file
+  bool counted = false;   ///< an index says which messages are in it
+  bool cut = false;       ///< the file ends within it
+  std::uint32_t crc = 0;  ///< CRC-32 of the unpacked bytes, as the file says; 0: it does not
+  std::size_t part = 0;   ///< of a log of several files, the one that it lies in
 };
 
 /// The bytes of a piece, unpacked, seen through a window of bounded size: sizes that a file states wrongly cost no

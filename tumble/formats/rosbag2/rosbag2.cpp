@@ -70,17 +70,12 @@ void find_pieces(const Database& database, ros::Log& log) {
   log.messages_at_most = std::max<std::uint64_t>(1, std::min(numbers == 0 ? most : numbers, most));
   if (first < 0 || numbers > 4 * most) {
     // Packed size: as a piece that is handed out in parts.
-    log.pieces.push_back({.begin = static_cast<std::uint64_t>(first),
-                          .size = numbers,
-                          .unpacked = ~std::uint64_t{0},
-                          .counted = true,
-                          .rows = true});
+    log.pieces.push_back({static_cast<std::uint64_t>(first), numbers, ~std::uint64_t{0}, {}, true, false});
     return;
   }
   for (std::int64_t begin = first; begin <= last; begin += rows_at_once) {
     const auto size = static_cast<std::uint64_t>(std::min(rows_at_once, last - begin + 1));
-    log.pieces.push_back(
-        {.begin = static_cast<std::uint64_t>(begin), .size = size, .unpacked = size, .counted = true, .rows = true});
+    log.pieces.push_back({static_cast<std::uint64_t>(begin), size, size, {}, true, false});
   }
 }
 
