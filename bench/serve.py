@@ -148,6 +148,20 @@ def watch(port, until, ids):
     client.close()
 
 
+def scroll(port, until, times, failures):
+    """Asks how far the run is, and zooms in what was recorded so far, four times a second."""
+    client, generator = http.client.HTTPConnection("127.0.0.1", port, timeout=20), random.Random(len(times))
+    while time.monotonic() < until:
+        client.request("GET", "/api/recording?" + urllib.parse.urlencode({"file": "run/live.samples"}))
+        recording = json.loads(client.getresponse().read())
+        first, last = random_span(generator, recording["last"])
+        status, _, milliseconds = ask(client, view("run/live.samples", first, last))
+        times.append(milliseconds)
+        failures.append(status != 200)
+        time.sleep(0.25)
+    client.close()
+
+
 def live_run(program, clients=50, seconds=20.0, speed=5):
     """Lines of the table: what a run and the server cost, alone and with all these clients."""
     with tempfile.TemporaryDirectory() as folder:
@@ -157,7 +171,9 @@ def live_run(program, clients=50, seconds=20.0, speed=5):
         alone = (processor_time(run.pid) - before) / (time.monotonic() - begin)
         server = Server(program, folder, f"{folder}/cache")
         seen, until = [[] for _ in range(clients)], time.monotonic() + seconds
+        times, failures = [], []
         threads = [threading.Thread(target=watch, args=(server.port, until, ids)) for ids in seen]
+        threads += [threading.Thread(target=scroll, args=(server.port, until, times, failures)) for _ in range(clients)]
         for thread in threads:
             thread.start()
         before, served, begin = processor_time(run.pid), processor_time(server.process.pid), time.monotonic()
@@ -170,7 +186,10 @@ def live_run(program, clients=50, seconds=20.0, speed=5):
         state = json.loads(client.getresponse().read())
         if not state["alive"]:
             raise RuntimeError(f"the run has ended: {state['ending']} {state['ending_text']} {state['events'][-3:]}")
-        view = state["view"]
+        shown = state["view"]
+        view_frames = shown["frames"]
+        client.request("GET", "/api/recording?" + urllib.parse.urlencode({"file": "run/live.samples"}))
+        samples = max(channel["samples"] for channel in json.loads(client.getresponse().read())["channels"])
         memory = server.memory()[0]
         subprocess.run([program, "stop", f"{folder}/run"], capture_output=True)
         run.wait(60)
@@ -180,8 +199,11 @@ def live_run(program, clients=50, seconds=20.0, speed=5):
         server.process.terminate()
         server.process.wait()
     return [f"| {clients} clients on a run that goes on, {took:.0f} s, clock {speed} times as fast | {missed} clients missed an event or saw one twice; "
-            f"the recorder has {view['frames']} frames, {view['lost']} lost, {view['damaged']} damaged; the run takes {100 * watched:.1f} % of a processor, "
-            f"{100 * alone:.1f} % before; the server {100 * served:.1f} % and {memory:.0f} MB | nothing lost |"]
+            f"the recorder has {shown['frames']} frames, {shown['lost']} lost, {shown['damaged']} damaged; the run takes {100 * watched:.1f} % of a processor, "
+            f"{100 * alone:.1f} % before; the server {100 * served:.1f} % and {memory:.0f} MB | nothing lost |",
+            f"| as many others that scroll in that run meanwhile, 4 zooms a second each | {sum(failures)} of {len(times)} failed, median "
+            f"{statistics.median(times):.1f} ms, 95 % {percentile(times, 0.95):.1f} ms; {samples} samples can be seen when the recorder has "
+            f"{view_frames} frames | nothing lost |"]
 
 
 def main():

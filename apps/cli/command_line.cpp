@@ -157,6 +157,7 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
       ->check(CLI::IsMember(language_codes()))
       ->type_name("LANGUAGE");
   program.fallthrough();
+  program.require_subcommand(0, 1);  // behind a verb the name of another one is an argument: `tumble stop run`
   for (const auto& verb : verbs) {
     auto* app = program.add_subcommand(verb.name, verb.summary);
     for (const auto& argument : verb.arguments) add(*app, argument);

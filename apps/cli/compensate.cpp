@@ -8,6 +8,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/compensation_report.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -15,7 +16,7 @@ namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string result, recording, output, plan;
+  std::string result, recording, output, plan, save;
   std::vector<std::string> sets, topics;
 };
 
@@ -38,21 +39,19 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   require_error_model(estimate, arguments.result);
   std::optional<Plan> plan;
   if (!arguments.plan.empty()) plan = tumble::load_plan(arguments.plan, {});
-  Compensation compensation;
+  Estimate shown;
   {
     ProgressLine line(terminal);
     const auto recording = arguments.recording == "-" ? read_standard_input(options, line.progress())
                                                       : read_recording(arguments.recording, options, line.progress());
-    compensation = tumble::compensate(estimate, recording, plan ? &*plan : nullptr);
+    const auto compensation = tumble::compensate(estimate, recording, plan ? &*plan : nullptr);
     write_recording(compensation.recording, arguments.output);
+    shown = compensation_report(estimate, recording, compensation);
+    shown.title = arguments.recording + " compensated";
   }
+  if (!arguments.save.empty()) write_output(terminal, arguments.save, to_json(shown));
   if (arguments.output == standard_output) return 0;
   note(terminal, "wrote " + arguments.output);
-  Estimate shown;  // no parameters: only what the method says of its work
-  shown.method = estimate.method;
-  shown.title = arguments.recording + " compensated";
-  shown.findings = std::move(compensation.findings);
-  shown.tables = std::move(compensation.tables);
   if (!terminal.quiet) print(to_text(shown, terminal.width, terminal.language));
   return 0;
 }
@@ -66,6 +65,8 @@ Verb compensate_verb() {
           {{"RESULT", &arguments->result, "result (.json) of identify", true},
            {"RECORDING", &arguments->recording, "recording to compensate; - reads standard input", true},
            {"-o,--output", &arguments->output, "recording to write; - writes CSV to standard output", true},
+           {"--save", &arguments->save,
+            "what was done, as a result (.json): channels before and after, for report and the workbench"},
            {"--plan", &arguments->plan, "plan whose rig and schedule say what was felt, where the recording does not"},
            topic_argument(arguments->topics),
            reading_sets(arguments->sets)},

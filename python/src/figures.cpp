@@ -1,4 +1,5 @@
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -17,6 +18,11 @@ Numbers view(const std::vector<double>& values) { return {values.data(), {values
 template <std::vector<double> Figure::Series::*member>
 Numbers numbers(const Figure::Series& series) {
   return view(series.*member);
+}
+
+template <std::vector<double> Figure::Map::*member>
+Numbers cells(const Figure::Map& map) {
+  return view(map.*member);
 }
 
 /// Each line of the budget as the report shows it: source, and its share [1] of the variance of each parameter.
@@ -50,12 +56,19 @@ void bind_figures(nb::module_& module) {
       .def_prop_ro("y", &numbers<&Series::y>, inside)
       .def_prop_ro("lower", &numbers<&Series::lower>, inside)
       .def_prop_ro("upper", &numbers<&Series::upper>, inside)
-      .def_ro("band", &Series::band);
+      .def_ro("band", &Series::band)
+      .def_prop_ro("z", &numbers<&Series::z>, inside);
+  nb::class_<Figure::Map>(figure, "Map")
+      .def_prop_ro("x", &cells<&Figure::Map::x>, inside)
+      .def_prop_ro("y", &cells<&Figure::Map::y>, inside)
+      .def_prop_ro("values", &cells<&Figure::Map::values>, inside);
   figure.def_ro("name", &Figure::name)
       .def_ro("x", &Figure::x)
       .def_ro("y", &Figure::y)
       .def_ro("series", &Figure::series)
       .def_ro("notes", &Figure::notes)
+      .def_ro("z", &Figure::z)
+      .def_ro("map", &Figure::map)
       .def("to_svg", [](const Figure& one) { return to_svg(one); })
       .def("to_json", [](const Figure& one) { return to_json({one}); });
   nb::class_<SeriesStyle>(module, "SeriesStyle")

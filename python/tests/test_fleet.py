@@ -229,6 +229,9 @@ def test_wrong_requests_say_what_is_wrong(units, tree, tmp_path):
         fleet.run("allan_noise", [], tmp_path / "fleet")
     with pytest.raises(tumble.UsageError, match="finds no file"):
         fleet.run("allan_noise", str(tmp_path / "*.none"), tmp_path / "fleet")
+    with pytest.raises(tumble.UsageError, match="there is no file nowhere$"):
+        fleet.run("allan_noise", "nowhere", tmp_path / "fleet")
+    assert not (tmp_path / "fleet").exists()
     one = next(units.iterdir())
     with pytest.raises(tumble.UsageError, match="given twice"):
         fleet.run("allan_noise", [one, one], tmp_path / "fleet")
@@ -568,7 +571,7 @@ def test_a_plan_that_changes_ends_the_run(tree, tmp_path):
 def test_a_clock_that_goes_back_makes_no_old_error_the_last_word(units, tmp_path, monkeypatch):
     from tumble.fleet import _run
 
-    path = tmp_path / "unit.h5"
+    (one, other), path = sorted(units.iterdir())[:2], tmp_path / "unit.h5"
 
     class Later(_run.datetime.datetime):
         @classmethod
@@ -577,11 +580,11 @@ def test_a_clock_that_goes_back_makes_no_old_error_the_last_word(units, tmp_path
 
     with monkeypatch.context() as patch:
         patch.setattr(_run.datetime, "datetime", Later)
-        first = fleet.run("allan_noise", path, tmp_path / "fleet", executor="serial", retries=0)
+        first = fleet.run("allan_noise", [one, path], tmp_path / "fleet", executor="serial", retries=0)
     assert first.status().errors == 1
-    shutil.copy(next(units.iterdir()), path)
-    made = fleet.run("allan_noise", path, tmp_path / "fleet", executor="serial")
-    assert made.status().ok == 1 and not made.errors()
+    shutil.copy(other, path)
+    made = fleet.run("allan_noise", [one, path], tmp_path / "fleet", executor="serial")
+    assert made.status().ok == 2 and not made.errors()
 
 
 def test_what_is_no_file_is_a_row(units, tmp_path):

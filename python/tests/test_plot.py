@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import subprocess
 import sys
 
@@ -131,6 +132,31 @@ def test_thermal():
         tumble.plot.thermal(ramp(), channel="x")
     with pytest.raises(tumble.DataError, match="argument block"):
         tumble.plot.thermal(ramp(), block=3000.0)
+
+
+def test_a_map_has_its_cells_and_points(noise, tmp_path):
+    """Tables NAME_map and NAME_points of a result are one figure, with the same numbers in matplotlib."""
+    noise.save(tmp_path / "map.json")
+    text = json.loads((tmp_path / "map.json").read_text())
+    columns = [{"name": "temperature", "unit": "degC"}, {"name": "speed", "unit": "K/min"}, {"name": "drift", "unit": "deg/h"}]
+    cells = [[t, r, t + 10 * r] for r in (-1.0, 1.0) for t in (0.0, 20.0, 40.0)]
+    points = [[5.0, 1.0, 16.0], [30.0, -1.0, None]]
+    for name, rows in (("thermal_map", cells[:-1]), ("thermal_points", points)):
+        text["tables"].append({"name": name, "caption": "", "columns": columns, "rows": rows, "for_programs": True})
+    (tmp_path / "map.json").write_text(json.dumps(text))
+    figure = tumble.read_result(tmp_path / "map.json").figures[-1]
+    assert (figure.name, figure.z.title) == ("drift over temperature and speed", "drift [deg/h]")
+    np.testing.assert_allclose(figure.map.x, [-10, 10, 30, 50])
+    np.testing.assert_allclose(figure.map.y, [-2, 0, 2])
+    np.testing.assert_allclose(figure.map.values, [[-10, 10, 30], [10, 30, np.nan]], atol=1e-12)
+    np.testing.assert_allclose(figure.series[0].z, [16, np.nan])
+    ax = tumble.plot.figure(figure)
+    mesh, dots = ax.collections
+    np.testing.assert_allclose(np.ma.filled(mesh.get_array(), np.nan).ravel(), figure.map.values.ravel())
+    assert mesh.get_clim() == dots.get_clim() == (-10.0, 30.0)
+    assert ax.figure.axes[1].get_ylabel() == "drift [deg/h]"
+    copied = pickle.loads(pickle.dumps(figure))
+    np.testing.assert_array_equal(copied.map.values, figure.map.values)
 
 
 @pytest.mark.parametrize("ending", ["pdf", "svg", "png"])

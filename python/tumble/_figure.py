@@ -28,7 +28,8 @@ class Series(NamedTuple):
     """A line, or points, in the units of the axes; NaN is a gap.
 
     `lower` and `upper` are the band, or bars where the series is points; None: there is none. `dashes` are lengths of
-    strokes and gaps in pixels as of CSS, "" for a whole line.
+    strokes and gaps in pixels as of CSS, "" for a whole line. `z` is the quantity of the axis z of the figure at each
+    point, shown by its colour; None: the points have the colour of the series.
     """
 
     name: str
@@ -40,15 +41,28 @@ class Series(NamedTuple):
     band: str
     colour: str
     dashes: str
+    z: NDArray[np.float64] | None = None
+
+
+class FigureMap(NamedTuple):
+    """Cells of a map: edges of columns and rows in the units of the axes, values (rows, columns) in the unit of z.
+
+    The first row is that of the smallest y; NaN is no cell.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    values: NDArray[np.float64]
 
 
 class Figure:
     """A plot as the report has it, in numbers (`x`, `y`, `series`, `notes`) and as a drawing (`to_svg`).
 
-    `notes` are sentences on what the plot does not show. tumble.plot draws it with matplotlib.
+    `notes` are sentences on what the plot does not show. Where colours show a quantity, `z` is its axis, and `map` are
+    cells with these colours; else both are None. tumble.plot draws it with matplotlib.
     """
 
-    __slots__ = ("_drawing", "name", "notes", "series", "x", "y")
+    __slots__ = ("_drawing", "map", "name", "notes", "series", "x", "y", "z")
 
     def __init__(
         self,
@@ -58,6 +72,8 @@ class Figure:
         series: tuple[Series, ...],
         notes: tuple[str, ...],
         drawing: Callable[[], str] | str,
+        z: FigureAxis | None = None,
+        map: FigureMap | None = None,  # noqa: A002
     ) -> None:
         self.name = name
         self.x = x
@@ -65,13 +81,15 @@ class Figure:
         self.series = series
         self.notes = notes
         self._drawing = drawing
+        self.z = z
+        self.map = map
 
     def to_svg(self) -> str:
         """The drawing of the report: an SVG that needs no style sheet, no script and no network."""
         return self._drawing if isinstance(self._drawing, str) else self._drawing()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Figure, (self.name, self.x, self.y, self.series, self.notes, self.to_svg())
+        return Figure, (self.name, self.x, self.y, self.series, self.notes, self.to_svg(), self.z, self.map)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the drawing of the report; the name ends in .svg. For PDF: tumble.plot.save."""
@@ -87,6 +105,8 @@ class Figure:
 
     def __repr__(self) -> str:
         names = ", ".join(one.name for one in self.series)
+        if self.z is not None:
+            return f"<Figure {self.name}: {self.z.title} over {self.x.title} and {self.y.title}: {names}>"
         return f"<Figure {self.name}: {self.y.title} over {self.x.title}: {names}>"
 
 
@@ -97,7 +117,12 @@ def _axis(core: _tumble.Figure.Axis) -> FigureAxis:
 def _series(core: _tumble.Figure.Series, index: int) -> Series:
     style = _tumble.style_of_series(index)
     lower, upper = (core.lower, core.upper) if len(core.lower) else (None, None)
-    return Series(core.name, core.points, core.x, core.y, lower, upper, core.band, style.colour, style.dashes)
+    z = core.z if len(core.z) else None
+    return Series(core.name, core.points, core.x, core.y, lower, upper, core.band, style.colour, style.dashes, z)
+
+
+def _map(core: _tumble.Figure.Map) -> FigureMap:
+    return FigureMap(core.x, core.y, core.values.reshape(len(core.y) - 1, len(core.x) - 1))
 
 
 def figures_of(core: _tumble.Estimate) -> tuple[Figure, ...]:
@@ -107,4 +132,6 @@ def figures_of(core: _tumble.Estimate) -> tuple[Figure, ...]:
 
 def _figure(core: _tumble.Figure) -> Figure:
     series = tuple(_series(one, i) for i, one in enumerate(core.series))
-    return Figure(core.name, _axis(core.x), _axis(core.y), series, tuple(core.notes), core.to_svg)
+    z = None if core.z is None else _axis(core.z)
+    cells = None if core.map is None else _map(core.map)
+    return Figure(core.name, _axis(core.x), _axis(core.y), series, tuple(core.notes), core.to_svg, z, cells)

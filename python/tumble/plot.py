@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 from tumble import _tumble
 from tumble._allan import AllanDeviation
 from tumble._errors import DataError, FileError, UsageError, wrong_type
-from tumble._figure import Figure, Series
+from tumble._figure import Figure, FigureAxis, Series
 from tumble._recording import Channel, Recording
 from tumble._result import Result, result_of
 from tumble._text import count_of, need, path_text, seconds_of, whole_text
@@ -264,7 +264,11 @@ def _draw_into(one: Figure, ax: Axes, before: int) -> None:
         ax.set_xscale("log")
     if one.y.logarithmic:
         ax.set_yscale("log")
+    if one.z is not None:
+        _draw_colours(one, one.z, ax)
     for k, series in enumerate(one.series):
+        if series.z is not None:
+            continue
         style = _tumble.style_of_series(k + before)
         _draw_series(ax, series._replace(colour=style.colour, dashes=style.dashes), k + before)
     if one.y.logarithmic:
@@ -273,6 +277,27 @@ def _draw_into(one: Figure, ax: Axes, before: int) -> None:
     if one.notes:
         ax.set_title("\n".join(one.notes), fontsize=6, loc="left", wrap=True)
     _legend(ax, len(one.series) + before)
+
+
+def _draw_colours(one: Figure, z: FigureAxis, ax: Axes) -> None:
+    """The cells of a map and the points of one scale of colours, with that scale."""
+    import numpy as np
+
+    points = [series for series in one.series if series.z is not None]
+    numbers = [series.z for series in points if series.z is not None]
+    if one.map is not None:
+        numbers.append(one.map.values.ravel())
+    known = np.concatenate(numbers)
+    known = known[np.isfinite(known)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    look: dict[str, Any] = {"cmap": "cividis", "vmin": low, "vmax": high}
+    drawn: Any = None
+    if one.map is not None:
+        drawn = ax.pcolormesh(one.map.x, one.map.y, np.ma.masked_invalid(one.map.values), **look)
+    for series in points:
+        edge = {"s": 4 * POINT**2, "edgecolors": "white", "linewidths": 0.6, "label": series.name}
+        drawn = ax.scatter(series.x, series.y, c=series.z, **edge, **look)
+    ax.figure.colorbar(drawn, ax=ax, label=z.title)
 
 
 def _draw_series(ax: Axes, series: Series, index: int) -> None:

@@ -204,6 +204,22 @@ std::string find_result(const Archive& archive, const std::string& digits) {
   });
 }
 
+std::map<std::int64_t, std::string> sha256_by_number(const Archive& archive, const std::vector<std::int64_t>& numbers) {
+  constexpr std::size_t at_once = 100;
+  std::map<std::int64_t, std::string> found;
+  return schema::guarded(archive.address(), [&] {
+    for (std::size_t first = 0; first < numbers.size(); first += at_once) {
+      const std::size_t last = std::min(numbers.size(), first + at_once);
+      std::string marks;
+      Row values;
+      for (std::size_t i = first; i < last; ++i) marks += i == first ? "?" : ", ?", values.push_back(numbers[i]);
+      database_of(archive).visit("SELECT id, sha256 FROM results WHERE id IN (" + marks + ")", values,
+                                 [&](const Row& row) { found[integer(row, 0)] = text(row, 1); });
+    }
+    return found;
+  });
+}
+
 std::string result_text(const Archive& archive, const std::string& sha256) {
   return schema::guarded(archive.address(), [&] {
     const auto rows = database_of(archive).ask("SELECT packed FROM results WHERE id = ?", {schema::number_of(sha256)});

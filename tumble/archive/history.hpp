@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -92,6 +93,9 @@ std::vector<std::string> charted_parameters(const Archive& archive, const std::s
 /// SHA-256 of the result that begins with these digits, six or more. Throws Error::bad_input: there is none, or more
 /// than one.
 std::string find_result(const Archive& archive, const std::string& digits);
+
+/// SHA-256 of results by their numbers (ChartValue::result); one that is not there has none.
+std::map<std::int64_t, std::string> sha256_by_number(const Archive& archive, const std::vector<std::int64_t>& numbers);
 
 /// The text of a result, as it was put in. Throws Error::bad_file where its bytes have changed.
 std::string result_text(const Archive& archive, const std::string& sha256);

@@ -77,6 +77,25 @@ TEST_F(ArchiveStatistics, AChartHasTheNumbersOfTheMathematics) {
   EXPECT_EQ(estimate_from_json(to_json(estimate), "x").tables.size(), estimate.tables.size());
 }
 
+TEST_F(ArchiveStatistics, EachPointOfAChartLeadsToItsResult) {
+  for (int i = 0; i < 6; ++i) add({.bias = 1.0 + 0.1 * i, .ended = noon(i)});
+  put();
+  const auto record = unit_record(*archive_, {"gyro", "0173"});
+  for (const bool chart : {true, false}) {
+    const auto estimate = chart ? chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}})
+                                : drift_of_unit(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+    const auto& links = table(estimate, "links").rows;
+    ASSERT_EQ(links.size(), 6u);
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const auto number = std::stoll(std::get<std::string>(links[i][4]));
+      EXPECT_EQ(sha256_by_number(*archive_, {number}).at(number), record.results[i].sha256);
+      EXPECT_EQ(std::get<double>(links[i][2]), estimate.curves[0].y.values[i]);
+      EXPECT_EQ(std::get<double>(links[i][1]), estimate.curves[0].x.values[i]);
+    }
+  }
+  EXPECT_TRUE(sha256_by_number(*archive_, {12345}).empty());
+}
+
 TEST_F(ArchiveStatistics, AStepIsAnAlarmAndARecalibratedRigIsNone) {
   for (int i = 0; i < 60; ++i) {
     const double noise = 0.1 * random_.normal(static_cast<std::uint64_t>(i));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace tumble {
 namespace {
@@ -39,7 +40,95 @@ Moments of_some(const double* values, const double* times, std::size_t count, do
   return all;
 }
 
+using Lanes = double __attribute__((vector_size(32)));
+constexpr std::size_t width = 4, rows = 4;
+
+[[gnu::always_inline]] inline double total(const Lanes (&lanes)[rows]) {
+  const Lanes sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/// Sums, and their order, are those of the lanes: the processor does not matter.
+[[gnu::always_inline]] inline double sum_of_block(const double* values, double offset, BarBounds& bars) {
+  Lanes sum[rows] = {};
+  for (std::size_t bar = 0; bar < block_samples / bar_samples; ++bar) {
+    const double* const from = values + bar * bar_samples;
+    Lanes least[rows], most[rows];
+    for (std::size_t k = 0; k < rows; ++k) {
+      std::memcpy(&least[k], from + k * width, sizeof(Lanes));
+      most[k] = least[k];
+    }
+#pragma GCC unroll 4
+    for (std::size_t i = 0; i < bar_samples; i += rows * width)
+#pragma GCC unroll 4
+      for (std::size_t k = 0; k < rows; ++k) {
+        Lanes value;
+        std::memcpy(&value, from + i + k * width, sizeof value);
+        sum[k] += value - offset;
+        least[k] = value < least[k] ? value : least[k];
+        most[k] = value > most[k] ? value : most[k];
+      }
+    Lanes low = least[0], high = most[0];
+    for (std::size_t k = 1; k < rows; ++k) {
+      low = least[k] < low ? least[k] : low;
+      high = most[k] > high ? most[k] : high;
+    }
+    bars.least[bar] = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
+    bars.greatest[bar] = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
+  }
+  return total(sum);
+}
+
+/// Sums of squares, and of products with the number of the sample, about their means.
+[[gnu::always_inline]] inline void squares_of_block(const double* values, double base, double rest, double& squares,
+                                                    double& products) {
+  constexpr double middle = 0.5 * (block_samples - 1.0);
+  Lanes square[rows] = {}, product[rows] = {}, late = {0.0 - middle, 1.0 - middle, 2.0 - middle, 3.0 - middle};
+  for (std::size_t i = 0; i < block_samples; i += rows * width)
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < rows; ++k) {
+      Lanes value;
+      std::memcpy(&value, values + i + k * width, sizeof value);
+      value = value - base - rest;
+      square[k] += value * value;
+      product[k] += value * late;
+      late += static_cast<double>(width);
+    }
+  squares = total(square);
+  products = total(product);
+}
+
+[[gnu::always_inline]] inline bool block(const double* values, double first_time, double offset, Moments& moments,
+                                         BarBounds& bars) {
+  constexpr double count = block_samples;
+  const double sum = sum_of_block(values, offset, bars);
+  if (!std::isfinite(sum)) return false;
+  const double mean = sum / count, base = offset + mean;
+  moments.count = count;
+  moments.mean = mean;
+  moments.mean_time = first_time + 0.5 * (count - 1.0);
+  moments.squares_time = count * (count * count - 1.0) / 12.0;
+  squares_of_block(values, base, mean - (base - offset), moments.squares, moments.products);  // base is rounded
+  moments.minimum = *std::min_element(std::begin(bars.least), std::end(bars.least));
+  moments.maximum = *std::max_element(std::begin(bars.greatest), std::end(bars.greatest));
+  return true;
+}
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] bool block_avx2(const double* values, double first_time, double offset, Moments& moments,
+                                        BarBounds& bars) {
+  return block(values, first_time, offset, moments, bars);
+}
+#endif
+
 }  // namespace
+
+bool moments_of_block(const double* values, double first_time, double offset, Moments& moments, BarBounds& bars) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return block_avx2(values, first_time, offset, moments, bars);
+#endif
+  return block(values, first_time, offset, moments, bars);
+}
 
 Moments joined(const Moments& a, const Moments& b) {
   if (a.count == 0.0) return b;

@@ -31,4 +31,17 @@ Moments joined(const Moments& a, const Moments& b);
 ///           offset      subtracted from the values [u]
 Moments moments_of(const double* values, const double* times, std::size_t count, double first_time, double offset);
 
+/// Samples between whose least and greatest a bar is drawn, and of a block that moments_of_block() takes.
+constexpr std::size_t bar_samples = 64, block_samples = 1024;
+
+/// Least and greatest of the bars of one block [u].
+struct BarBounds {
+  double least[block_samples / bar_samples], greatest[block_samples / bar_samples];
+};
+
+/// As moments_of(), of one block of evenly sampled values none of which is missing, with the bounds of its bars, in one
+/// reading of memory: values [u], first_time [t], offset [u]. False: some are missing or infinite, and nothing was
+/// calculated.
+bool moments_of_block(const double* values, double first_time, double offset, Moments& moments, BarBounds& bars);
+
 }  // namespace tumble

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "tumble/pyramid/store/live_track.hpp"
 #include "tumble/pyramid/store/mapped.hpp"
 #include "tumble/units/error.hpp"
 
@@ -12,27 +14,27 @@ namespace tumble {
 using store::Json, store::Mapped, store::MappedChannel, store::MappedLevel;
 
 struct Pyramid::Parts {
-  Mapped file;
+  std::optional<Mapped> file;
+  std::vector<std::shared_ptr<const void>> owners;
   SampleReader reader;
   Recording header;
   std::vector<PyramidChannel> channels;
   std::vector<MappedChannel> mapped_channels;
-
-  explicit Parts(const std::string& path) : file(path) {}
 };
 
-Pyramid::Pyramid(const std::string& path, SampleReader samples) : parts_(std::make_unique<Parts>(path)) {
+Pyramid::Pyramid(const std::string& path, SampleReader samples) : parts_(std::make_unique<Parts>()) {
   Parts& parts = *parts_;
+  parts.file.emplace(path);
   parts.reader = std::move(samples);
   try {
-    const Json description = store::description_in(parts.file);
+    const Json description = store::description_in(*parts.file);
     parts.header = store::recording_of(description);
     for (const Json& entry : description.at("channels")) {
       const Channel& channel = parts.header.channels[parts.channels.size()];
       parts.channels.push_back({channel.name, channel.kind, channel.unit, entry.at("count").get<std::size_t>(),
                                 entry.at("first").get<double>(), entry.at("last").get<double>(),
                                 entry.at("stamped").get<bool>()});
-      parts.mapped_channels.push_back(store::mapped(parts.file, entry));
+      parts.mapped_channels.push_back(store::mapped(*parts.file, entry));
     }
     for (const MappedChannel& channel : parts.mapped_channels)
       if (channel.clock >= parts.channels.size() || (channel.samples.empty() && !parts.reader && channel.count > 0))
@@ -40,6 +42,14 @@ Pyramid::Pyramid(const std::string& path, SampleReader samples) : parts_(std::ma
   } catch (const Json::exception&) {
     Mapped::damaged();
   }
+}
+
+Pyramid::Pyramid(PyramidMoment moment) : parts_(std::make_unique<Parts>()) {
+  auto live = std::any_cast<store::LiveChannels>(std::move(moment.store));
+  parts_->owners = std::move(live.owners);
+  parts_->mapped_channels = std::move(live.channels);
+  parts_->header = std::move(moment.header);
+  parts_->channels = std::move(moment.channels);
 }
 
 Pyramid::Pyramid(Pyramid&&) noexcept = default;
@@ -51,11 +61,13 @@ const std::vector<PyramidChannel>& Pyramid::channels() const { return parts_->ch
 
 double Pyramid::time(std::size_t channel, std::size_t sample) const {
   const MappedChannel& of = parts_->mapped_channels[channel];
+  if (of.track) return of.track->time(sample);
   if (parts_->channels[channel].stamped) return parts_->mapped_channels[of.clock].stamps.at(sample);
   return of.start + static_cast<double>(sample) / of.rate;
 }
 
 std::size_t Pyramid::index_at(std::size_t channel, double time_wanted) const {
+  if (const auto& track = parts_->mapped_channels[channel].track) return track->index_at(time_wanted);
   std::size_t low = 0, high = parts_->channels[channel].samples;
   while (low < high) {
     const std::size_t middle = low + (high - low) / 2;
@@ -72,7 +84,9 @@ void Pyramid::read(std::size_t channel, std::size_t first, std::size_t count, st
   first = std::min(first, of.count);
   count = std::min(count, of.count - first);
   if (count == 0) return;
-  if (of.samples.empty())
+  if (of.track)
+    of.track->read(first, count, to);
+  else if (of.samples.empty())
     parts_->reader(channel, first, count, to);
   else
     of.samples.append(first, count, to);
@@ -155,9 +169,15 @@ ChannelView Pyramid::view(std::size_t channel, double from, double to, std::size
   view.offset = of.count > 0 ? unit.from_si(of.offset) : 0.0;
   if (stretch.first < of.count) view.start = time(channel, stretch.first);
   if (!stamped) view.step = static_cast<double>(stretch.block) / of.rate;
-  for (std::size_t i = stretch.first; stamped && i < stretch.end; i += stretch.block)
-    view.times.push_back(time(channel, i));
   std::vector<double> values;
+  if (of.track && stretch.block < store::finest) {
+    of.track->read_times(stretch.first, stretch.end - stretch.first, values);
+    for (std::size_t i = 0; i < values.size(); i += stretch.block) view.times.push_back(values[i]);
+    values.clear();
+  } else {
+    for (std::size_t i = stretch.first; stamped && i < stretch.end; i += stretch.block)
+      view.times.push_back(time(channel, i));
+  }
   if (stretch.block < store::finest) read(channel, stretch.first, stretch.end - stretch.first, values);
   if (view.samples) {
     for (double& value : values) value = unit.from_si(value);
@@ -194,7 +214,10 @@ SpanStatistics Pyramid::statistics(std::size_t channel, std::size_t first, std::
     values.clear();
     times.clear();
     read(channel, from, to - from, values);
-    if (face.stamped) parts_->mapped_channels[of.clock].stamps.append(from, to - from, times);
+    if (of.track)
+      of.track->read_times(from, to - from, times);
+    else if (face.stamped)
+      parts_->mapped_channels[of.clock].stamps.append(from, to - from, times);
     all = joined(all, moments_of(values.data(), face.stamped ? times.data() : nullptr, values.size(),
                                  face.stamped ? times.front() : static_cast<double>(from), of.offset));
   };

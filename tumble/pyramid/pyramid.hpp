@@ -1,5 +1,6 @@
 #pragma once
 
+#include <any>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -56,11 +57,19 @@ struct SpanStatistics {
   double slope = 0.0;                                         ///< of the straight line by least squares [SI/s]
 };
 
+/// A recording that is being made (live_recording.hpp), at a moment.
+struct PyramidMoment {
+  Recording header;
+  std::vector<PyramidChannel> channels;
+  std::any store;  ///< store::LiveChannels
+};
+
 /// A pyramid that is open. Several threads may ask at once.
 class Pyramid {
  public:
   /// `samples` reads the recording itself; empty where the pyramid holds its samples. Throws Error::bad_file.
   Pyramid(const std::string& path, SampleReader samples);
+  explicit Pyramid(PyramidMoment moment);
   Pyramid(Pyramid&&) noexcept;
   Pyramid& operator=(Pyramid&&) noexcept;
   ~Pyramid();

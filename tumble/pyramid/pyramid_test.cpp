@@ -1,6 +1,7 @@
 #include "tumble/pyramid/pyramid.hpp"
 
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include <cmath>
 #include <filesystem>
@@ -59,13 +60,53 @@ struct Opened {
   std::unique_ptr<Pyramid> pyramid;
 
   Opened(const Recording& from, const std::string& name) {
-    const std::string file = folder.file(name), path = folder.file("a.pyr");
+    const std::string file = folder.file(name);
     write_recording(from, file);
     recording = read_recording(file, {}, {});
+    build(file);
+  }
+  /// Of a file that is there.
+  explicit Opened(const std::function<void(const std::string& path)>& write) {
+    write(folder.file("a.h5"));
+    recording = read_recording(folder.file("a.h5"), {}, {});
+    build(folder.file("a.h5"));
+  }
+
+ private:
+  void build(const std::string& file) {
+    const std::string path = folder.file("a.pyr");
     EXPECT_EQ(build_pyramid(file, {}, path, {})(), sha256_of_file(file));
     pyramid = std::make_unique<Pyramid>(path, sample_reader(file, {}));
   }
 };
+
+/// Counts of a gyro in deflated chunks, as a logger writes them.
+void write_counts(const std::string& path, std::size_t count, hsize_t chunk) {
+  std::mt19937_64 random(count);
+  std::vector<short> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<short>(random() % 8001 - 4000));
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t group = H5Gcreate2(file, "/channels", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t size = count;
+  const hsize_t most = H5S_UNLIMITED;
+  const hid_t space = H5Screate_simple(1, &size, &most), plist = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(plist, 1, &chunk);
+  H5Pset_shuffle(plist);
+  H5Pset_deflate(plist, 3);
+  const hid_t scalar = H5Screate(H5S_SCALAR), text = H5Tcopy(H5T_C_S1);
+  H5Tset_size(text, 5);
+  const double rate = 200.0;
+  for (const auto& [name, type] : {std::pair("/channels/counts", H5T_STD_I16LE), {"/channels/wide", H5T_IEEE_F64LE}}) {
+    const hid_t dataset = H5Dcreate2(file, name, type, space, H5P_DEFAULT, plist, H5P_DEFAULT);
+    H5Dwrite(dataset, H5T_NATIVE_SHORT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    const hid_t hertz = H5Acreate2(dataset, "rate", H5T_IEEE_F64LE, scalar, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t unit = H5Acreate2(dataset, "unit", text, scalar, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(hertz, H5T_NATIVE_DOUBLE, &rate);
+    H5Awrite(unit, text, "pulse");
+    H5Aclose(hertz), H5Aclose(unit), H5Dclose(dataset);
+  }
+  H5Tclose(text), H5Sclose(scalar), H5Pclose(plist), H5Sclose(space), H5Gclose(group), H5Fclose(file);
+}
 
 /// Every sample of the view's bars lies inside of its bar, and every flag is true.
 void expect_inside(const Pyramid& pyramid, const Channel& channel, std::size_t number, double from, double to,
@@ -188,6 +229,43 @@ TEST(Pyramid, EverySampleLiesInsideOfItsBar) {
 TEST(Pyramid, EveryStampedSampleLiesInsideOfItsBar) {
   expect_views_hold(Opened(stamped(40000, 5), "a.h5"), 18);
   expect_views_hold(Opened(stamped(3000, 6), "a.csv"), 19);
+}
+
+TEST(Pyramid, EveryCountOfDeflatedChunksLiesInsideOfItsBar) {
+  for (const std::size_t count : {1ul, 1023ul, 1024ul, 1025ul, 70001ul}) {
+    const Opened opened([&](const std::string& path) { write_counts(path, count, 1000); });
+    std::mt19937_64 random(count);
+    for (std::size_t c = 0; c < 2; ++c) {
+      const Channel& channel = opened.recording.channels[c];
+      for (int trial = 0; trial < 60; ++trial) {  // spans that begin and end about the borders of chunks
+        const double from = 5.0 * static_cast<double>(random() % (count / 1000 + 1)) +
+                            0.005 * static_cast<double>(random() % 3) - 0.005;
+        const double to = from + 5.0 * static_cast<double>(random() % 70 + 1);
+        expect_inside(*opened.pyramid, channel, c, from, to, 1 + random() % 900, channel.unit);
+      }
+    }
+  }
+}
+
+// A logger that stood still for an hour, and a clock that jumps back.
+TEST(Pyramid, EverySampleAboutAGapLiesInsideOfItsBar) {
+  Recording recording = stamped(5000, 8);
+  auto stamps = std::make_shared<std::vector<double>>(*recording.channels[0].timeline.stamps);
+  for (std::size_t i = 2500; i < stamps->size(); ++i) (*stamps)[i] += 3600.0;
+  for (Channel& channel : recording.channels) channel.timeline = {0.0, 0.0, stamps};
+  const Opened opened(recording, "a.h5");
+  const Channel& channel = opened.recording.channels[0];
+  const double before = (*stamps)[2499], after = (*stamps)[2500];
+  for (const auto& [from, to] : {std::pair(before, after), {before - 1.0, after + 1.0}, {before + 1.0, after - 1.0}})
+    for (const std::size_t pixels : {1ul, 7ul, 300ul})
+      expect_inside(*opened.pyramid, channel, 0, from, to, pixels, channel.unit);
+}
+
+TEST(Pyramid, AnInfiniteSampleIsRefusedNotDrawn) {
+  const ScratchFolder folder;
+  std::ofstream(folder.file("a.csv")) << "time[s],gyro.x[deg/s]\n0,1\n0.1,inf\n0.2,3\n0.3,4\n";
+  EXPECT_THROW(build_pyramid(folder.file("a.csv"), {}, folder.file("a.pyr"), {}), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("a.pyr")));
 }
 
 TEST(Pyramid, TextHoldsItsOwnSamples) { expect_views_hold(Opened(awkward(5000, 7), "a.csv"), 20); }

@@ -83,10 +83,12 @@ class Difference {
       if (row == 0 || observation.stretch[row - 1] != g) parts_.push_back({g, row, row});
       parts_.back().end = row + 1;
     }
+    find_repeated();
     for (const Detail detail : {Detail::full, Detail::coarse}) {
       auto& without = without_[static_cast<std::size_t>(detail)];
       without = no_rows();
-      for (const auto& part : parts_) add(power_up_of(part).reference, part, detail, without);
+      for (const auto& part : parts_)
+        if (!copied(part, without)) add(power_up_of(part).reference, part, detail, without);
     }
     for (const auto& rows : without_[0]) {
       size_.push_back(0.0);
@@ -96,14 +98,13 @@ class Difference {
 
   /// The shift where the error is at its standard deviation in the segments (of each power-up) chosen.
   Columns of(const PlanError& error, Detail detail, const InSegment& chosen) const {
-    std::vector<Reference> references(test_.power_ups.size());
-    for (std::size_t u = 0; u < references.size(); ++u)
-      if (test_.power_ups[u].plan_number == error.plan)
-        references[u] = reference_with(test_.power_ups[u], error, chosen);
+    std::vector<std::optional<Reference>> references(test_.power_ups.size());
     Columns shift = no_rows();
     for (const auto& part : parts_) {
-      if (power_up_of(part).plan_number != error.plan) continue;
-      add(references[test_.stretches[part.stretch].power_up], part, detail, shift);
+      if (power_up_of(part).plan_number != error.plan || copied(part, shift)) continue;
+      auto& reference = references[test_.stretches[part.stretch].power_up];
+      if (!reference) reference = reference_with(power_up_of(part), error, chosen);
+      add(*reference, part, detail, shift);
       for (std::size_t k = 0; k < shift.size(); ++k)
         for (std::size_t row = part.begin; row < part.end; ++row)
           shift[k][row] -= without_[static_cast<std::size_t>(detail)][k][row];
@@ -138,7 +139,26 @@ class Difference {
   /// The rows of one stretch.
   struct Part {
     std::size_t stretch = 0, begin = 0, end = 0;
+    std::size_t first = 0;  ///< row of the first part whose rows are the same; `begin` where it is this one
   };
+
+  /// Power-ups that repeat one have its rows, once the rig was asked for the first.
+  void find_repeated() {
+    const auto alike = first_alike(test_);
+    for (auto& part : parts_) {
+      part.first = part.begin;
+      const auto found = std::ranges::find(parts_, alike[part.stretch], &Part::stretch);
+      if (found != parts_.end() && found->end - found->begin == part.end - part.begin) part.first = found->begin;
+    }
+  }
+  /// Whether the rows of a part were those of an earlier one, which they now are.
+  static bool copied(const Part& part, Columns& columns) {
+    if (part.first == part.begin) return false;
+    for (auto& column : columns)
+      std::copy_n(column.begin() + static_cast<std::ptrdiff_t>(part.first), part.end - part.begin,
+                  column.begin() + static_cast<std::ptrdiff_t>(part.begin));
+    return true;
+  }
 
   Columns no_rows() const { return Columns(outputs(), std::vector<double>(observation_.stretch.size(), 0.0)); }
   const PowerUp& power_up_of(const Part& part) const { return test_.power_ups[test_.stretches[part.stretch].power_up]; }

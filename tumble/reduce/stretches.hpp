@@ -120,6 +120,11 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
 /// Throws    Error::bad_input
 ConductedTest stretches(const Plan& plan, const StretchOptions& options);
 
+/// Of each stretch the first one in which the rig does the same at the same times since power-on, as it does in the
+/// power-ups that repeat one: what it shows there is the same number for number. A stretch with samples is alike to
+/// itself alone, because others may lack other samples.
+std::vector<std::size_t> first_alike(const ConductedTest& test);
+
 /// A warning: the segment is not used, and why.
 Finding unused_segment(const std::string& label, int run, Phrase why);
 

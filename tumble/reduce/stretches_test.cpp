@@ -192,6 +192,24 @@ TEST(Stretches, APlanGivesTheSamplesThatItsRecordingWouldHold) {
   }
 }
 
+TEST(Stretches, OfPowerUpsThatRepeatOneAreAlike) {
+  const auto turning = [](int run, double rate) {
+    return Segment{"turn", 20.0, run, {{"table", {.kind = Motion::Kind::rate, .value = rate}}}};
+  };
+  const auto alike_in = [](std::vector<Segment> schedule) {
+    return first_alike(stretches(plan_of(std::move(schedule)), {}));
+  };
+  using Alike = std::vector<std::size_t>;
+  EXPECT_EQ(alike_in({{"rest", 20.0, 1}, turning(1, 0.5), {"rest", 20.0, 2}, turning(2, 0.5)}), (Alike{0, 1, 0, 1}));
+  // Another rate later in the power-up: the rig may begin to move otherwise, so that nothing of it is the same.
+  EXPECT_EQ(alike_in({{"rest", 20.0, 1}, turning(1, 0.5), {"rest", 20.0, 2}, turning(2, -0.5)}), (Alike{0, 1, 2, 3}));
+  // Samples that were recorded are looked at one by one.
+  const std::vector<Segment> schedule{{"rest", 20.0, 1}, {"rest", 20.0, 2}};
+  const Evidence evidence{plan_of(schedule),
+                          {recording_of({{"rest", 0.0}}, 200), recording_of({{"rest", 0.0, 2}}, 200)}};
+  EXPECT_EQ(first_alike(stretches(evidence, {.role = "gyro"})), (Alike{0, 1}));
+}
+
 TEST(Stretches, RefuseATestWithoutRigOrSamples) {
   Evidence evidence{plan_of(rest_and_turn), {recording_of({{"typo", 0.0}})}};
   EXPECT_THROW(stretches(evidence, {.role = "gyro"}), Error);

@@ -1,6 +1,7 @@
 #include "tumble/reduce/terms.hpp"
 
 #include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/linear/work.hpp"
 
 namespace tumble {
 namespace {
@@ -20,8 +21,17 @@ linear::Problem problem_of(const TermProblem& terms) {
 
 }  // namespace
 
-Estimate predict_terms(const Plan& plan, const TermProblem& problem) {
-  return linear::estimate_of(linear::predict(plan, problem_of(problem), linear::truth_of(plan, problem.channel)));
+std::vector<Estimate> predict_terms(const Plan& plan, const std::vector<TermProblem>& problems) {
+  std::vector<linear::Problem> each;
+  std::vector<linear::Truth> truths;
+  for (const auto& problem : problems) {
+    each.push_back(problem_of(problem));
+    truths.push_back(linear::truth_of(plan, problem.channel));
+  }
+  std::vector<Estimate> estimates;
+  for (const auto& work : linear::worked_out(plan, each, truths))
+    estimates.push_back(linear::estimate_of(work.solution));
+  return estimates;
 }
 
 Estimate identify_terms(const Evidence& evidence, const TermProblem& problem) {

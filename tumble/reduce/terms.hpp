@@ -21,8 +21,9 @@ struct TermProblem {
   double averaging = 1.0;                    ///< [s] of a block
 };
 
-/// The uncertainties at the plan's truth and noise, before a sample is taken; values are the truth.
-Estimate predict_terms(const Plan& plan, const TermProblem& problem);
+/// The uncertainties at the plan's truth and noise, before a sample is taken; values are the truth. One estimate for
+/// each problem, each as if it were alone: the rig is asked once for all.
+std::vector<Estimate> predict_terms(const Plan& plan, const std::vector<TermProblem>& problems);
 
 /// The terms from recordings.
 Estimate identify_terms(const Evidence& evidence, const TermProblem& problem);

@@ -20,7 +20,7 @@ struct Job {
   using Step = std::vector<std::string>;
 
   std::string id;    ///< given by Jobs
-  std::string kind;  ///< "identify", "noise", "convert", "prepare", "rehearse", "optimise"
+  std::string kind;  ///< "identify", "noise", "convert", "compensate", "prepare", "rehearse", "optimise"
   std::string title;
   std::vector<Step> steps;  ///< {folder} stands for the folder of the job
   State state = State::waiting;

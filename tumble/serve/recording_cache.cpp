@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/pyramid/live_samples.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -35,6 +37,14 @@ std::string key_of(const std::string& recording, const Sets& sets) {
   if (fs::is_directory(recording))
     for (const auto& entry : fs::directory_iterator(recording)) add(entry.path());
   return sha256_of(text + "\n" + text_of_sets(sets));
+}
+
+/// Of a file that grows: its place and number.
+std::string key_of_file(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read"};
+  return fmt::format("live {} {}", status.st_ino,
+                     sha256_of(fs::absolute(path).lexically_normal().string()).substr(0, 24));
 }
 
 /// Where the cache says which pyramid a file has: two lines, name of the pyramid and checksum of the file.
@@ -94,7 +104,7 @@ void prepare_recording(
   auto names = names_of(cache, key);
   std::function<std::string()> checksum;
   if (!names) {
-    const std::string building = (cache / (key + ".building")).string();
+    const std::string building = (cache / fmt::format("{}.{}.building", key, getpid())).string();
     checksum = build_pyramid(recording, options, building, [&](double done, std::string_view) {
       report(progress, 0.6 * done, "preparing the view");
     });
@@ -140,7 +150,33 @@ std::shared_ptr<const PreparedRecording> RecordingCache::open(const std::string&
     }
 }
 
+bool is_live(const fs::path& recording) { return recording.filename() == live_samples_name; }
+
+/// Nothing is kept in the cache of it: the levels grow in memory as long as somebody looks.
+RecordingState RecordingCache::live(const std::string& path) {
+  const std::string key = key_of_file(path);
+  std::shared_ptr<LiveRecording> recording;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::ranges::find(live_, key, [](const auto& entry) { return entry.first; });
+    if (known != live_.end()) {
+      live_.splice(live_.begin(), live_, known);
+    } else {
+      live_.emplace_front(key, std::make_shared<LiveRecording>(path));
+      if (live_.size() > most_live) live_.pop_back();
+    }
+    recording = live_.front().second;
+  }
+  const auto now = recording->look();
+  auto prepared = std::make_shared<PreparedRecording>();
+  prepared->pyramid = now.pyramid;
+  prepared->tag = key;
+  prepared->live = {now.going_on, now.behind, now.target};
+  return {prepared, {}, {}};
+}
+
 RecordingState RecordingCache::find(const std::string& recording, const Sets& sets, bool start) {
+  if (is_live(recording)) return live(recording);
   const std::string key = key_of(recording, sets);
   const std::lock_guard lock(mutex_);
   RecordingState state;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
+#include "tumble/pyramid/live_recording.hpp"
 #include "tumble/pyramid/pyramid.hpp"
 #include "tumble/serve/jobs.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -30,6 +31,12 @@ struct PreparedRecording {
   std::string checksum;    ///< SHA-256 of the file; empty for a folder
   std::string tag;         ///< changes with the file and with how it is read
   std::string inspection;  ///< JSON of `inspect`; empty: not there yet
+  /// Of a recording that is being made, or was and has not been sealed.
+  struct Live {
+    bool going_on = false, behind = false;
+    std::string target;  ///< file that it becomes, from its folder
+  };
+  std::optional<Live> live;
 };
 
 /// How far a recording is.
@@ -38,6 +45,9 @@ struct RecordingState {
   std::string job;                                    ///< that prepares it; empty: none
   std::vector<std::string> problems;                  ///< why it cannot be read
 };
+
+/// Whether it is the file of a recording that is being made.
+bool is_live(const std::filesystem::path& recording);
 
 /// Prepared recordings, open as long as somebody looks at them.
 class RecordingCache {
@@ -52,8 +62,9 @@ class RecordingCache {
     std::string key;
     std::shared_ptr<const PreparedRecording> prepared;
   };
-  static constexpr std::size_t most_open = 1000;
+  static constexpr std::size_t most_open = 1000, most_live = 20;
 
+  RecordingState live(const std::string& path);
   std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets, const std::string& key);
 
   std::filesystem::path cache_;
@@ -61,6 +72,7 @@ class RecordingCache {
   std::mutex mutex_;
   std::list<Entry> open_;                   ///< the latest first
   std::map<std::string, std::string> job_;  ///< by key
+  std::list<std::pair<std::string, std::shared_ptr<LiveRecording>>> live_;  ///< by file and its number, the latest first
 };
 
 }  // namespace tumble

@@ -1,5 +1,7 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -78,6 +80,23 @@ TEST_F(ResultRoutes, FiguresAreThoseOfTheReport) {
   EXPECT_EQ(get("/api/result/page", {{"file", "first.json"}}).body, to_html(testing::estimate()));
   EXPECT_EQ(get("/api/result/figure.csv", {{"file", "first.json"}, {"figure", "99"}}).status, 404u);
   EXPECT_EQ(get("/api/result/figure.csv", {{"file", "first.json"}, {"figure", "nan"}}).status, 400u);
+}
+
+TEST_F(ResultRoutes, TheMatrixIsInTheUnitsThatAreShown) {
+  const auto estimate = testing::estimate();
+  const auto answer = nlohmann::json::parse(get("/api/result", {{"file", "first.json"}, {"unit", "bias~deg/s"}}).body);
+  const auto last = answer["parameters"].size() - 1;
+  EXPECT_EQ(answer["covariance"].size(), estimate.parameters.size());
+  EXPECT_EQ(answer["covariance"][last].size(), last + 1);
+  const auto csv = [&](const Query& query) { return get("/api/result/matrix.csv", query).body; };
+  const auto lines = [](const std::string& text) { return std::ranges::count(text, '\n'); };
+  const auto covariance = csv({{"file", "first.json"}, {"kind", "covariance"}, {"unit", "bias~deg/s"}});
+  EXPECT_EQ(lines(covariance), static_cast<std::ptrdiff_t>(estimate.parameters.size() + 1));
+  const double sd = standard_uncertainty(estimate, 7) / si(1.0, "deg/s");  // bias
+  EXPECT_NE(covariance.find("\nbias[deg/s],"), std::string::npos);
+  EXPECT_NE(covariance.find(fmt::format(",{:.12g}", sd * sd).substr(0, 9)), std::string::npos);
+  EXPECT_NE(csv({{"file", "first.json"}, {"kind", "correlation"}}).find("\nbias,"), std::string::npos);
+  EXPECT_EQ(get("/api/result/matrix.csv", {{"file", "first.json"}, {"kind", "other"}}).status, 400u);
 }
 
 TEST_F(ResultRoutes, CompareAsTheCommandLineDoes) {

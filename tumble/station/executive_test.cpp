@@ -182,6 +182,29 @@ TEST(Executive, SurvivesASilenceThatIsShorterThanDeclared) {
   EXPECT_EQ(bench.run(1000.0), RunEnding::complete);
 }
 
+TEST(Executive, TakesItsOwnSleepForNoSilenceOfTheDevices) {
+  for (const double began : {12.0, 12.001, 12.05, 12.099}) {  // between two polls, and while a reply is on its way
+    ExecutiveBench bench(bench_course(table_schedule()));
+    bench.run(began);
+    bench.sleep(began + 100.0);
+    EXPECT_EQ(bench.run(10000.0), RunEnding::complete) << began;
+    const auto late = std::ranges::find(bench.notes, "late", &Note::kind);
+    ASSERT_NE(late, bench.notes.end());
+    EXPECT_TRUE(late->text.find(" for 99.9 s") != std::string::npos ||
+                late->text.find(" for 100 s") != std::string::npos)
+        << late->text;
+  }
+}
+
+TEST(Executive, FindsATableThatWasLostWhileItSlept) {
+  ExecutiveBench bench(bench_course(table_schedule()));
+  bench.fault({.kind = Fault::silent, .device = "servo", .from = 3.0});
+  bench.run(2.9);
+  bench.sleep(103.0);
+  EXPECT_EQ(bench.run(10000.0), RunEnding::faulted);
+  EXPECT_LE(bench.phase_began.at("stopping"), 103.0 + 0.6);
+}
+
 // Point 7 of the design: the state is read before anything is sent again.
 TEST(Executive, ReadsBeforeItSendsAgain) {
   ExecutiveBench bench(bench_course(table_schedule()));

@@ -1,6 +1,7 @@
 #include "tumble/station/link.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <netinet/in.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -161,6 +162,23 @@ TEST(Link, ListensForDatagramsOfAnybody) {
   }
   EXPECT_EQ(received_by(links, link, 7), "one two");
   EXPECT_EQ(received_by(links, link, 1), "|nothing was received for 0.2 s");
+}
+
+/// A device that accepts and hangs up again and again for days.
+TEST(Link, KeepsNothingOfLinksThatHaveEnded) {
+  Links links(steady_seconds);
+  const std::uint16_t port = links.listen(0);
+  const auto in_use = [] { return mallinfo2().uordblks + mallinfo2().hblkhd; };
+  std::size_t before = 0;
+  for (int i = 0; i < 300; ++i) {
+    const std::size_t mine = links.open(port_here(port), 5.0), other = came_in(links);
+    links.send(mine, "hello");
+    ASSERT_EQ(received_by(links, other, 5), "hello");
+    links.close(other);
+    EXPECT_EQ(received_by(links, mine, 1).substr(0, 1), "|");
+    if (i == 50) before = in_use();
+  }
+  EXPECT_LT(in_use(), before + 1000000);  // 250 links of 64 kB, twice, would be 32 MB
 }
 
 TEST(Link, ReportsABreak) {

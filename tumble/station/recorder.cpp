@@ -1,17 +1,21 @@
 #include "tumble/station/recorder.hpp"
 
+#include "tumble/station/recorder/live_view.hpp"
 #include "tumble/station/recorder/writer.hpp"
 
 namespace tumble {
 
 struct Recorder::Inner {
   recorder::Writer writer;
+  std::unique_ptr<recorder::LiveView> view = {};
 };
 
 using recorder::Front;
 
 Recorder::Recorder(const std::string& folder, Disk& disk, const RecorderOptions& options)
-    : inner_(new Inner{{folder, disk, options}}) {}
+    : inner_(new Inner{{folder, disk, options}}) {
+  if (options.view) inner_->view = std::make_unique<recorder::LiveView>(folder);
+}
 Recorder::~Recorder() = default;
 
 std::size_t Recorder::add_link(const StoreLink& link) {
@@ -19,7 +23,9 @@ std::size_t Recorder::add_link(const StoreLink& link) {
 }
 
 std::size_t Recorder::add_stream(const StoreStream& stream) {
-  return inner_->writer.append([&](Front& front) { return front.add_stream(stream); });
+  const std::size_t number = inner_->writer.append([&](Front& front) { return front.add_stream(stream); });
+  if (inner_->view) inner_->view->add_stream(number, stream);
+  return number;
 }
 
 void Recorder::set(const std::string& name, const std::string& value) {
@@ -27,6 +33,7 @@ void Recorder::set(const std::string& name, const std::string& value) {
     front.set(name, value);
     return std::uint64_t{0};
   });
+  if (inner_->view) inner_->view->set(name, value);
 }
 
 std::uint64_t Recorder::raw(std::size_t link, StoreDirection direction, double time, std::string_view bytes) {
@@ -34,7 +41,9 @@ std::uint64_t Recorder::raw(std::size_t link, StoreDirection direction, double t
 }
 
 std::uint64_t Recorder::sample(std::size_t stream, const StoreSample& sample) {
-  return inner_->writer.append([&](Front& front) { return front.sample(stream, sample); });
+  const std::uint64_t sequence = inner_->writer.append([&](Front& front) { return front.sample(stream, sample); });
+  if (inner_->view && sequence > 0) inner_->view->sample(stream, sample);
+  return sequence;
 }
 
 std::uint64_t Recorder::event(const StoreEvent& event) {
@@ -42,6 +51,7 @@ std::uint64_t Recorder::event(const StoreEvent& event) {
 }
 
 std::uint64_t Recorder::journal(const JournalRow& row) {
+  if (inner_->view) inner_->view->journal(row);
   return inner_->writer.append([&](Front& front) { return front.journal(row); });
 }
 
@@ -49,6 +59,10 @@ bool Recorder::flush(double within) { return inner_->writer.flush(within); }
 Acknowledged Recorder::acknowledged() const { return inner_->writer.acknowledged(); }
 std::optional<StoreFailure> Recorder::failure() const { return inner_->writer.failure(); }
 StoreLoad Recorder::load() const { return inner_->writer.load(); }
-bool Recorder::close(double time, const std::string& ending) { return inner_->writer.close(time, ending); }
+bool Recorder::close(double time, const std::string& ending) {
+  const bool good = inner_->writer.close(time, ending);
+  inner_->view.reset();
+  return good;
+}
 
 }  // namespace tumble

@@ -102,6 +102,7 @@ struct RecorderOptions {
   std::uint64_t floor_bytes = 0;  ///< of room below which the recording stops as if the disk were full
   std::size_t checkpoint_bytes = std::size_t{1} << 24;       ///< of the write-ahead log, before it is copied back
   bool resume = false;                                       ///< a store that is there is continued, else refused
+  bool view = false;                                         ///< people may look at the samples while it records
   bool background = true;                                    ///< a thread writes; else the caller does, in flush()
   std::function<double()> clock = {};                        ///< [s] for StoreLoad alone
   std::function<void(const Acknowledged&)> on_commit = {};   ///< on the writing thread

@@ -8,6 +8,7 @@
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/pyramid/live_samples.hpp"
 #include "tumble/station/recorder/file_blocks.hpp"
 #include "tumble/station/recorder/read_recordings.hpp"
 #include "tumble/station/recorder/visit.hpp"
@@ -175,6 +176,8 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
       batch.facts["sealed" + (slot.empty() ? "" : "." + slot)] = sealed.back().sha256;
     }
     store.write(batch);
+    std::error_code ignored;  // the file that was sealed is looked at from now on
+    fs::remove(fs::path(folder_of_file(path)) / live_samples_name, ignored);
     return sealed;
   } catch (const recorder::Refusal& refusal) {
     throw Error(Error::Kind::bad_file, fmt::format("'{}' cannot be sealed: {}", path, refusal.text));

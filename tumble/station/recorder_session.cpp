@@ -118,6 +118,7 @@ class Session {
     try {
       RecorderOptions options;
       options.clock = world_.clock;
+      options.view = true;
       recorder_.emplace(folder_, disk_, options);
     } catch (const Error&) {
       std::error_code ignored;

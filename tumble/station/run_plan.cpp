@@ -109,6 +109,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   Disk disk;
   RecorderOptions options;
   options.resume = run.resume;
+  options.view = true;
   Recorder recorder(run.folder, disk, options);
   note_facts(recorder, run.plan, *course, run.who);
   if (!run.rig.empty()) recorder.set("rig", run.rig);

@@ -21,6 +21,7 @@ export interface ListedRecording {
   samples?: number;
   duration?: number;
   warnings?: number;
+  live?: { going_on: boolean };
   job?: string;
   problems?: string[];
 }
@@ -70,6 +71,8 @@ export interface Recording {
   marks: Mark[];
   meta: Record<string, string>;
   findings: Finding[] | null;
+  /// Of a recording that is being made: what it becomes, and whether more is there than was read so far.
+  live?: { going_on: boolean; behind: boolean; target: string };
   job?: string;
   problems?: string[];
 }

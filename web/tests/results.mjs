@@ -136,6 +136,81 @@ test("budget and correlation of a result show their numbers on demand", async ()
   assert.equal(address(page).get("numbers"), "1");
 });
 
+test("the covariance stands beside the correlation, in the units of the page, and is a file", async () => {
+  const page = await newPage({}, true);
+  await openResult(page, "unit 1 spring.json");
+  await page.locator("[data-part=correlation]").getByRole("button", { name: "Covariance" }).click();
+  assert.equal(address(page).get("matrix"), "covariance");
+  const cells = page.getByTestId("correlation").locator("td[title]");
+  const file = JSON.parse(readFileSync(join(folder, at("unit 1 spring.json")), "utf8"));
+  assert.equal(await cells.count(), (file.parameters.length * (file.parameters.length + 1)) / 2);
+  for (const text of await cells.allInnerTexts()) assert.match(text, /^(−?[\d.]+( × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?|–)$/);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("[data-part=correlation]").getByRole("link", { name: "CSV" }).click()]);
+  const lines = readFileSync(await download.path(), "utf8").trim().split("\n").map((line) => line.split(","));
+  assert.equal(lines.length, file.parameters.length + 1);
+  for (const [i, one] of file.parameters.entries()) {
+    const sd = Math.sqrt(Number(lines[i + 1][i + 1]));
+    assert.ok(Math.abs(sd / one.sd - 1) < 1e-9, `${one.name}: ${sd} ${one.sd}`);
+  }
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  await page.getByRole("button", { name: "Copy as CSV" }).click();
+  await page.getByText("Copied.").waitFor();
+  assert.match(await page.evaluate(() => navigator.clipboard.readText()), /^covariance,/);
+});
+
+/// The fibre-optic gyro of the ready plan, with one power-up from each start temperature.
+function makeThermal() {
+  const text = readFileSync(join(root, "plans/fog_thermal_bias.toml"), "utf8");
+  const [head, ...segments] = text.slice(0, text.indexOf("# Second")).split("[[schedule]]");
+  const kept = segments.filter((segment) => !segment.includes('"soak')).map((segment) => segment.replace(/run( *)= \[(3\d|40), \d+\]/, "run$1= [$2]"));
+  const plan = join(scratch, "thermal.toml"), run = join(folder, "chamber.h5");
+  writeFileSync(plan, [head, ...kept].join("[[schedule]]"));
+  execFileSync(program, ["--quiet", "simulate", plan, "--seed", "1", "-o", run]);
+  execFileSync(program, ["--quiet", "identify", plan, run, "-o", join(folder, "results/thermal.json")]);
+}
+
+test("a thermal surface is a map with measured points, and the model is subtracted from a recording", async () => {
+  makeThermal();
+  const page = await newPage({ viewport: { width: 1150, height: 760 } }, true);
+  await openResult(page, "thermal.json");
+  const names = await page.locator("[data-part=figures] select option").allInnerTexts();
+  const number = names.findIndex((name) => name.includes("drift over temperature and temperature rate")) + 1;
+  assert.ok(number > 0, names.join());
+  await page.goto(addressOf(["thermal.json"], `&figure=${number}`));
+  await page.locator(".figure-scale").waitFor();
+  await drawn(page);
+  const figures = await page.evaluate(async (file) => (await fetch(`/api/result/figures?file=${encodeURIComponent(file)}`)).json(), at("thermal.json"));
+  const { map, z } = figures[number - 1];
+  assert.equal(map.values.length, (map.x.length - 1) * (map.y.length - 1));
+  // The darkest and the brightest cell have their colours on the page.
+  const known = map.values.filter((value) => value !== null);
+  for (const value of [Math.min(...known), Math.max(...known)])
+    assert.ok((await hasColour(page, z.colours[Math.round((z.colours.length - 1) * (value - z.low) / (z.high - z.low))])) > 50, String(value));
+  const over = await page.locator(".figure-plot .u-over").boundingBox();
+  await page.mouse.move(over.x + 0.5 * over.width, over.y + 0.5 * over.height);
+  await page.getByText(/^temperature −?[\d.]+ degC, temperature rate .* K\/min, drift −?[\d.e−]+ deg\/h$/).waitFor();
+  const svg = await page.evaluate(async (path) => (await fetch(path)).text(), `/api/result/figure.svg?file=${encodeURIComponent(at("thermal.json"))}&figure=${number}`);
+  assert.match(svg, /crispEdges/);
+  await assertAccessible(page, "map");
+  await picture(page, "workbench-thermal"); // kept as docs/img/workbench-thermal.png
+  await page.setViewportSize({ width: 390, height: 800 });
+  await drawn(page);
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "phone");
+  await page.screenshot({ path: join(pictures, "results-thermal-phone.png"), fullPage: true });
+  await page.setViewportSize({ width: 1150, height: 760 });
+  const part = page.locator("[data-part=compensate]");
+  await part.locator("select").first().selectOption("chamber.h5");
+  await part.getByRole("button", { name: "Compensate" }).click();
+  const done = page.getByTestId("compensated");
+  await done.locator(".figure-plot[data-drawn] canvas").nth(1).waitFor({ timeout: 60000 });
+  assert.match(await done.innerText(), /before and after compensation/);
+  await picture(page, "results-compensated");
+  await done.getByRole("link", { name: "Show the result" }).click();
+  await page.getByRole("heading", { level: 1, name: /chamber.h5 compensated/ }).waitFor();
+  await page.locator(".figure-plot[data-drawn] canvas").waitFor();
+  await assertAccessible(page, "compensation");
+});
+
 test("two results are compared as on the command line", async () => {
   const page = await newPage();
   await page.goto(base + "/results");

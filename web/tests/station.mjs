@@ -19,8 +19,12 @@ async function freePort() {
   }
 }
 
+let server, port, origin;
 /// A station at free ports, and a plan with many segments, of which the first asks for the unit to be mounted.
 async function prepare() {
+  if (port) return;
+  port = await freePort();
+  origin = `http://127.0.0.1:${port}`;
   cpSync(join(root, "stations/frames"), join(bench, "frames"), { recursive: true });
   let text = readFileSync(join(root, "stations/gyro_scale_factor.toml"), "utf8");
   for (const port of ["21151", "21152", "21153"]) text = text.replace(port, String(await freePort()));
@@ -30,7 +34,6 @@ async function prepare() {
   writeFileSync(join(bench, "broken station.toml"), '[station]\nname = "x"\n[[device]]\nname = "a"\ncontroler = "y"\n');
 }
 
-let server, port, origin;
 /// A server of this room: it is killed in the middle of a run.
 async function serve() {
   if (server?.exitCode === null && server.signalCode === null) await kill(); // of a test that has failed
@@ -94,8 +97,6 @@ const idsOn = (page) => page.getByTestId("log").locator("li").evaluateAll((all) 
 
 test("station: all problems of a run are shown before anything moves", async () => {
   await prepare();
-  port = await freePort();
-  origin = `http://127.0.0.1:${port}`;
   await serve();
   const page = await open("/station");
   await page.getByText("unknown key 'controler'", { exact: false }).waitFor();
@@ -214,6 +215,7 @@ test("station: one press stops the run, the rig is safe, and the run can be carr
 });
 
 test("station: a rehearsal needs no station, and its recording opens", async () => {
+  await prepare();
   await serve();
   writeFileSync(join(bench, "short.toml"), readFileSync(join(bench, "scale.toml"), "utf8").split('[[schedule]]\nlabel    = "up -60')[0]);
   const page = await open("/station");

@@ -12,7 +12,7 @@ from tumble._errors import UsageError, wrong_type
 from tumble._text import path_text
 from tumble.archive import ArchivedRecording
 from tumble.fleet._store import filesystem_of, is_local
-from tumble.fleet._task import Task, name_in_archive
+from tumble.fleet._task import ARCHIVE, Task, name_in_archive
 
 GLOB = re.compile(r"[*?\[]")
 ACCEPTED = (
@@ -81,6 +81,18 @@ def _found(text: str) -> list[str]:
     if local and not os.path.isabs(text) and not scheme:
         found = [os.path.relpath(one) for one in found]
     return [one if local else scheme + one for one in found]
+
+
+def require_some(tasks: list[Task]) -> None:
+    """Raises UsageError where no recording is there: one that is missing among others is a row with its error."""
+    for task in tasks:
+        if task.recording.startswith(ARCHIVE):
+            return
+        fs, path = filesystem_of(task.recording)
+        if fs.exists(path):
+            return
+    others = ", nor any other of those that are given" if len(tasks) > 1 else ""
+    raise UsageError(f"argument recordings: there is no file {tasks[0].recording}{others}")
 
 
 def _pattern(serial: str | None) -> re.Pattern[str] | None:

@@ -19,7 +19,7 @@ from tumble._progress import Call, listener
 from tumble._text import count_of, number_of, path_text
 from tumble.fleet._engines import Engine, WorkerDiedError, engine_of
 from tumble.fleet._fleet import Fleet
-from tumble.fleet._names import tasks_of
+from tumble.fleet._names import require_some, tasks_of
 from tumble.fleet._store import DOCUMENT, FORMAT, Log, Store
 from tumble.fleet._tables import forget, known_keys
 from tumble.fleet._task import Job, Task, reduce, sha256_of_plan, stamp_of, where
@@ -69,6 +69,8 @@ def run(
     _require_fleet_plan(made)
     tasks = tasks_of(recordings, serial)
     store = Store(path_text(out, "out"))
+    if not store.has(DOCUMENT):
+        require_some(tasks)
     job = _job(store, made)
     driver = _Driver(
         store,

@@ -55,7 +55,7 @@ def answer(message: Any) -> tuple[bool, Any]:
 def main() -> None:
     """Works until the pipe ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the driver, which then ends the pipes
-    # The driver may have been killed: what nobody reads any more is no error, when it is sent or when the pipe is closed.
+    # The driver may have been killed: what nobody reads is no error, when it is sent or when the pipe is closed.
     with (
         contextlib.suppress(BrokenPipeError),
         os.fdopen(int(sys.argv[1]), "rb") as source,

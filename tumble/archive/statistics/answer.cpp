@@ -62,4 +62,16 @@ void add_band(Curve& curve, double lower, double upper) {
   curve.upper.push_back(upper);
 }
 
+Table links_table(const Unit& unit) {
+  Table links{"links", "units and results by their points in the figures", {}, {}, true};
+  links.columns = {column("curve"), column("time", Unit::parse("day")), column("value", unit), column("unit"),
+                   column("result")};
+  return links;
+}
+
+void add_link(const Curve& curve, const std::string& unit, std::int64_t result, Table& links) {
+  links.rows.push_back({curve.name, curve.x.values.back(), curve.y.values.back(), unit,
+                        result == 0 ? std::string() : std::to_string(result)});
+}
+
 }  // namespace tumble::statistics

@@ -31,4 +31,10 @@ void add_point(Curve& curve, std::int64_t first_day, double moment, double value
 /// Given: limits [SI] of the last point.
 void add_band(Curve& curve, double lower, double upper);
 
+/// Table `links`, for programs: which unit and which result (by its number in the archive) each drawn point is, so that
+/// a page can lead from the one to the other.
+Table links_table(const Unit& unit);
+/// The last point of a curve. Given: "model/serial", and the number of the result; 0: the point is the unit.
+void add_link(const Curve& curve, const std::string& unit, std::int64_t result, Table& links);
+
 }  // namespace tumble::statistics

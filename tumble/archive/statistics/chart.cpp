@@ -141,7 +141,7 @@ Table shown_table(const Archive& archive, const Charted& charted) {
   return table;
 }
 
-std::vector<Curve> curves_of(const Charted& charted) {
+std::vector<Curve> curves_of(const Charted& charted, Table& links) {
   const Unit& unit = charted.over.shown;
   const std::string& name = charted.over.parameter;
   const std::int64_t day = charted.first_day;
@@ -156,6 +156,7 @@ std::vector<Curve> curves_of(const Charted& charted) {
     const auto& state = charted.chart.points[i];
     const double moment = charted.occasions[i].moment, expected = charted.chart.baseline.mean;
     add_point(values, day, moment, charted.points[i].value);
+    add_link(values, name_of(charted.over.units[charted.occasions[i].unit].second), charted.occasions[i].result, links);
     add_point(limits, day, moment, expected);
     add_band(limits, expected - state.limit, expected + state.limit);
     if (i < charted.baseline) continue;
@@ -208,7 +209,9 @@ Estimate chart_of_archive(const Archive& archive, const ChartRequest& request) {
   settings["run_length"] = fmt::format("{}", request.settings.run_length);
   estimate.tables = {points_table(chart)};
   if (auto table = shown_table(archive, chart); !table.rows.empty()) estimate.tables.push_back(std::move(table));
-  estimate.curves = curves_of(chart);
+  Table links = links_table(unit);
+  estimate.curves = curves_of(chart, links);
+  estimate.tables.push_back(std::move(links));
   add_findings(chart, estimate.findings);
   return estimate;
 }

@@ -165,7 +165,7 @@ Table recalibration_table(const UnitPast& past, const RecalibrationInterval& fou
 }
 
 std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history, const FleetDrift& fleet,
-                                const DriftRequest& request) {
+                                const DriftRequest& request, Table& links) {
   constexpr double normal_90 = 1.645;  // two-sided
   constexpr int steps = 40;
   const Unit& unit = past.over.shown;
@@ -175,6 +175,7 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
   values.points = true, values.band = "± 2 sd, private part";
   for (const auto& one : past.occasions) {
     add_point(values, day, one.moment, one.value);
+    add_link(values, name_of(request.what.unit), one.result, links);
     add_band(values, one.value - 2.0 * one.private_sd, one.value + 2.0 * one.private_sd);
   }
   std::vector<Curve> curves{values};
@@ -231,9 +232,10 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   note_same_recordings(archive, past.over, estimate.findings);
   estimate.tables.push_back(history_table(past, what.parameter));
   state(estimate, {});
+  estimate.tables.push_back(links_table(past.over.shown));
   if (past.occasions.size() < 2 || past.occasions.back().moment == past.occasions.front().moment) {
     estimate.findings.push_back({Severity::info, "history_too_short", {}});
-    estimate.curves = drift_curves(past, nullptr, {}, request);
+    estimate.curves = drift_curves(past, nullptr, {}, request, estimate.tables.back());
     return estimate;
   }
   SharedBySource errors;
@@ -241,13 +243,13 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   UnitHistory history = history_of(past.occasions, past.origin, fleet.day_sd, errors);
   history.rate = fleet.rate, history.rate_sd = fleet.rate_sd;
   state(estimate, drift_numbers(past, history, fleet));
+  estimate.curves = drift_curves(past, &history, fleet, request, estimate.tables.back());
   if (std::isfinite(request.limits.lower) || std::isfinite(request.limits.upper))
     estimate.tables.push_back(
         recalibration_table(past,
                             recalibration_interval(history, fleet.walks, request.limits.lower, request.limits.upper,
                                                    request.risk, request.longest),
                             request.risk));
-  estimate.curves = drift_curves(past, &history, fleet, request);
   drift_findings(past, fleet, estimate.findings);
   return estimate;
 }

@@ -211,7 +211,8 @@ std::vector<Stated> component_numbers(const std::string& name, const Unit& unit,
 }
 
 /// Units over time; those that the table of outliers names are a series of their own.
-std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, const std::vector<Table>& tables) {
+std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, const std::vector<Table>& tables,
+                                Table& links) {
   const auto table = std::ranges::find(tables, "outliers", &Table::name);
   std::set<std::string> outliers;
   if (table != tables.end())
@@ -221,8 +222,10 @@ std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, c
   Curve marked = curve_over_time("outlier", "units", day, past.over.parameter, past.over.shown);
   units.points = marked.points = true;
   for (std::size_t i = 0; i < means.values.size(); ++i) {
-    const bool is_outlier = outliers.contains(name_of(past.over.units[means.unit[i]].second));
-    add_point(is_outlier ? marked : units, day, means.moment[i], means.values[i].value);
+    const std::string name = name_of(past.over.units[means.unit[i]].second);
+    Curve& curve = outliers.contains(name) ? marked : units;
+    add_point(curve, day, means.moment[i], means.values[i].value);
+    add_link(curve, name, 0, links);
   }
   return marked.y.values.empty() ? std::vector{units} : std::vector{units, marked};
 }
@@ -372,7 +375,9 @@ Estimate summary_of_model(const Archive& archive, const SummaryRequest& request)
   add_population(past, means, request, numbers, estimate);
   state(estimate, numbers);
   estimate.provenance.settings["units"] = fmt::format("{}", past.units);
-  estimate.curves = units_curves(past, means, estimate.tables);
+  Table links = links_table(past.over.shown);
+  estimate.curves = units_curves(past, means, estimate.tables, links);
+  estimate.tables.push_back(std::move(links));
   if (past.errors.size() > 1)
     estimate.findings.push_back({Severity::info, "chart_sources_changed", {{"sets", past.errors.size()}}});
   return estimate;

@@ -59,7 +59,7 @@ class Source {
 
   void append(std::size_t channel, std::size_t first, std::size_t count, Channel& to) {
     try {
-      hdf5::append(channels_[channel], first, count, to.unit.factor(), to.unit.offset(), scratch_, to.values);
+      hdf5::append(channels_[channel], first, count, to.unit.factor(), to.unit.offset(), to.values);
     } catch (const Error& error) {
       refuse("channel '" + to.name + "' cannot be read: " + error.what());
     }
@@ -72,7 +72,7 @@ class Source {
     const auto of = std::find_if(clocks_.begin(), clocks_.end(),
                                  [&](const FileClock& clock) { return clock.timeline.stamps == whole.stamps; });
     std::vector<double> stamps;
-    hdf5::append(of->numbers, first, count, of->unit.factor(), of->unit.offset(), scratch_, stamps);
+    hdf5::append(of->numbers, first, count, of->unit.factor(), of->unit.offset(), stamps);
     return {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
   }
 
@@ -176,7 +176,7 @@ class Source {
     for (hsize_t first = 0; first < of.numbers.count; first += piece) {
       some.clear();
       hdf5::append(of.numbers, first, std::min(piece, of.numbers.count - first), of.unit.factor(), of.unit.offset(),
-                   scratch_, some);
+                   some);
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (std::isnan(some[i])) fail(path + " has no value at sample " + std::to_string(first + i));
         clock.add(some[i], 0.0);
@@ -196,7 +196,6 @@ class Source {
   Recording recording_;
   std::vector<FileClock> clocks_;
   std::vector<std::string> problems_;
-  std::vector<double> scratch_;
 };
 
 }  // namespace

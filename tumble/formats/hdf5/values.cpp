@@ -111,32 +111,71 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (!plausible(numbers.count, file_size))
     fail("it claims " + std::to_string(numbers.count) + " samples, more than a file of this size can hold");
   look_at_storage(numbers, file, path, extent, file_size);
+  const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
+  numbers.raw = raw_samples(file, numbers.dataset, plist, numbers.rank, numbers.count, file_size);
   return numbers;
 }
 
-void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
-            std::vector<double>& scratch, std::vector<double>& values) {
-  scratch.resize(std::max<std::size_t>(scratch.size(), std::min(numbers.piece, numbers.count)));
+namespace {
+
+void read_by_library(const Numbers& numbers, hsize_t first, hsize_t count, double* to) {
   std::vector<hsize_t> start(numbers.rank, 0), length(numbers.rank, 1);
   while (count > 0) {
-    const hsize_t to_boundary = numbers.piece - first % numbers.piece;
-    const hsize_t now = std::min({count, to_boundary, static_cast<hsize_t>(scratch.size())});
+    const hsize_t now = std::min(count, numbers.piece - first % numbers.piece);
     start[numbers.axis] = first;
     length[numbers.axis] = now;
     const Handle memory(H5Screate_simple(1, &now, nullptr), H5Sclose);
     if (H5Sselect_hyperslab(numbers.space, H5S_SELECT_SET, start.data(), nullptr, length.data(), nullptr) < 0 ||
-        H5Dread(numbers.dataset, H5T_NATIVE_DOUBLE, memory, numbers.space, H5P_DEFAULT, scratch.data()) < 0)
+        H5Dread(numbers.dataset, H5T_NATIVE_DOUBLE, memory, numbers.space, H5P_DEFAULT, to) < 0)
       fail(last_reason());
-    double largest = 0.0;
-    for (hsize_t i = 0; i < now; ++i) {
-      const double size = std::abs(scratch[i]);
-      largest = size > largest ? size : largest;
-      scratch[i] = scratch[i] * factor + offset;
-    }
-    if (std::isinf(largest)) fail("it holds an infinite sample; a missing one is NaN");
-    values.insert(values.end(), scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(now));
     first += now;
     count -= now;
+    to += now;
+  }
+}
+
+/// In place, value * factor + offset [SI]. Whether no value is infinite.
+bool to_si(double* values, std::size_t count, double factor, double offset) {
+  using Lanes = double __attribute__((vector_size(16)));
+  constexpr std::size_t width = sizeof(Lanes) / sizeof(double), rows = 4;
+  const auto size_of = [](double value) { return std::abs(value); };
+  Lanes highest[rows] = {}, lowest[rows] = {};
+  std::size_t i = 0;
+  for (; i + rows * width <= count; i += rows * width)
+    for (std::size_t k = 0; k < rows; ++k) {
+      Lanes value;
+      std::memcpy(&value, values + i + k * width, sizeof value);
+      highest[k] = value > highest[k] ? value : highest[k];  // of NaN neither is true
+      lowest[k] = value < lowest[k] ? value : lowest[k];
+      value = value * factor + offset;
+      std::memcpy(values + i + k * width, &value, sizeof value);
+    }
+  double largest = 0.0;
+  for (; i < count; ++i) {
+    largest = size_of(values[i]) > largest ? size_of(values[i]) : largest;
+    values[i] = values[i] * factor + offset;
+  }
+  for (std::size_t k = 0; k < rows; ++k)
+    for (std::size_t lane = 0; lane < width; ++lane) largest = std::max({largest, highest[k][lane], -lowest[k][lane]});
+  return !std::isinf(largest);
+}
+
+}  // namespace
+
+void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
+            std::vector<double>& values) {
+  constexpr hsize_t in_the_cache = 1 << 15;
+  const bool together = numbers.raw && numbers.raw->deflated;  // chunks that are unpacked side by side
+  const hsize_t piece = together ? std::max<hsize_t>(first + count, 1) : numbers.raw ? in_the_cache : numbers.piece;
+  const std::size_t before = values.size();
+  values.resize(before + count);
+  for (hsize_t done = 0; done < count;) {
+    const hsize_t now = std::min(count - done, piece - (first + done) % piece);
+    double* const to = values.data() + before + done;
+    if (!numbers.raw || !read_raw(*numbers.raw, numbers.dataset, first + done, now, to))
+      read_by_library(numbers, first + done, now, to);
+    if (!to_si(to, now, factor, offset)) fail("it holds an infinite sample; a missing one is NaN");
+    done += now;
   }
 }
 

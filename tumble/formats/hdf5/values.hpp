@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/formats/hdf5/handle.hpp"
+#include "tumble/formats/hdf5/raw.hpp"
 
 namespace tumble::hdf5 {
 
@@ -16,6 +17,7 @@ struct Numbers {
   int axis = 0;            ///< the one that runs over the samples
   hsize_t count = 0;       ///< samples
   hsize_t piece = 131072;  ///< samples a read: whole chunks
+  std::optional<RawSamples> raw = {};
 };
 
 /// Throws Error::bad_file; the caller says where.
@@ -42,10 +44,10 @@ void require_of_file(hid_t file, hid_t object);
 /// bytes.
 Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size);
 
-/// Appends samples first .. first + count - 1 as value * factor + offset [SI]; `scratch` is kept between calls. NaN
-/// passes. Throws Error::bad_file, the bare reason, when they cannot be read or are infinite.
+/// Appends samples first .. first + count - 1 as value * factor + offset [SI]. NaN passes. Throws Error::bad_file, the
+/// bare reason, when they cannot be read or are infinite.
 void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
-            std::vector<double>& scratch, std::vector<double>& values);
+            std::vector<double>& values);
 
 /// The attribute as text or number; nothing where there is none of that kind. A number is
 /// [as written].

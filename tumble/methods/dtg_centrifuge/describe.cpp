@@ -74,10 +74,10 @@ class Levels {
     return out;
   }
 
-  /// K_i of the polynomial.
-  Function fitted(std::size_t level) const {
+  /// K of the polynomial, at a level of the test or between two.
+  Function fitted(const Level& level) const {
     const Polynomial& p = outcome_.polynomial;
-    const Row row = p.row(levels_[level]);
+    const Row row = p.row(level);
     std::vector<Function> part(parts());
     double square = 0.0;
     for (std::size_t c = 0; c < parts(); ++c) {
@@ -101,25 +101,28 @@ class Levels {
     return first;
   }
 
-  template <class Of>
-  Function zeta(std::size_t level, const Of& of) const {
-    if (first(level) == level) return {0.0, Row(size())};
-    const Function here = of(level), there = of(first(level));
-    if (!(there.value > 0.0)) return {std::nan(""), Row(size())};
-    return {here.value / there.value - 1.0, plus(times(1.0 / there.value, here.gradient),
-                                                 times(-here.value / (there.value * there.value), there.gradient))};
-  }
   Function zeta(std::size_t level) const {
-    return zeta(level, [this](std::size_t l) { return K(l); });
+    if (first(level) == level) return {0.0, Row(size())};
+    return ratio_less_one(K(level), K(first(level)));
   }
   /// Of the polynomial, where it may change over the levels; without number where it is constant.
   Function zeta_fitted(std::size_t level) const {
+    if (first(level) == level && bends()) return {0.0, Row(size())};
+    return zeta_fitted(levels_[level], first(level));
+  }
+  Function zeta_fitted(const Level& level, std::size_t first) const {
     if (!bends()) return {std::nan(""), Row(size())};
-    return zeta(level, [this](std::size_t l) { return fitted(l); });
+    return ratio_less_one(fitted(level), fitted(levels_[first]));
   }
   bool bends() const { return outcome_.polynomial.powers > 0; }
 
  private:
+  Function ratio_less_one(const Function& here, const Function& there) const {
+    if (!(there.value > 0.0)) return {std::nan(""), Row(size())};
+    return {here.value / there.value - 1.0, plus(times(1.0 / there.value, here.gradient),
+                                                 times(-here.value / (there.value * there.value), there.gradient))};
+  }
+
   const Outcome& outcome_;
   const std::vector<Level>& levels_;
   Matrix rows_;  ///< the levels by the quantities
@@ -412,43 +415,65 @@ Table orders(const Polynomial& polynomial) {
   return table;
 }
 
+/// A point of a curve with its 95 % limits.
+void add_point(const Function& f, double force, std::size_t group, const Ledger& ledger, Curve& curve) {
+  const Ledger::Gradient gradient{{group, f.gradient}};
+  const double v = ledger.variance(gradient);
+  const double half = v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0;
+  curve.x.values.push_back(force);
+  curve.y.values.push_back(f.value);
+  curve.lower.push_back(f.value - half);
+  curve.upper.push_back(f.value + half);
+}
+
+/// Levels of one orientation of the spin axis, from the lowest force to the highest.
+struct Side {
+  std::size_t first, last;
+  std::string name;  ///< behind that of a curve; empty: there is one orientation
+};
+
+std::vector<Side> sides_of(const Outcome& outcome, const std::vector<Level>& levels) {
+  std::vector<Side> sides;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const bool up = levels[l].spin_up > 0.0;
+    if (!sides.empty() && levels[l - 1].spin_up == levels[l].spin_up)
+      sides.back().last = l;
+    else
+      sides.push_back({l, l, outcome.polynomial.both_orientations ? (up ? ", spin axis up" : ", spin axis down") : ""});
+  }
+  return sides;
+}
+
 /// K or zeta: the levels as points, the polynomial as a line, with 95 % bands.
 void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger,
                 Estimate& estimate) {
+  constexpr int steps = 60;
   const Levels of(outcome, levels);
-  for (const double spin : {1.0, -1.0})
+  for (const Side& side : sides_of(outcome, levels))
     for (const bool of_zeta : {false, true}) {
-      const std::string side =
-          outcome.polynomial.both_orientations ? (spin > 0.0 ? ", spin axis up" : ", spin axis down") : "";
       const std::string what = of_zeta ? "nonlinearity" : "sensitive term";
       Curve points;
-      points.name = what + ", measured" + side;
+      points.name = what + ", measured" + side.name;
       points.figure = what + " over specific force";
       points.x = {"specific force", Unit::parse("g"), {}};
       points.y = {of_zeta ? "zeta" : "K", of_zeta ? Unit::parse("%") : sensitivity(), {}};
       points.band = "95 % confidence";
       points.points = true;
       Curve line = points;
-      line.name = what + ", polynomial" + side;
+      line.name = what + ", polynomial" + side.name;
       line.points = false;
-      for (std::size_t l = 0; l < levels.size(); ++l) {
-        if (levels[l].spin_up != spin) continue;
-        const auto put = [&](Curve& curve, const Function& f) {
-          const Ledger::Gradient gradient{{group, f.gradient}};
-          const double v = ledger.variance(gradient);
-          const double half =
-              v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0;
-          curve.x.values.push_back(levels[l].force);
-          curve.y.values.push_back(f.value);
-          curve.lower.push_back(f.value - half);
-          curve.upper.push_back(f.value + half);
-        };
-        put(points, of_zeta ? of.zeta(l) : of.K(l));
-        put(line, of_zeta ? of.zeta_fitted(l) : of.fitted(l));
-      }
-      if (points.x.values.empty()) continue;
+      for (std::size_t l = side.first; l <= side.last; ++l)
+        add_point(of_zeta ? of.zeta(l) : of.K(l), levels[l].force, group, ledger, points);
       estimate.curves.push_back(std::move(points));
-      if (outcome.corrected && (of.bends() || !of_zeta)) estimate.curves.push_back(std::move(line));
+      if (!outcome.corrected || (of_zeta && !of.bends()) || side.first == side.last) continue;
+      const Level &lowest = levels[side.first], &highest = levels[side.last];
+      for (int i = 0; i <= steps; ++i) {
+        Level between = lowest;
+        between.force += (highest.force - lowest.force) * i / steps;
+        add_point(of_zeta ? of.zeta_fitted(between, side.first) : of.fitted(between), between.force, group, ledger,
+                  line);
+      }
+      estimate.curves.push_back(std::move(line));
     }
 }
 

@@ -43,6 +43,14 @@ struct RunData {
   bool held_out = false;
 };
 
+/// Calls visit(run, k) for each average with data of the runs that are fitted.
+template <class Visit>
+void each_average(const std::vector<RunData>& runs, Visit visit) {
+  for (const auto& run : runs)
+    for (std::size_t k = 0; k < run.time.size() && !run.held_out; ++k)
+      if (run.share[k] > 0.0) visit(run, k);
+}
+
 /// The power-ups of the evidence with the regressors of `terms`, averaged over `interval` [s]. `lag` [s] of the
 /// sensors. Throws Error::bad_data for a run shorter than an interval or a clock that runs backwards.
 std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval);

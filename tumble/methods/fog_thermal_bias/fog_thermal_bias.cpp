@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/fog_thermal_bias/compensate.hpp"
 #include "tumble/methods/fog_thermal_bias/describe.hpp"
 #include "tumble/methods/fog_thermal_bias/findings.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/methods/fog_thermal_bias/stuck_sensors.hpp"
+#include "tumble/methods/fog_thermal_bias/surface.hpp"
 #include "tumble/methods/fog_thermal_bias/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -101,6 +103,10 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.tables = {models_table(answer.candidates, answer.chosen, estimate),
                      runs_table(answer.runs, answer.columns, answer.fit), noise_table(answer.noise),
                      misfit_table(answer.misfit), calibrated_range(answer.runs)};
+  const std::size_t coefficients = answer.columns.size();
+  for (auto& table : thermal_surface(terms, answer, block(estimate.covariance, 0, coefficients, 0, coefficients),
+                                     settings.number("start_temperature_reference")))
+    estimate.tables.push_back(std::move(table));
   estimate.curves = residual_curves(answer.runs, answer.columns, answer.fit);
   for (const Findings& findings : {findings_of(answer, settings), stuck_sensors(evidence)})
     estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());

@@ -83,6 +83,48 @@ TEST(FogThermalBiasCoverage, TwoStageIntervalsHoldTheTruth) {
   EXPECT_NEAR(inside / static_cast<double>(all), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 60.0));
 }
 
+/// Drift [rad/s] of the true coefficients over temperature alone, from the start temperature on.
+double true_drift(const Trial& trial, double temperature, double start) {
+  const auto terms =
+      find_model("fiber_optic_gyro").outputs(fog_thermal_bias::constants_of(trial.evidence.plan.settings))[0].terms;
+  Felt here, there;
+  here.temperature = temperature, there.temperature = start;
+  here.start_temperature = there.start_temperature = start;
+  here.since_power_on = there.since_power_on = 1e9;
+  double drift = 0.0;
+  for (const auto& [name, value] : trial.truth)
+    if (const auto term = std::ranges::find(terms, name, &Term::name); term != terms.end() && name.starts_with('A'))
+      drift += value * (term->regressor(here) - term->regressor(there));
+  return drift;
+}
+
+// The cells of one row have one rate and one gradient, so that they differ by the terms of the temperature alone: they
+// differ as those of the truth do, within four of both standard uncertainties.
+TEST(FogThermalBias, TheSurfaceIsThatOfTheTruth) {
+  Trial trial = method().trial(1);
+  const Estimate estimate = method().identify(trial.evidence, {});
+  const Table *map = find_table(estimate, "thermal_map"), *points = find_table(estimate, "thermal_points");
+  ASSERT_TRUE(map != nullptr && points != nullptr);
+  const auto number = [](const auto& row, std::size_t c) { return std::get<double>(row[c]); };
+  const double start = trial.evidence.plan.settings.number("start_temperature_reference");
+  std::size_t compared = 0;
+  for (std::size_t i = 1; i < map->rows.size(); ++i) {
+    const auto &one = map->rows[i - 1], &other = map->rows[i];
+    if (number(one, 1) != number(other, 1)) continue;
+    const double truth = true_drift(trial, number(other, 0), start) - true_drift(trial, number(one, 0), start);
+    EXPECT_NEAR(number(other, 2) - number(one, 2), truth, 4.0 * (number(one, 3) + number(other, 3))) << i;
+    ++compared;
+  }
+  EXPECT_GT(compared, 50u);
+  // Points are the surface plus the mean residual of their cell.
+  double squares = 0.0, residuals = 0.0;
+  for (const auto& row : points->rows) {
+    squares += number(row, 2) * number(row, 2);
+    residuals += number(row, 3) * number(row, 3);
+  }
+  EXPECT_LT(residuals, 0.2 * squares);
+}
+
 TEST(FogThermalBias, ChoosesTheTrueOrdersByAicc) {
   Trial trial = method().trial(3);
   for (const char* name : {"order", "gradient_order", "rate_order"})

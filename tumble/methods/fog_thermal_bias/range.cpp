@@ -33,18 +33,12 @@ std::vector<std::array<int, 3>> directions() {
   return out;
 }
 
-template <class Visit>
-void each_point(const std::vector<RunData>& runs, Visit visit) {
-  for (const auto& run : runs)
-    for (std::size_t k = 0; k < run.time.size() && !run.held_out; ++k)
-      if (run.share[k] > 0.0) visit(run.felt[k]);
-}
-
 }  // namespace
 
 Table calibrated_range(const std::vector<RunData>& runs) {
   Span temperature, gradient, rate, start;
-  each_point(runs, [&](const Felt& felt) {
+  each_average(runs, [&](const RunData& run, std::size_t k) {
+    const Felt& felt = run.felt[k];
     temperature.add(felt.temperature);
     gradient.add(felt.temperature_gradient);
     rate.add(felt.temperature_rate);
@@ -62,7 +56,8 @@ Table calibrated_range(const std::vector<RunData>& runs) {
               true};
   const auto add_row = [&](double t, double g, double r, double s) {
     Span sum;
-    each_point(runs, [&](const Felt& felt) {
+    each_average(runs, [&](const RunData& run, std::size_t k) {
+      const Felt& felt = run.felt[k];
       sum.add(t * felt.temperature + g * felt.temperature_gradient + r * felt.temperature_rate +
               s * felt.start_temperature);
     });

@@ -38,13 +38,13 @@ MappedChannel mapped(const Mapped& file, const Json& entry) {
   channel.stamps = Pieces(file, entry.at("stamps"), channel.count);
   for (const Json& level : entry.at("levels")) {
     const auto count = level.at("count").get<std::size_t>();
-    channel.levels.push_back({count, file.numbers<float>(level.at("low"), count),
-                              file.numbers<float>(level.at("high"), count),
-                              file.numbers<std::uint8_t>(level.at("flags"), count)});
+    channel.levels.push_back({count, Paged(file.numbers<float>(level.at("low"), count)),
+                              Paged(file.numbers<float>(level.at("high"), count)),
+                              Paged(file.numbers<std::uint8_t>(level.at("flags"), count))});
   }
   for (const Json& level : entry.at("moments")) {
     const auto count = level.at("count").get<std::size_t>();
-    channel.moments.push_back({count, file.numbers<Moments>(level.at("place"), count)});
+    channel.moments.push_back({count, Paged(file.numbers<Moments>(level.at("place"), count))});
   }
   return channel;
 }

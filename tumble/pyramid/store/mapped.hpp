@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "tumble/pyramid/pyramid.hpp"
+#include "tumble/pyramid/store/paged.hpp"
 #include "tumble/pyramid/store/store.hpp"
 
 namespace tumble::store {
@@ -75,15 +78,17 @@ struct Pieces {
   }
 };
 
+struct LiveTrack;
+
 struct MappedLevel {
   std::size_t count = 0;
-  const float *low = nullptr, *high = nullptr;
-  const std::uint8_t* flags = nullptr;
+  Paged<float> low, high;
+  Paged<std::uint8_t> flags;
 };
 
 struct MappedMoments {
   std::size_t count = 0;
-  const Moments* blocks = nullptr;
+  Paged<Moments> blocks;
 };
 
 struct MappedChannel {
@@ -92,6 +97,13 @@ struct MappedChannel {
   Pieces samples, stamps;
   std::vector<MappedLevel> levels;
   std::vector<MappedMoments> moments;
+  std::shared_ptr<const LiveTrack> track;  ///< of a recording that is being made; else null
+};
+
+/// The channels of a recording that is being made.
+struct LiveChannels {
+  std::vector<MappedChannel> channels;
+  std::vector<std::shared_ptr<const void>> owners;  ///< of the pages
 };
 
 /// A channel by what the file says of it, and that of the whole file. Throw Error::bad_file, Json::exception.

@@ -255,6 +255,17 @@ bool alike(const Blocking& a, const Blocking& b) {
          a.instants.share == b.instants.share;
 }
 
+/// Of each stretch the first one with the same sums, for all outputs that were read together.
+std::vector<std::size_t> same_sums(std::span<const Read> outputs) {
+  auto first = first_alike(outputs.front().evidence.test);
+  const auto& blocking = outputs.front().evidence.blocking;
+  for (std::size_t g = 0; g < first.size(); ++g) {
+    const auto measured = [g](const Read& output) { return !output.evidence.test.stretches[g].values.empty(); };
+    if (std::ranges::any_of(outputs, measured) || !alike(blocking[first[g]], blocking[g])) first[g] = g;
+  }
+  return first;
+}
+
 /// Given     parts   of each stretch, the sums of the outputs that were read together; this one has number `number`
 Rows rows_of_sums(const Read& output, const std::vector<std::vector<Sums>>& parts, std::size_t number) {
   const auto& [evidence, problem] = output;
@@ -320,7 +331,12 @@ std::vector<Rows> rows_of(std::span<const Read> outputs) {
     std::vector<Read> read;
     for (const std::size_t k : group) read.push_back(outputs[k]);
     std::vector<std::vector<Sums>> parts(read.front().evidence.test.stretches.size());
-    parallel_for(parts.size(), [&](std::size_t g) { parts[g] = sums_of(read, g); });
+    const auto first = same_sums(read);
+    parallel_for(parts.size(), [&](std::size_t g) {
+      if (first[g] == g) parts[g] = sums_of(read, g);
+    });
+    for (std::size_t g = 0; g < parts.size(); ++g)
+      if (first[g] != g) parts[g] = parts[first[g]];
     for (std::size_t i = 0; i < group.size(); ++i) rows[group[i]] = rows_of_sums(read[i], parts, i);
   }
   return rows;

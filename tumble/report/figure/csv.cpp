@@ -30,14 +30,39 @@ bool same_numbers(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
-std::vector<CsvColumn> columns_of(const Figure& figure) {
+/// Middle and value of each cell of a map.
+struct Cells {
+  std::vector<double> x, y, z;
+};
+
+Cells cells_of(const Figure& figure) {
+  Cells cells;
+  if (!figure.map) return cells;
+  const auto& [x, y, values] = *figure.map;
+  for (std::size_t row = 0, at = 0; row + 1 < y.size(); ++row)
+    for (std::size_t column = 0; column + 1 < x.size(); ++column, ++at) {
+      if (std::isnan(values[at])) continue;
+      cells.x.push_back(0.5 * (x[column] + x[column + 1]));
+      cells.y.push_back(0.5 * (y[row] + y[row + 1]));
+      cells.z.push_back(values[at]);
+    }
+  return cells;
+}
+
+std::vector<CsvColumn> columns_of(const Figure& figure, const Cells& cells) {
   std::vector<CsvColumn> columns;
+  if (figure.map)
+    columns = {{heading_of(figure.x.name, figure.x.unit), &cells.x},
+               {heading_of(figure.y.name, figure.y.unit), &cells.y},
+               {heading_of(figure.z->name, figure.z->unit), &cells.z}};
   const std::vector<double>* x = nullptr;
   for (const auto& series : figure.series) {
     if (x == nullptr || !same_numbers(*x, series.x))
       columns.push_back({heading_of(figure.x.name, figure.x.unit), &series.x});
     x = &series.x;
-    columns.push_back({heading_of(series.name, figure.y.unit), &series.y});
+    const bool coloured = !series.z.empty();
+    columns.push_back({heading_of(coloured ? figure.y.name : series.name, figure.y.unit), &series.y});
+    if (coloured) columns.push_back({heading_of(series.name, figure.z->unit), &series.z});
     if (series.lower.empty()) continue;
     columns.push_back({heading_of(series.name + " lower", figure.y.unit), &series.lower});
     columns.push_back({heading_of(series.name + " upper", figure.y.unit), &series.upper});
@@ -55,7 +80,8 @@ std::vector<double> of_indices(const std::vector<double>& values, const std::vec
 }  // namespace
 
 std::string to_csv(const Figure& figure) {
-  const auto columns = columns_of(figure);
+  const Cells cells = cells_of(figure);
+  const auto columns = columns_of(figure, cells);
   std::size_t rows = 0;
   std::string text;
   for (const auto& column : columns) {
@@ -79,7 +105,8 @@ Figure with_fewer_points(const Figure& figure, std::size_t most) {
   for (auto& series : result.series) {
     if (series.x.size() <= most) continue;
     const auto indices = points_to_draw(series.x, series.y, series.lower, series.upper, figure.x.logarithmic, most);
-    for (auto* values : {&series.x, &series.y, &series.lower, &series.upper}) *values = of_indices(*values, indices);
+    for (auto* values : {&series.x, &series.y, &series.lower, &series.upper, &series.z})
+      *values = of_indices(*values, indices);
   }
   return result;
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "tumble/report/decimate.hpp"
+#include "tumble/report/figure/maps.hpp"
 #include "tumble/report/markup.hpp"
 
 namespace tumble::figure {
@@ -48,6 +49,10 @@ Curve residuals_of(const Table& table, std::size_t column, std::size_t noise) {
   return curve;
 }
 
+bool shows_residuals(const Curve& curve) {
+  return (curve.figure + curve.name + curve.y.name).find("residual") != std::string::npos;
+}
+
 bool same_axis(const Figure::Axis& a, const Figure::Axis& b) {
   return a.name == b.name && a.unit.dimension() == b.unit.dimension() && a.logarithmic == b.logarithmic;
 }
@@ -62,9 +67,10 @@ Figure::Series in_unit(Figure::Series series, const Unit& from, const Unit& to) 
 }  // namespace
 
 std::vector<Curve> curves_to_draw(const Estimate& estimate) {
-  if (!estimate.curves.empty()) return estimate.curves;
-  std::vector<Curve> curves;
+  std::vector<Curve> curves = estimate.curves;
+  if (std::ranges::any_of(curves, shows_residuals)) return curves;
   for (const auto& table : estimate.tables) {
+    if (is_of_map(table)) continue;
     const auto noise = std::ranges::find(table.columns, "noise_sd", &Table::Column::name) - table.columns.begin();
     for (std::size_t i = 0; i < table.columns.size(); ++i)
       if (is_residual(table.columns[i].name) && !table.rows.empty())

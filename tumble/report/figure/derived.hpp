@@ -6,9 +6,9 @@
 
 namespace tumble::figure {
 
-/// The curves that are drawn of an estimate: its own; where it has none, the residuals of its tables: each column
-/// "residual", "residual_..." or "..._residual" over the number of the row, with bars of twice the noise where the
-/// table has "noise_sd".
+/// The curves that are drawn of an estimate: its own; where none of them shows residuals, those of its tables: each
+/// column "residual", "residual_..." or "..._residual" over the number of the row, with bars of twice the noise where
+/// the table has "noise_sd".
 std::vector<Curve> curves_to_draw(const Estimate& estimate);
 
 /// Figures that show one quantity of several outputs (axes of the same names and dimensions) together: the first series

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/decimate.hpp"
+#include "tumble/report/figure/colours.hpp"
 #include "tumble/report/figure/derived.hpp"
+#include "tumble/report/figure/maps.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/report/names.hpp"
 
@@ -145,6 +147,21 @@ Json described(const Figure::Series& series, std::size_t index) {
     result["lower"] = numbers(series.lower);
     result["upper"] = numbers(series.upper);
   }
+  if (!series.z.empty()) result["z"] = numbers(series.z);
+  return result;
+}
+
+/// The axis z: its colours from low to high, and where its ticks are between them, 0 to 1.
+Json described(const Figure::Axis& axis, const figure::Ticks& scale) {
+  auto ticks = Json::array();
+  for (std::size_t i = 0; i < scale.at.size(); ++i)
+    ticks.push_back({{"at", short_number(scale.place(scale.at[i]))}, {"label", scale.labels[i]}});
+  Json result = described(axis);
+  result["title"] = figure::title_with(axis, scale.exponent);
+  result["low"] = short_number(scale.lower);
+  result["high"] = short_number(scale.upper);
+  result["colours"] = figure::colours();
+  result["ticks"] = std::move(ticks);
   return result;
 }
 
@@ -155,6 +172,7 @@ std::vector<Figure> figures_of(const Estimate& estimate) {
   const auto curves = figure::curves_to_draw(estimate);
   for (const Group& group : groups_of(curves)) figures.push_back(figure_of(group));
   figure::add_overviews(figures);
+  for (auto& map : figure::maps_of(estimate)) figures.push_back(std::move(map));
   return figures;
 }
 
@@ -173,6 +191,11 @@ std::string to_json(const std::vector<Figure>& figures) {
                    {"y", described(figure.y)},
                    {"series", std::move(series)},
                    {"notes", figure.notes}});
+    if (!figure.z) continue;
+    all.back()["z"] = described(*figure.z, figure::scale_of(figure, 6));
+    if (figure.map)
+      all.back()["map"] = {
+          {"x", numbers(figure.map->x)}, {"y", numbers(figure.map->y)}, {"values", numbers(figure.map->values)}};
   }
   return all.dump(1, ' ', false, Json::error_handler_t::replace);
 }

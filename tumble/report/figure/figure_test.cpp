@@ -116,8 +116,87 @@ TEST(Figures, AResultWithoutCurvesShowsTheResidualsOfItsTables) {
   EXPECT_NEAR(series.y[1], -20.0, 1e-12);
   EXPECT_NEAR(series.lower[1], -26.0, 1e-12);
   EXPECT_NEAR(series.upper[0], 14.0, 1e-12);
-  e.curves = two_units().curves;  // a result with curves has its own
-  EXPECT_EQ(figures_of(e).at(0).name, "f");
+}
+
+/// A grid of 3 x 2 cells of which one is missing, and two points beside it.
+Estimate with_map() {
+  const Table::Column temperature{"temperature", Unit::parse("degC")}, speed{"temperature_rate", Unit::parse("K/min")},
+      drift{"drift", Unit::parse("deg/h")}, residual{"residual", Unit::parse("deg/h")};
+  Table cells{"thermal_map", "by the coefficients", {temperature, speed, drift}, {}, true};
+  for (const double r : {-1.0, 1.0})
+    for (const double t : {0.0, 20.0, 40.0})
+      if (t < 30.0 || r < 0.0) cells.rows.push_back({si(t, "degC"), si(r, "K/min"), si(t + 10.0 * r, "deg/h")});
+  Table points{"thermal_points", "means", {temperature, speed, drift, residual}, {}, true};
+  points.rows = {{si(5.0, "degC"), si(1.0, "K/min"), si(16.0, "deg/h"), si(1.0, "deg/h")},
+                 {si(30.0, "degC"), si(-1.0, "K/min"), std::string("lost"), si(-2.0, "deg/h")}};
+  Estimate e;
+  e.tables = {cells, points};
+  return e;
+}
+
+TEST(FigureMaps, CellsAndPointsOfOneQuantityAreOneFigure) {
+  const auto figures = figures_of(with_map());
+  ASSERT_EQ(figures.size(), 2u);
+  const Figure& drift = figures[0];
+  EXPECT_EQ(drift.name, "drift over temperature and temperature rate");
+  EXPECT_EQ(title_of(*drift.z), "drift [deg/h]");
+  ASSERT_TRUE(drift.map);
+  const double edges[] = {-10.0, 10.0, 30.0, 50.0}, of_rows[] = {-2.0, 0.0, 2.0},
+               values[] = {-10.0, 10.0, 30.0, 10.0, 30.0};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(drift.map->x[i], edges[i], 1e-9);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(drift.map->y[i], of_rows[i], 1e-12);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(drift.map->values[i], values[i], 1e-9);
+  EXPECT_TRUE(std::isnan(drift.map->values[5])) << "hot and rising: not in the table";
+  ASSERT_EQ(drift.series.size(), 1u);
+  EXPECT_NEAR(drift.series[0].z[0], 16.0, 1e-12);
+  EXPECT_TRUE(std::isnan(drift.series[0].z[1]));
+  EXPECT_EQ(figures[1].name, "residual over temperature and temperature rate");
+  EXPECT_FALSE(figures[1].map);
+}
+
+TEST(FigureMaps, OneRowOfCellsIsNotDrawn) {
+  Estimate e = with_map();
+  std::erase_if(e.tables[0].rows, [](const auto& row) { return std::get<double>(row[1]) > 0.0; });
+  e.tables.pop_back();
+  EXPECT_TRUE(figures_of(e).empty());
+}
+
+TEST(FigureMaps, TheDescriptionHasScaleCellsAndColouredPoints) {
+  const auto json = nlohmann::json::parse(to_json(figures_of(with_map())));
+  EXPECT_EQ(json[0]["map"]["values"].size(), 6u);
+  EXPECT_EQ(json[0]["map"]["values"][5], nullptr);
+  EXPECT_EQ(json[0]["series"][0]["z"], nlohmann::json({16.0, nullptr}));
+  EXPECT_LE(json[0]["z"]["low"], -10.0);
+  EXPECT_GE(json[0]["z"]["high"], 30.0);
+  EXPECT_EQ(json[0]["z"]["colours"].size(), 32u);
+  for (const auto& tick : json[0]["z"]["ticks"]) EXPECT_TRUE(tick["at"] >= 0.0 && tick["at"] <= 1.0);
+  EXPECT_FALSE(json[1].contains("map"));
+  EXPECT_FALSE(nlohmann::json::parse(to_json(figures_of(two_units())))[0].contains("z"));
+}
+
+TEST(FigureMaps, TheDrawingHasACellForEachNumberAndItsScale) {
+  const auto figures = figures_of(with_map());
+  for (const auto drawing : {Drawing::page, Drawing::phone}) {
+    const auto svg = to_svg(figures[0], drawing);
+    EXPECT_EQ(count_of(svg, "Z\" fill="), 3u + 32u);  // three colours of five cells, and the scale
+    EXPECT_TRUE(has(svg, "drift [deg/h]") && has(svg, "drift as colours"));
+    EXPECT_FALSE(has(svg, "nan") || has(svg, "inf"));
+  }
+  EXPECT_EQ(count_of(to_svg(figures[1]), "stroke-width=\"6\""), 2u);  // two points of two colours
+}
+
+TEST(FigureMaps, CsvHasARowForEachCellAndEachPoint) {
+  EXPECT_EQ(to_csv(figures_of(with_map())[0]),
+            "temperature[degC],temperature rate[K/min],drift[deg/h],temperature[degC],temperature "
+            "rate[K/min],measured[deg/h]\n0,-1,-10,5,1,16\n20,-1,10,30,-1,\n40,-1,30,,,\n0,1,10,,,\n20,1,30,,,\n");
+}
+
+TEST(Figures, CurvesWithoutResidualsAreFollowedByThoseOfTheTables) {
+  Estimate e = two_units();
+  e.tables = {table_of_residuals()};
+  EXPECT_EQ(figures_of(e).back().name, "residuals of the positions");
+  e.curves[0].figure = "residuals of the averages";
+  for (const auto& figure : figures_of(e)) EXPECT_NE(figure.name, "residuals of the positions") << "it has its own";
 }
 
 TEST(Figures, OfSeveralOutputsStandTogetherFirst) {

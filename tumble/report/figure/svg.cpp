@@ -6,29 +6,24 @@
 #include <string_view>
 
 #include "tumble/report/figure.hpp"
-#include "tumble/report/figure/ticks.hpp"
+#include "tumble/report/figure/colours.hpp"
+#include "tumble/report/figure/frame.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/report/utf8.hpp"
 
 namespace tumble {
 namespace {
 
-using figure::linear_ticks, figure::logarithmic_ticks, figure::power_of_ten, figure::Ticks;
+using figure::coloured_points, figure::colours, figure::Frame, figure::ink, figure::linear_ticks,
+    figure::logarithmic_ticks, figure::size_of_text, figure::soft, figure::text_at, figure::text_upwards, figure::Ticks,
+    figure::title_with, figure::width_of;
 
-// The drawing in its own units, which are pixels where it is shown at its own size.
-// 13.5 of 760 are 9 pt on the text width of A4.
-constexpr double top = 12, right = 14, size_of_text = 13.5, line_height = 19;
-constexpr double width_of_character = 0.56 * size_of_text;
+constexpr double top = 12, right = 14, line_height = 19;
 struct Size {
   double width, plot_height;
   int x_ticks, y_ticks;  ///< at most
 };
 constexpr Size of_page{760, 330, 9, 7}, of_phone{390, 260, 5, 6};
-constexpr const char* ink = "#1b2733";
-constexpr const char* soft = "#51606e";
-constexpr const char* grid = "#e1e6eb";
-
-double width_of(std::string_view text) { return width_of_character * static_cast<double>(display_width(text)); }
 
 /// Smallest and largest of what an axis can show.
 struct Range {
@@ -49,15 +44,6 @@ Ticks ticks_of(const Range& range, int most) {
   return range.logarithmic ? logarithmic_ticks(low, high, most) : linear_ticks(low, high, most);
 }
 
-/// The plot's place in the drawing, and where a number of an axis lies in the plot.
-struct Frame {
-  Ticks x, y;
-  double left, plot_width, plot_height;
-
-  double across(double value) const { return plot_width * x.place(value); }
-  double down(double value) const { return plot_height * (1.0 - y.place(value)); }
-};
-
 /// A lower edge may go on far below the values of a logarithmic axis, where nothing is to be seen: two decades show it.
 void add_bands(const Figure& figure, Range& y) {
   const double values = y.low;
@@ -66,26 +52,18 @@ void add_bands(const Figure& figure, Range& y) {
   if (figure.y.logarithmic && std::isfinite(values)) y.low = std::max(y.low, 0.01 * values);
 }
 
-Frame frame_of(const Figure& figure, const Size& size) {
+/// `room` [px] is for what stands to the right of the plot.
+Frame frame_of(const Figure& figure, const Size& size, double room) {
   Range x{figure.x.logarithmic}, y{figure.y.logarithmic};
   for (const auto& series : figure.series) x.add(series.x), y.add(series.y);
+  if (figure.map) x.add(figure.map->x), y.add(figure.map->y);
   add_bands(figure, y);
   Frame frame{ticks_of(x, size.x_ticks), ticks_of(y, size.y_ticks), 0.0, 0.0, size.plot_height};
   double widest = 0.0;
   for (const auto& text : frame.y.labels) widest = std::max(widest, width_of(text));
   frame.left = 30 + widest;
-  frame.plot_width = size.width - frame.left - right;
+  frame.plot_width = size.width - frame.left - right - room;
   return frame;
-}
-
-std::string text_at(double x, double y, const char* anchor, std::string_view text, const char* more = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
-                     escaped(text));
-}
-
-/// "time [s] × 10⁻⁵": what the labels of the ticks lack stands with the name.
-std::string title_with(const Figure::Axis& axis, int exponent) {
-  return exponent == 0 ? title_of(axis) : title_of(axis) + " × " + power_of_ten(exponent);
 }
 
 std::string axes(const Figure& figure, const Frame& frame) {
@@ -103,13 +81,11 @@ std::string axes(const Figure& figure, const Frame& frame) {
     labels += text_at(-7, y + 4, "end", frame.y.labels[i]);
   }
   labels += text_at(0.5 * frame.plot_width, frame.plot_height + 39, "middle", title_with(figure.x, frame.x.exponent));
-  const auto turned = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", 14 - frame.left, 0.5 * frame.plot_height);
-  labels += text_at(14 - frame.left, 0.5 * frame.plot_height, "middle", title_with(figure.y, frame.y.exponent),
-                    turned.c_str());
+  labels += text_upwards(14 - frame.left, 0.5 * frame.plot_height, title_with(figure.y, frame.y.exponent));
   return fmt::format(
       "<path d=\"{}\" stroke=\"{}\" stroke-width=\".5\"/>\n<path d=\"{}\" stroke=\"{}\"/>\n"
       "<path d=\"M0 0H{:.1f}V{}H0Z\" stroke=\"{}\"/>\n<g fill=\"{}\">\n{}</g>\n",
-      minor, grid, lines, grid, frame.plot_width, frame.plot_height, soft, ink, labels);
+      minor, figure::grid, lines, figure::grid, frame.plot_width, frame.plot_height, soft, ink, labels);
 }
 
 bool is_drawn(const Figure::Series& series, std::size_t i) {
@@ -183,9 +159,10 @@ std::string pen_of_line(const SeriesStyle& style) {
          (style.dashes.empty() ? "" : " stroke-dasharray=\"" + style.dashes + "\"");
 }
 
-std::string drawn(const Figure::Series& series, std::size_t index, const Frame& frame) {
+std::string drawn(const Figure::Series& series, std::size_t index, const Frame& frame, const Ticks& scale) {
   const auto style = style_of_series(index);
   std::string text;
+  if (!series.z.empty()) return coloured_points(series, frame, scale);
   if (!series.lower.empty() && series.points)
     text += fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"/>\n", bars(series, frame), style.colour);
   if (!series.lower.empty() && !series.points)
@@ -204,7 +181,8 @@ std::string legend(const Figure& figure, const Frame& frame, double& height) {
     const auto& series = figure.series[i];
     const double needed = sample + 6 + width_of(printable(series.name)) + gap;
     if (x > 0.0 && x + needed - gap > frame.plot_width) x = 0.0, y += line_height;
-    const auto style = style_of_series(i);
+    auto style = style_of_series(i);
+    if (!series.z.empty()) style.colour = colours()[colours().size() / 2];
     text +=
         fmt::format("<path d=\"M{:.1f} {:.1f}h{}\" stroke=\"{}\" {}/>\n", series.points ? x + 0.5 * sample : x, y - 4,
                     series.points ? 0.0 : sample, style.colour, series.points ? pen_of_points(i) : pen_of_line(style));
@@ -222,18 +200,43 @@ std::string in_words(const Figure& figure) {
                                  : figure.x.logarithmic ? ", logarithmic x axis"
                                                         : "");
   for (const auto& series : figure.series) text += (&series == &figure.series.front() ? " " : ", ") + series.name;
+  if (figure.z) text += (figure.series.empty() ? " " : ", ") + figure.z->name + " as colours";
   return text;
 }
 
 }  // namespace
 
+namespace figure {
+
+double width_of(std::string_view text) {
+  constexpr double width_of_character = 0.56 * size_of_text;
+  return width_of_character * static_cast<double>(display_width(text));
+}
+
+std::string text_at(double x, double y, const char* anchor, std::string_view text, const char* more) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
+                     escaped(text));
+}
+
+std::string text_upwards(double x, double y, std::string_view text) {
+  return text_at(x, y, "middle", text, fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", x, y).c_str());
+}
+
+std::string title_with(const Figure::Axis& axis, int exponent) {
+  return exponent == 0 ? title_of(axis) : title_of(axis) + " × " + power_of_ten(exponent);
+}
+
+}  // namespace figure
+
 std::string to_svg(const Figure& figure, Drawing drawing) {
   const Size& size = drawing == Drawing::page ? of_page : of_phone;
-  const Frame frame = frame_of(figure, size);
+  const Ticks scale = figure::scale_of(figure, size.y_ticks);
+  const Frame frame = frame_of(figure, size, figure.z ? figure::room_of_scale(scale) - right : 0.0);
   double height = 0.0;
-  const std::string below = legend(figure, frame, height);
-  std::string lines;
-  for (std::size_t i = 0; i < figure.series.size(); ++i) lines += drawn(figure.series[i], i, frame);
+  std::string below = legend(figure, frame, height), lines;
+  if (figure.z) below += figure::drawn_scale(*figure.z, frame, scale);
+  if (figure.map) lines += figure::cells(*figure.map, frame, scale);
+  for (std::size_t i = 0; i < figure.series.size(); ++i) lines += drawn(figure.series[i], i, frame, scale);
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" "
       "font-family=\"system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial, sans-serif\" "

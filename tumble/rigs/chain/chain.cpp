@@ -9,6 +9,7 @@ namespace tumble::chain {
 namespace {
 
 constexpr std::size_t most_axes = 4;
+constexpr std::size_t most_joints = 16;  ///< that are looked at once; those beyond at each point
 
 /// v in axes turned about one of them.
 template <About about>
@@ -89,16 +90,23 @@ bool is_identity(const Rotation& r) {
          is_zero(r.z - Vector3{0.0, 0.0, 1.0});
 }
 
-Kinematics passed(const Kinematics& before, const Joint& joint, std::span<const AxisState> axes) {
+/// What a joint does at all, looked at once for many points.
+struct JointWork {
+  bool shifts = false, leans = false;
+};
+
+JointWork work_of(const Joint& joint) { return {!is_zero(joint.offset), !is_identity(joint.fixed)}; }
+
+Kinematics passed(const Kinematics& before, const Joint& joint, JointWork work, std::span<const AxisState> axes) {
   Kinematics k = before;
-  if (!is_zero(joint.offset)) {
+  if (work.shifts) {
     const double rate = axes[0].turn.rate, acceleration = axes[0].turn.acceleration, s = joint.stretch;
     const Vector3 offset{joint.offset.x + s * rate * rate, joint.offset.y, joint.offset.z};
     k = s == 0.0 ? moved(k, offset)
                  : moved(k, offset, {2.0 * s * rate * acceleration, 0.0, 0.0},
                          {2.0 * s * acceleration * acceleration, 0.0, 0.0});
   }
-  if (!is_identity(joint.fixed)) k = seen_in(joint.fixed, k);
+  if (work.leans) k = seen_in(joint.fixed, k);
   return joint.axis < 0 ? k : turned(k, joint, axes[static_cast<std::size_t>(joint.axis)]);
 }
 
@@ -125,18 +133,24 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
   std::array<AxisState, most_axes> states{};
   std::array<std::size_t, most_axes> pieces{};
   const std::size_t axes = std::min(chain.axes.size(), most_axes);
+  std::array<JointWork, most_joints> works{};
+  const std::size_t joints = chain.joints.size(), known = std::min(joints, most_joints);
+  for (std::size_t j = 0; j < known; ++j) works[j] = work_of(chain.joints[j]);
+  const bool has_lever = !is_zero(chain.lever);
+  bool is_mounted = !is_identity(chain.poses.front().instrument_from_fixture);
   std::size_t pose = 0, warm = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double time = first + static_cast<double>(i) * step;
     for (std::size_t a = 0; a < axes; ++a) states[a].move(at(chain.axes[a], time, pieces[a]));
     Kinematics k = chain.ground;
-    for (const auto& joint : chain.joints) k = passed(k, joint, states);
-    if (!is_zero(chain.lever)) k = moved(k, chain.lever);
-    while (pose + 1 < chain.poses.size() && chain.poses[pose + 1].begin <= time) ++pose;
-    const Rotation& mounted = chain.poses[pose].instrument_from_fixture;
+    for (std::size_t j = 0; j < joints; ++j)
+      k = passed(k, chain.joints[j], j < known ? works[j] : work_of(chain.joints[j]), states);
+    if (has_lever) k = moved(k, chain.lever);
+    while (pose + 1 < chain.poses.size() && chain.poses[pose + 1].begin <= time)
+      is_mounted = !is_identity(chain.poses[++pose].instrument_from_fixture);
     Felt& felt = out[i];
     felt = {};
-    if (!is_identity(mounted)) k = seen_in(mounted, k);
+    if (is_mounted) k = seen_in(chain.poses[pose].instrument_from_fixture, k);
     felt.rate = k.rate;
     felt.angular_acceleration = k.acceleration;
     felt.specific_force = k.specific_force;

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/core/message_in.hpp"
 #include "tumble/report/figure.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/serve/routes/archive.hpp"
 
@@ -38,12 +40,67 @@ Json json_of(const Table& table) {
   return json;
 }
 
-Json json_of(const Estimate& estimate, Language language) {
+/// Where the points of a series lead: "result" with its SHA-256, or "unit"; null for a point that leads nowhere.
+struct Links {
+  const Table* table;
+  std::map<std::int64_t, std::string> results;
+
+  Links(const Archive& archive, const Estimate& estimate) : table(find_table(estimate, "links")) {
+    std::vector<std::int64_t> numbers;
+    if (table == nullptr || table->rows.size() > most_links) return;
+    for (const auto& row : table->rows)
+      if (const auto& number = std::get<std::string>(row[4]); !number.empty()) numbers.push_back(std::stoll(number));
+    results = sha256_by_number(archive, numbers);
+  }
+
+  /// Given: the axes of the figure, in whose units the points are.
+  Json of(const Figure& figure, const Figure::Series& series) const {
+    Json links = Json::array();
+    if (table == nullptr || table->rows.size() > most_links || !series.points) return links;
+    std::map<std::pair<double, double>, const std::vector<Table::Cell>*> row_at;
+    for (const auto& row : table->rows)
+      if (readable_name(std::get<std::string>(row[0])) == series.name)
+        row_at[{figure.x.unit.from_si(std::get<double>(row[1])), figure.y.unit.from_si(std::get<double>(row[2]))}] =
+            &row;
+    if (row_at.empty()) return links;
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      const auto found = row_at.find({series.x[i], series.y[i]});
+      links.push_back(found == row_at.end() ? Json() : link_of(*found->second));
+    }
+    return links;
+  }
+
+  Json link_of(const std::vector<Table::Cell>& row) const {
+    const auto& unit = std::get<std::string>(row[3]);
+    const auto& number = std::get<std::string>(row[4]);
+    if (number.empty()) return {{"unit", unit}, {"result", ""}};
+    const auto found = results.find(std::stoll(number));
+    return {{"unit", unit}, {"result", found == results.end() ? "" : found->second}};
+  }
+
+  static constexpr std::size_t most_links = 5000;
+};
+
+/// The figures as pages draw them, with their drawing, numbers and links.
+Json figures_with_links(const Archive& archive, const Estimate& estimate) {
+  const Links links(archive, estimate);
+  const auto figures = figures_of(estimate);
+  Json described = Json::parse(to_json(figures));
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    described[i]["svg"] = to_svg(figures[i]);
+    described[i]["csv"] = to_csv(figures[i]);
+    for (std::size_t k = 0; k < figures[i].series.size(); ++k)
+      if (auto of = links.of(figures[i], figures[i].series[k]); !of.empty()) described[i]["series"][k]["links"] = of;
+  }
+  return described;
+}
+
+Json json_of(const Archive& archive, const Estimate& estimate, Language language) {
   Json json{{"title", estimate.title},
             {"parameters", Json::array()},
             {"tables", Json::array()},
             {"findings", Json::array()},
-            {"figures", Json::array()}};
+            {"figures", figures_with_links(archive, estimate)}};
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     const auto& parameter = estimate.parameters[i];
     json["parameters"].push_back({{"name", parameter.name},
@@ -57,8 +114,6 @@ Json json_of(const Estimate& estimate, Language language) {
   for (const auto& finding : estimate.findings)
     json["findings"].push_back({{"severity", severities[static_cast<std::size_t>(finding.severity)]},
                                 {"message", message_in(language, finding)}});
-  for (const auto& figure : figures_of(estimate))
-    json["figures"].push_back({{"name", figure.name}, {"svg", to_svg(figure)}, {"notes", figure.notes}});
   return json;
 }
 
@@ -96,14 +151,16 @@ HttpResponse chart(Context& context, const HttpRequest& request) {
   const auto kind = required(request, "kind");
   const Language language = language_asked(request);
   if (kind == "chart")
-    return json_response(json_of(
-        chart_of_archive(archive, {.what = what, .every_day = optional(request, "every_day") == "1"}), language));
+    return json_response(
+        json_of(archive, chart_of_archive(archive, {.what = what, .every_day = optional(request, "every_day") == "1"}),
+                language));
   const Unit unit = parameter_over_units(archive, what.parameter, what.model, what.unit).shown;
   if (kind == "drift")
-    return json_response(json_of(drift_of_unit(archive, {.what = what, .limits = limits_in(request, unit)}), language));
+    return json_response(
+        json_of(archive, drift_of_unit(archive, {.what = what, .limits = limits_in(request, unit)}), language));
   if (kind == "summary")
     return json_response(
-        json_of(summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)}), language));
+        json_of(archive, summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)}), language));
   throw Error{Error::Kind::bad_input, fmt::format("'kind' is chart, drift or summary, not '{}'", kind)};
 }
 

@@ -118,6 +118,23 @@ HttpResponse convert_to(Context& context, const HttpRequest& request) {
   return started(context, std::move(job));
 }
 
+/// The error model of a result subtracted from a recording of the folder, and what that did as a result to look at.
+HttpResponse compensate_recording(Context& context, const HttpRequest& request) {
+  const Json body = body_of(request);
+  const auto result = member<std::string>(body, "result", ""), file = member<std::string>(body, "recording", "");
+  const auto plan = member<std::string>(body, "plan", "");
+  Job::Step step{
+      "compensate", existing(context, result),   existing(context, file), "--quiet", "-o", "{folder}/compensated.h5",
+      "--save",     "{folder}/compensation.json"};
+  if (!plan.empty()) step.insert(step.end(), {"--plan", existing(context, plan)});
+  add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
+  Job job;
+  job.kind = "compensate";
+  job.title = fmt::format("{}: {}", fs::path(result).filename().string(), file);
+  job.steps = {step};
+  return started(context, std::move(job));
+}
+
 HttpResponse list_jobs(Context& context, const HttpRequest& request) {
   const auto latest = context.feed.latest();  // before the jobs: what changes in between comes as an event
   Json jobs = Json::array();
@@ -188,6 +205,7 @@ std::vector<Route> job_routes() {
           {.method = "POST", .path = "/api/jobs/identify", .answer = identify, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/noise", .answer = noise, .body_limit = small},
           {.method = "POST", .path = "/api/jobs/convert", .answer = convert_to, .body_limit = small},
+          {.method = "POST", .path = "/api/jobs/compensate", .answer = compensate_recording, .body_limit = small},
           {"GET", "/api/events", events}};
 }
 

@@ -76,7 +76,9 @@ Listing list_folder(const Context& context) {
     }
     const bool recording_folder = folder && !link && is_recording_folder(path);
     if (recording_folder) place.disable_recursion_pending();
-    if (!recording_folder && (!place->is_regular_file(failed) || !has_extension_of_recording(path))) continue;
+    if (!recording_folder &&
+        (!place->is_regular_file(failed) || (!has_extension_of_recording(path) && !is_live(path))))
+      continue;
     if (link) try {
         inside(context.options.folder, name);
       } catch (const Error&) {
@@ -126,6 +128,7 @@ void describe(const RecordingState& state, Json& entry) {
   entry["channels"] = channels;
   entry["samples"] = samples;
   entry["duration"] = duration_of(pyramid);
+  if (const auto& live = state.prepared->live) entry["live"] = {{"going_on", live->going_on}};
   if (!state.prepared->inspection.empty()) entry["warnings"] = serious_findings(state.prepared->inspection);
 }
 
@@ -192,6 +195,12 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   answer["channels"] = channels;
   answer["marks"] = marks_of(pyramid, last);
   answer["meta"] = pyramid.header().meta;
+  if (const auto& live = state.prepared->live) {
+    const fs::path target = fs::path(file).parent_path() / (live->target.empty() ? "recording.h5" : live->target);
+    answer["live"] = {{"going_on", live->going_on},
+                      {"behind", live->behind},
+                      {"target", target.lexically_normal().generic_string()}};
+  }
   const Json inspection = Json::parse(state.prepared->inspection, nullptr, false);
   answer["findings"] = inspection.is_object()
                            ? findings_in(language_asked(request), inspection.value("findings", Json::array()))

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/methods/method.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/parameter_rows.hpp"
@@ -14,8 +15,6 @@
 
 namespace tumble::routes {
 namespace {
-
-constexpr std::size_t most_correlated = 60;
 
 const char* word_of(Verdict::Outcome outcome) {
   switch (outcome) {
@@ -103,22 +102,6 @@ Json verdicts_of(const Estimate& estimate, Language language) {
   return all;
 }
 
-Json correlation_of_result(const Estimate& estimate) {
-  const auto count = estimate.parameters.size();
-  if (count < 2 || count > most_correlated) return nullptr;
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < count; ++i) {
-    Json row = Json::array();
-    for (std::size_t j = 0; j <= i; ++j) {
-      const double of = std::sqrt(estimate.covariance(i, i) * estimate.covariance(j, j));
-      const double r = i == j ? 1.0 : estimate.covariance(i, j) / of;
-      row.push_back(std::isfinite(r) ? Json(std::round(1000.0 * r) / 1000.0) : Json());
-    }
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 Json provenance_of(const Provenance& provenance) {
   Json inputs = Json::array(), plans = Json::array();
   for (const auto& input : provenance.inputs) inputs.push_back({{"file", input.file}, {"sha256", input.sha256}});
@@ -175,6 +158,13 @@ Json texts_of_units(const std::vector<NamedResult>& results, const Figure& figur
   return texts;
 }
 
+/// Whether the result has an error model that can be subtracted from a recording.
+bool compensates(const Estimate& estimate) {
+  const auto& methods = method_catalogue();
+  const auto found = std::ranges::find(methods, estimate.method, [](const Method* method) { return method->name; });
+  return found != methods.end() && (*found)->compensate && !estimate.parameters.empty();
+}
+
 }  // namespace
 
 void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
@@ -215,7 +205,9 @@ Json json_of_result(const Estimate& estimate, Language language) {
               {"parameters", parameters_of(estimate, budget)},
               {"findings", findings_in(language, Json::parse(to_json(estimate.findings)))},
               {"figures", figures},
-              {"correlation", correlation_of_result(estimate)},
+              {"correlation", correlation_json(estimate)},
+              {"covariance", covariance_json(estimate)},
+              {"compensates", compensates(estimate)},
               {"provenance", provenance_of(estimate.provenance)}};
   if (estimate.prior && estimate.prior->with_prior) {
     Estimate none = *estimate.prior->with_prior;

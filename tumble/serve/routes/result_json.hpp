@@ -12,6 +12,13 @@ namespace tumble::routes {
 /// another dimension.
 void show_in_units(const std::vector<std::string>& units, Estimate& estimate);
 
+/// The lower triangle of the correlations, three digits after the point; null for one parameter and for more than 60.
+Json correlation_json(const Estimate& estimate);
+/// The lower triangle of the covariances as texts, in the units that are shown, row times column; null as before.
+Json covariance_json(const Estimate& estimate);
+/// The whole matrix for a spreadsheet, 12 digits; a cell is empty where there is no number.
+std::string matrix_csv(const Estimate& estimate, bool correlation);
+
 /// A result as a page shows it: texts of values, shares of the budget, correlation, provenance.
 Json json_of_result(const Estimate& estimate, Language language);
 

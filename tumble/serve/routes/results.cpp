@@ -114,6 +114,20 @@ HttpResponse result_csv(Context& context, const HttpRequest& request) {
   return response;
 }
 
+/// Covariance or correlation, in the units that are asked.
+HttpResponse result_matrix(Context& context, const HttpRequest& request) {
+  const auto kind = required(request, "kind");
+  if (kind != "covariance" && kind != "correlation")
+    throw Error{Error::Kind::bad_input, "'kind' is covariance or correlation, not '" + kind + "'"};
+  Estimate estimate = *result_of(context, request);
+  show_in_units(all_of(request, "unit"), estimate);
+  HttpResponse response;
+  response.type = "text/csv; charset=utf-8";
+  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + kind + ".csv\"");
+  response.body = matrix_csv(estimate, kind == "correlation");
+  return response;
+}
+
 /// The report, in a sandbox: it cannot ask the server as the user can.
 HttpResponse result_page(Context& context, const HttpRequest& request) {
   HttpResponse response;
@@ -145,10 +159,11 @@ HttpResponse compare_results(Context& context, const HttpRequest& request) {
 }  // namespace
 
 std::vector<Route> result_routes() {
-  return {{"GET", "/api/results", list_results},          {"GET", "/api/result", one_result},
-          {"GET", "/api/result/figures", result_figures}, {"GET", "/api/result/figure.svg", result_svg},
-          {"GET", "/api/result/figure.csv", result_csv},  {"GET", "/api/result/page", result_page},
-          {"GET", "/api/result/file", result_file},       {"GET", "/api/results/compare", compare_results}};
+  return {{"GET", "/api/results", list_results},           {"GET", "/api/result", one_result},
+          {"GET", "/api/result/figures", result_figures},  {"GET", "/api/result/figure.svg", result_svg},
+          {"GET", "/api/result/figure.csv", result_csv},   {"GET", "/api/result/matrix.csv", result_matrix},
+          {"GET", "/api/result/page", result_page},        {"GET", "/api/result/file", result_file},
+          {"GET", "/api/results/compare", compare_results}};
 }
 
 }  // namespace tumble::routes

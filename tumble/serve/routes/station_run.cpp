@@ -1,6 +1,12 @@
 // One run: its state, what happens, and orders.
+#include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
+#include "tumble/report/figure.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/report/typeset.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/station.hpp"
 #include "tumble/station/run_desk.hpp"
@@ -46,6 +52,35 @@ HttpResponse run_events(Context& context, const HttpRequest& request) {
   return response;
 }
 
+Json style_json(std::size_t series) {
+  const auto style = style_of_series(series);
+  return {{"colour", style.colour}, {"dark", style.dark}, {"dashes", style.dashes}};
+}
+
+/// The standard uncertainties that the plan of a run will have reached at its end; 202 until they are known. A plan
+/// whose method has no prediction has no rows. With the styles of the estimate and of this line.
+HttpResponse run_predicted(Context& context, const HttpRequest& request) {
+  const auto folder = folder_of_run(context, request), path = folder + "/plan.toml";
+  Json rows = Json::array();
+  if (fs::exists(path)) {
+    std::ifstream stream(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    const auto answer = context.predictions.ask("run " + folder, {{text, path}}).front();
+    if (!answer.ready) return json_response({{"ready", false}, {"rows", rows}}, 202);
+    for (std::size_t i = 0; answer.estimate && i < answer.estimate->parameters.size(); ++i) {
+      const auto& parameter = answer.estimate->parameters[i];
+      const double sd = standard_uncertainty(*answer.estimate, i);
+      if (!std::isfinite(sd)) continue;
+      const double shown = parameter.unit.difference_from_si(sd);
+      rows.push_back({{"name", parameter.name},
+                      {"unit", parameter.unit.text()},
+                      {"sd", shown},
+                      {"text", number_in_characters(general(shown, 3))}});
+    }
+  }
+  return json_response({{"ready", true}, {"rows", rows}, {"styles", {style_json(0), style_json(1)}}});
+}
+
 /// Pause, resume, stop, abort, or the answer to a question. The run itself says whether it takes it.
 HttpResponse run_order(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
@@ -71,6 +106,7 @@ std::vector<Route> station_run_routes() {
   constexpr std::uint64_t small = 1 << 16;
   return {{"GET", "/api/station/run", run_state},
           {"GET", "/api/station/run/events", run_events},
+          {"GET", "/api/station/run/predicted", run_predicted},
           {.method = "POST", .path = "/api/station/order", .answer = run_order, .body_limit = small}};
 }
 

@@ -79,7 +79,8 @@ Json json_of(const RunView& view, double speed) {
                          {"unit", estimate.unit.text()},
                          {"text", with_uncertainty(value, sd)},
                          {"low", drawn(value - sd)},
-                         {"high", drawn(value + sd)}});
+                         {"high", drawn(value + sd)},
+                         {"sd", drawn(sd)}});
   }
   Json json{{"time", drawn(view.time)},
             {"time_text", hours_text(view.time)},
@@ -116,7 +117,8 @@ Json json_of(const EstimateHistory& history) {
   for (const auto& curve : history.curves()) {
     Json points = Json::array();
     for (const auto& point : curve.points)
-      points.push_back({drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd)});
+      points.push_back(
+          {drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd), drawn(point.sd)});
     list.push_back({{"slot", curve.slot}, {"name", curve.name}, {"unit", curve.unit}, {"points", points}});
   }
   return list;

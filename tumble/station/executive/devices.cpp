@@ -240,6 +240,20 @@ void check_timeouts(Turn& turn) {
   }
 }
 
+void forgive(Turn& turn, double overslept) {
+  turn.note("late", fmt::format("nobody looked at the rig for {:.3g} s: this program was stopped, or the machine was "
+                                "busy; that time is no silence of the devices",
+                                overslept));
+  for (auto& device : turn.state.devices) {
+    device.heard += overslept, device.due += overslept;
+    for (auto& one : device.set_points) one.due += overslept;
+  }
+  for (auto& [name, channel] : turn.state.channels) channel.time += overslept;
+  for (auto& command : turn.state.safe) command.sent_at += overslept;  // what was read before it stays before it
+  for (auto& stream : turn.state.streams) stream.due += overslept;
+  turn.state.settle_by += overslept;
+}
+
 void send_waiting(Turn& turn) {
   for (std::size_t i = 0; i < turn.state.devices.size(); ++i) {
     auto& progress = turn.state.devices[i];

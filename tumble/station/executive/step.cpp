@@ -7,7 +7,8 @@ namespace tumble {
 namespace executive {
 namespace {
 
-constexpr int most_changes = 100;  ///< of the phase in one step
+constexpr int most_changes = 100;       ///< of the phase in one step
+constexpr double usual_lateness = 1.0;  ///< [s] of a tick
 
 void take(Turn&, const Tick&) {}
 void take(Turn& turn, const DeviceReply& event) { take_reply(turn, event); }
@@ -69,13 +70,15 @@ void wake(Turn& turn) {
 
 ExecutiveState step(ExecutiveState state, const RunEvent& event, std::vector<RunAction>& actions) {
   state.now = std::max(state.now, event.time);
-  if (state.wake && state.now >= *state.wake) state.wake.reset();
+  const double late = state.wake ? state.now - *state.wake : 0.0;
+  if (late >= 0.0) state.wake.reset();
   const auto course = state.course;
   executive::Turn turn{state, *course, actions};
   if (is_end(state.phase)) {
     if (const auto* answer = std::get_if<PromptAnswer>(&event.what)) executive::take_answer(turn, *answer);
     return state;
   }
+  if (late > executive::usual_lateness) executive::forgive(turn, late);
   std::visit([&](const auto& what) { executive::take(turn, what); }, event.what);
   if (state.phase != RunPhase::idle) {
     executive::advance(turn, event.more);

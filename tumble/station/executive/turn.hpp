@@ -63,6 +63,8 @@ void take_reply(Turn& turn, const DeviceReply& reply);
 void take_lost(Turn& turn, const LinkLost& lost);
 void take_up(Turn& turn, const LinkUp& up);
 void check_timeouts(Turn& turn);
+/// What had to happen while nobody looked has that time [s] longer.
+void forgive(Turn& turn, double overslept);
 void send_waiting(Turn& turn);
 
 /// [s] in which the verb must be answered.

@@ -35,7 +35,7 @@ Connection::~Connection() {
 }
 
 Loop::~Loop() {
-  for (const Shared& link : links_) close(link->number);
+  for (std::size_t number = 0; number < links_.size(); ++number) close(number);
   for (const auto& door : doors_) {
     Code ignored;
     door->close(ignored);
@@ -106,15 +106,15 @@ void Loop::lose(const Shared& link, const std::string& reason) {
 
 void Loop::close(std::size_t number) {
   if (!is_up(number)) return;
-  Connection& link = *links_[number];
-  link.up = false;
-  if (link.silence_timer) link.silence_timer->cancel();
+  const Shared link = std::move(links_[number]);  // it ends with what is under way
+  link->up = false;
+  if (link->silence_timer) link->silence_timer->cancel();
   std::visit(
       [](auto& stream) {
         Code ignored;
         stream.close(ignored);
       },
-      link.stream);
+      link->stream);
 }
 
 void Loop::send(std::size_t link, std::string_view bytes) {

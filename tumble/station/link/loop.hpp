@@ -59,7 +59,7 @@ class Loop {
   std::size_t unsent(std::size_t link) const;
   void close(std::size_t link);
   std::string peer(std::size_t link) const;
-  bool is_up(std::size_t link) const { return link < links_.size() && links_[link]->up; }
+  bool is_up(std::size_t link) const { return link < links_.size() && links_[link] && links_[link]->up; }
   std::vector<LinkEvent> wait(double seconds);  ///< at most so many [s]
   void wake();
 
@@ -74,7 +74,7 @@ class Loop {
 
   asio::io_context context_;
   std::function<double()> clock_;
-  std::vector<Shared> links_;
+  std::vector<Shared> links_;  ///< by number; null: it was closed
   std::vector<std::shared_ptr<Tcp::acceptor>> doors_;
   std::vector<LinkEvent> events_;
   bool woken_ = false;

@@ -64,6 +64,14 @@ std::optional<RunEnding> ExecutiveBench::run(double until) {
   return ended ? std::optional(ended->ending) : std::nullopt;
 }
 
+void ExecutiveBench::sleep(double until) {
+  std::vector<Scheduled> arrived;
+  for (; !events_.empty() && events_.top().time <= until; events_.pop()) arrived.push_back(events_.top());
+  wake_.reset();
+  for (std::size_t i = 0; i < arrived.size(); ++i) take({until, arrived[i].what, i + 1 < arrived.size()});
+  if (arrived.empty()) take({until, Tick{}});
+}
+
 void ExecutiveBench::take(const RunEvent& event) {
   move(event.time);
   std::vector<RunAction> actions;

@@ -47,6 +47,8 @@ class ExecutiveBench {
   Answering answering;
   /// Runs until the end, or until that time. Returned: how it ended.
   std::optional<RunEnding> run(double until);
+  /// Nothing is looked at until that time [s]; then all that has arrived comes in one list.
+  void sleep(double until);
 
   ExecutiveState state;
   struct Asked {

@@ -174,12 +174,17 @@ std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<F
 }
 
 Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& outputs) {
+  std::vector<TermProblem> problems;
+  for (const auto& output : outputs)
+    if (!output.problem.columns.empty()) problems.push_back(output.problem);
+  if (problems.empty()) return {};
   Estimate whole;
+  auto parts = predict_terms(plan, problems);
+  std::size_t next = 0;
   for (const auto& output : outputs) {
     if (output.problem.columns.empty()) continue;
-    auto part = predict_terms(plan, output.problem);
-    describe(output, part);
-    append(whole, part);
+    describe(output, parts[next]);
+    append(whole, parts[next++]);
   }
   gather_small(whole);
   return whole;

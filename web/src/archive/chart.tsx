@@ -1,7 +1,12 @@
 // A parameter over time or over units: control charts, drift, summary. All numbers, texts and drawings are the server's.
+import { useState } from "preact/hooks";
+import type { Figure, Link } from "../results/answers";
+import { FigureView } from "../results/figure";
+import type { Zoom } from "../results/view";
+import "../results/results.css";
 import { query, show } from "../route";
 import { language, t } from "../texts";
-import { addressIn, enter, useAnswer } from "./answer";
+import { addressIn, enter, short, useAnswer } from "./answer";
 
 interface Column {
   name: string;
@@ -14,18 +19,36 @@ interface Chart {
   parameters: { name: string; description: string; text: string; interval: string }[];
   tables: { name: string; caption: string; columns: Column[]; cells: string[][] }[];
   findings: { severity: "info" | "warning" | "error"; message: string }[];
-  figures: { name: string; svg: string; notes: string[] }[];
+  figures: (Figure & { svg: string; csv: string })[];
 }
 
 const MOST_ROWS = 200;
 
-function Figure({ figure }: { figure: Chart["figures"][number] }) {
-  const address = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(figure.svg);
+const asData = (type: string, text: string): string => `data:${type};charset=utf-8,${encodeURIComponent(text)}`;
+
+/// A point of a chart is a result, or a unit.
+function seenOf(link: Link): Record<string, string> {
+  return link.result ? { kept: link.result, unit: link.unit } : { unit: link.unit };
+}
+
+const linksOfPoints = {
+  addressOf: (link: Link) => ({ href: addressIn(seenOf(link)), name: link.result ? t("archive_point", { result: short(link.result), unit: link.unit }) : link.unit }),
+  follow: (event: MouseEvent, link: Link) => enter(event, seenOf(link)),
+};
+
+function ChartFigure({ figure }: { figure: Chart["figures"][number] }) {
+  const [hidden, setHidden] = useState<number[]>([]);
+  const [zoom, setZoom] = useState<Zoom | null>(null);
+  const hide = (series: number) => setHidden(hidden.includes(series) ? hidden.filter((one) => one !== series) : [...hidden, series]);
   return (
-    <figure class="chart">
-      <img class="figure" src={address} alt={figure.name} />
-      <figcaption>{figure.name} <a href={address} download={`${figure.name}.svg`}>SVG</a>{figure.notes.map((note) => <span key={note}> {note}</span>)}</figcaption>
-    </figure>
+    <div class="chart">
+      <FigureView figure={figure} hidden={hidden} zoom={zoom} links={linksOfPoints} onHide={hide} onZoom={setZoom}
+        drawing={asData("image/svg+xml", figure.svg)} />
+      <p class="form-row">
+        <a class="button" href={asData("image/svg+xml", figure.svg)} download={`${figure.name}.svg`} aria-label={`SVG: ${figure.name}`}>SVG</a>
+        <a class="button" href={asData("text/csv", figure.csv)} download={`${figure.name}.csv`} aria-label={`CSV: ${figure.name}`}>CSV</a>
+      </p>
+    </div>
   );
 }
 
@@ -99,7 +122,7 @@ export function ChartPage() {
           <ul class="findings">
             {body.findings.map((one) => <li key={one.message} class={one.severity}><span class="sign">{one.severity === "info" ? "ℹ" : "⚠"}</span> {one.message}</li>)}
           </ul>
-          {body.figures.map((figure) => <Figure key={figure.name} figure={figure} />)}
+          {body.figures.map((figure) => <ChartFigure key={figure.name} figure={figure} />)}
           <dl class="about" data-testid="numbers">
             {body.parameters.map((one) => <div key={one.name}><dt title={one.description}>{one.name}</dt><dd>{one.text} <span class="hint">{one.interval}</span></dd></div>)}
           </dl>

@@ -293,9 +293,9 @@ export function Inspector({ recording, channels }: { recording: Recording; chann
     <aside class="inspector" aria-label={t("inspector")}>
       <Statistics recording={recording} channels={channels} />
       <Cursors recording={recording} channels={channels} />
-      <Findings recording={recording} />
-      <Noise recording={recording} channels={channels} />
-      <Identify recording={recording} />
+      {!recording.live && <Findings recording={recording} />}
+      {!recording.live && <Noise recording={recording} channels={channels} />}
+      {!recording.live && <Identify recording={recording} />}
       <About recording={recording} />
     </aside>
   );

@@ -1,9 +1,10 @@
 // One recording: overview, segments, stacked channels, and beside them what is known of the span.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { useComputed, useSignalEffect } from "@preact/signals";
-import { Channel, get, Mark, problemsOf, Recording } from "../api";
+import { batch, useComputed, useSignalEffect } from "@preact/signals";
+import { Channel, get, Mark, Problem, problemsOf, Recording } from "../api";
 import { Inspector } from "./inspector";
 import { jobs, listing } from "../jobs";
+import { follow, Live, LOOK_EVERY } from "./live";
 import { look, pan, pointed, pressKey, seen, setCursor, whole, zoom } from "./navigate";
 import { Drawn, GUTTER, Plot } from "./plot";
 import { cursors, hidden, selection, sets, span, units } from "./view";
@@ -178,6 +179,7 @@ function Opened({ recording }: { recording: Recording }) {
     const query = spanQuery(recording, shown, now.from, now.to);
     query.set("pixels", String(pixels));
     query.set("tag", recording.tag);
+    if (recording.live) query.set("last", String(recording.last));
     if (shown.length > 0) showSpan({ query: query.toString(), channels: names });
   });
   const first = shown[0];
@@ -187,7 +189,7 @@ function Opened({ recording }: { recording: Recording }) {
     query.set("pixels", "1200");
     query.set("tag", recording.tag);
     void showOverview(query.toString());
-  }, [recording.tag, first?.name, first && units.value[first.name]]);
+  }, [recording.tag, recording.live && recording.last, first?.name, first && units.value[first.name]]);
 
   const drawn: Drawn = { span: now, selection: selection.value, cursors: cursors.value, marks: recording.marks, findings };
   const view = first && views.value[first.name];
@@ -201,7 +203,7 @@ function Opened({ recording }: { recording: Recording }) {
           <span>{duration(all.to - all.from)}</span>
           <span>{t("channels_count", { count: recording.channels.length })}</span>
           <span>{t("samples_count", { count: count(Math.max(0, ...recording.channels.map((channel) => channel.samples))) })}</span>
-          {recording.findings === null ? (
+          {recording.live ? null : recording.findings === null ? (
             <span>{t(recording.problems ? "cannot_be_checked" : "being_checked")}</span>
           ) : (
             <span class={findings.length > 0 ? "badge warning" : "badge good"}>
@@ -209,6 +211,7 @@ function Opened({ recording }: { recording: Recording }) {
             </span>
           )}
         </p>
+        {recording.live && <Live recording={recording} />}
       </header>
       <div class="columns">
         <div class="stack" ref={rows}>
@@ -253,14 +256,22 @@ function Opened({ recording }: { recording: Recording }) {
 export function RecordingPage({ file }: { file: string }) {
   const [recording, setRecording] = useState<Recording | null>(null);
   const [failed, setFailed] = useState<string[]>([]);
+  const latest = useRef<Recording | null>(null);
   const asked = useComputed(() => fileQuery(file).toString());
+  const again = (before: Recording, ended: boolean) =>
+    setRecording((latest.current = { ...before, live: { ...before.live!, going_on: before.live!.going_on && !ended } }));
   const refreshed = async () => {
     try {
       const { status, body } = await get<Recording>(`/api/recording?${asked.value}&language=${language.value}`);
       setFailed([]);
-      setRecording(status === 200 ? body : null);
+      const found = status === 200 ? body : null;
+      if (found?.live) batch(() => follow(latest.current, found));
+      setRecording((latest.current = found));
     } catch (error) {
-      setRecording(null);
+      const before = latest.current;
+      // Sealed and removed; or the server cannot be reached, and is asked again.
+      if (before?.live && before.name === file) return again(before, (error as Problem).status === 404);
+      setRecording((latest.current = null));
       setFailed(problemsOf(error));
     }
   };
@@ -269,14 +280,24 @@ export function RecordingPage({ file }: { file: string }) {
     const preparing = Object.values(jobs.value).filter((job) => job.kind === "prepare");
     return preparing.map((job) => job.id + job.state).join() + listing.value;
   });
-  const done = recording !== null && (recording.findings !== null || recording.problems !== undefined);
+  // A view that is refused: the file may have been replaced, or removed.
+  useSignalEffect(() => {
+    if (viewProblems.value.length > 0 && latest.current && !latest.current.live) void refreshed();
+  });
+  // A run that was stopped may be carried on.
+  useEffect(() => {
+    if (!recording?.live) return;
+    const timer = setTimeout(refreshed, recording.live.behind ? 0 : recording.live.going_on ? LOOK_EVERY : 4 * LOOK_EVERY);
+    return () => clearTimeout(timer);
+  }, [recording]);
+  const done = recording !== null && (recording.live !== undefined || recording.findings !== null || recording.problems !== undefined);
   useSignalEffect(() => {
     void asked.value;
     void state.value;
     if (!done || failed.length > 0) void refreshed();
   });
   useEffect(() => {
-    setRecording(null);
+    setRecording((latest.current = null));
     void refreshed();
   }, [asked.value]);
   const spoken = useRef(language.value);

@@ -19,6 +19,7 @@ interface Sending {
 
 function State({ recording }: { recording: ListedRecording }) {
   if (recording.problems) return <span class="badge error" title={recording.problems.join("\n")}>✖ {t("cannot_be_read")}</span>;
+  if (recording.live) return <span class={recording.live.going_on ? "badge going-on" : "badge"}>{t(recording.live.going_on ? "live_badge" : "live_badge_ended")}</span>;
   if (recording.job) return <span class="badge">{t("being_read")}</span>;
   if (recording.warnings === undefined) return <span class="badge">{recording.channels ? t("being_checked") : t("open_to_see")}</span>;
   if (recording.warnings > 0) return <span class="badge warning">⚠ {t("findings_count", { count: recording.warnings })}</span>;

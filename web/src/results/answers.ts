@@ -58,6 +58,8 @@ export interface Result {
   findings: Finding[];
   figures: string[];
   correlation: (number | null)[][] | null;
+  covariance: (string | null)[][] | null;
+  compensates: boolean;
   provenance: {
     inputs: { file: string; sha256: string }[];
     plans: { file: string; sha256: string; text: string }[];
@@ -84,6 +86,24 @@ export interface Series {
   band?: string;
   lower?: (number | null)[];
   upper?: (number | null)[];
+  /// On the axis z of the figure: shown by the colour of each point.
+  z?: (number | null)[];
+  /// Where each point leads; null: nowhere.
+  links?: (Link | null)[];
+}
+
+export interface Link {
+  unit: string;
+  result: string;
+}
+
+/// What colours mean: from `low` to `high`, with ticks at 0 to 1.
+export interface Scale extends Axis {
+  title: string;
+  low: number;
+  high: number;
+  colours: string[];
+  ticks: { at: number; label: string }[];
 }
 
 export interface Figure {
@@ -92,6 +112,9 @@ export interface Figure {
   y: Axis;
   series: Series[];
   notes: string[];
+  z?: Scale;
+  /// Edges of columns and rows, and the value of each cell, row after row.
+  map?: { x: number[]; y: number[]; values: (number | null)[] };
 }
 
 export interface Compared {

@@ -2,7 +2,9 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
 import { t } from "../texts";
-import type { Axis, Figure, Series } from "./answers";
+import type { Axis, Figure, Link, Series } from "./answers";
+import { drawCells, drawColouredPoints, inPlot, ScaleBar, valueAt } from "./colours";
+import { linkedPoints, PointLinks } from "./point_links";
 import type { Zoom } from "./view";
 
 interface Props {
@@ -11,6 +13,8 @@ interface Props {
   zoom: Zoom | null;
   /// Texts of the numbers of x, where these are numbers of results.
   names?: string[];
+  /// Where points lead that have links.
+  links?: { addressOf: (link: Link) => { href: string; name: string }; follow: (event: MouseEvent, link: Link) => void };
   onHide: (series: number) => void;
   onZoom: (zoom: Zoom | null) => void;
 }
@@ -46,6 +50,9 @@ function data(figure: Figure): uPlot.AlignedData {
     const column = (values: (number | null)[]) => places.map((i) => values[i] ?? null);
     return [column(series.x), column(series.y), ...(series.lower ? [column(series.lower), column(series.upper!)] : [])];
   });
+  // The corners of a map are a series that is not drawn, so that the axes have room for its cells.
+  const { map } = figure;
+  if (map) tables.push([[map.x[0]!, map.x[map.x.length - 1]!], [map.y[0]!, map.y[map.y.length - 1]!]]);
   return uPlot.join(tables as uPlot.AlignedData[]);
 }
 
@@ -65,28 +72,25 @@ function pen(series: Series): string {
 
 /// Bars from the lower to the upper edge of the points.
 function drawBars(plot: uPlot, figure: Figure, columns: number[], hidden: number[]): void {
-  const { ctx, bbox } = plot;
-  ctx.save();
-  ctx.beginPath();
-  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-  ctx.clip();
-  figure.series.forEach((series, k) => {
-    if (!series.points || !series.lower || hidden.includes(k)) return;
-    ctx.strokeStyle = pen(series);
-    ctx.lineWidth = 1.2 * devicePixelRatio;
-    ctx.beginPath();
-    const [x, lower, upper] = [plot.data[0], plot.data[columns[k]! + 1]!, plot.data[columns[k]! + 2]!];
-    for (let i = 0; i < x.length; ++i) {
-      const low = lower[i], high = upper[i];
-      if (low === null || low === undefined || high === null || high === undefined) continue;
-      const at = plot.valToPos(x[i]!, "x", true);
-      const bottom = figure.y.logarithmic && low <= 0 ? bbox.top + bbox.height : plot.valToPos(low, "y", true);
-      ctx.moveTo(at, bottom);
-      ctx.lineTo(at, plot.valToPos(high, "y", true));
-    }
-    ctx.stroke();
+  const { bbox } = plot;
+  inPlot(plot, (ctx) => {
+    figure.series.forEach((series, k) => {
+      if (!series.points || !series.lower || hidden.includes(k)) return;
+      ctx.strokeStyle = pen(series);
+      ctx.lineWidth = 1.2 * devicePixelRatio;
+      ctx.beginPath();
+      const [x, lower, upper] = [plot.data[0], plot.data[columns[k]! + 1]!, plot.data[columns[k]! + 2]!];
+      for (let i = 0; i < x.length; ++i) {
+        const low = lower[i], high = upper[i];
+        if (low === null || low === undefined || high === null || high === undefined) continue;
+        const at = plot.valToPos(x[i]!, "x", true);
+        const bottom = figure.y.logarithmic && low <= 0 ? bbox.top + bbox.height : plot.valToPos(low, "y", true);
+        ctx.moveTo(at, bottom);
+        ctx.lineTo(at, plot.valToPos(high, "y", true));
+      }
+      ctx.stroke();
+    });
   });
-  ctx.restore();
 }
 
 function seriesOptions(figure: Figure, hidden: number[]): uPlot.Series[] {
@@ -95,10 +99,11 @@ function seriesOptions(figure: Figure, hidden: number[]): uPlot.Series[] {
     const show = !hidden.includes(k), stroke = () => pen(series);
     const dash = series.dashes ? series.dashes.split(" ").map(Number) : undefined;
     all.push(series.points
-      ? { show, stroke, paths: () => null, points: { show: true, size: 6, fill: stroke, stroke } }
+      ? { show, stroke, paths: () => null, points: { show: !series.z, size: 6, fill: stroke, stroke } }
       : { show, stroke, width: 1.6, dash, points: { show: false } });
     if (series.lower) for (let edge = 0; edge < 2; ++edge) all.push({ show, stroke: "transparent", width: 0, points: { show: false }, ...(series.points && { paths: () => null }) });
   });
+  if (figure.map) all.push({ stroke: "transparent", paths: () => null, points: { show: false } });
   return all;
 }
 
@@ -148,7 +153,13 @@ function options(props: () => Props, width: number): uPlot.Options {
     series: seriesOptions(figure, hidden),
     bands,
     hooks: {
-      draw: [(plot) => drawBars(plot, figure, columns, props().hidden)],
+      drawAxes: [(plot) => drawCells(plot, figure)],
+      draw: [
+        (plot) => {
+          drawBars(plot, figure, columns, props().hidden);
+          drawColouredPoints(plot, figure, props().hidden);
+        },
+      ],
       setSelect: [
         (plot) => {
           const { left, width: wide } = plot.select;
@@ -165,6 +176,8 @@ function Live(props: Props) {
   const latest = useRef(props);
   latest.current = props;
   const [theme, setTheme] = useState(dark.matches);
+  const [plot, setPlot] = useState<{ made: uPlot; width: number } | null>(null);
+  const [pointed, setPointed] = useState("");
   useEffect(() => {
     const changed = () => setTheme(dark.matches);
     dark.addEventListener("change", changed);
@@ -175,17 +188,44 @@ function Live(props: Props) {
     const made = new uPlot(options(() => latest.current, element.clientWidth || 600), data(props.figure), element);
     if (props.zoom) made.setScale("x", { min: props.zoom.from, max: props.zoom.to });
     element.dataset.drawn = "yes";
+    const seen = () => setPlot({ made, width: made.width });
+    seen();
+    if (props.figure.map) made.over.addEventListener("mousemove", () => setPointed(textAt(props.figure, made)));
     const resized = new ResizeObserver(() => {
       const width = element.clientWidth;
-      if (width > 0 && width !== made.width) made.setSize({ width, height: made.height });
+      if (width > 0 && width !== made.width) {
+        made.setSize({ width, height: made.height });
+        requestAnimationFrame(seen); // when it is drawn anew
+      }
     });
     resized.observe(element);
     return () => {
       resized.disconnect();
+      setPlot(null);
       made.destroy();
     };
   }, [props.figure, props.zoom, props.hidden.join(), theme]);
-  return <div class="figure-plot" ref={place} role="img" aria-label={t("results_plot_of", { y: props.figure.y.name, x: props.figure.x.name })} />;
+  const { figure, links } = props;
+  const points = links ? linkedPoints(figure, props.hidden) : [];
+  return (
+    <>
+      <div class="figure-frame">
+        <div class="figure-plot" ref={place} role="img" aria-label={t("results_plot_of", { y: figure.z?.name ?? figure.y.name, x: figure.x.name })} />
+        {plot && links && points.length > 0 && <PointLinks plot={plot.made} points={points} {...links} />}
+      </div>
+      {figure.z && <ScaleBar scale={figure.z} />}
+      {figure.map && <p class="hint pointed">{pointed || "\u00a0"}</p>}
+    </>
+  );
+}
+
+/// Place and value of the cell below the pointer.
+function textAt(figure: Figure, plot: uPlot): string {
+  const { left = -1, top = -1 } = plot.cursor;
+  if (left < 0 || top < 0) return "";
+  const x = plot.posToVal(left, "x"), y = plot.posToVal(top, "y"), value = valueAt(figure, x, y);
+  const part = (axis: Axis, number: number) => `${axis.name} ${Number(number.toPrecision(3))}${axis.unit === "1" ? "" : ` ${axis.unit}`}`;
+  return [part(figure.x, x), part(figure.y, y), ...(value === null ? [] : [part(figure.z!, value)])].join(", ").replace(/-/g, "−");
 }
 
 function Legend({ figure, hidden, onHide }: Props) {

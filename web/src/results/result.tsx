@@ -4,6 +4,7 @@ import { useMemo } from "preact/hooks";
 import { count, language, t } from "../texts";
 import { Figure, ListedResult, ParameterRow, Result, Split, useAnswer } from "./answers";
 import { Budget } from "./budget";
+import { Compensate } from "./compensate";
 import { Correlation } from "./correlation";
 import { FigureView } from "./figure";
 import { figure, hidden, openResults, RESULTS, showFigure, units, zoom } from "./view";
@@ -32,20 +33,22 @@ function Verdicts({ result }: { result: Result }) {
     <Section title={t("results_verdicts")} name="verdicts">
       {all.length === 0 && <p class="hint">{t("results_no_limits")}</p>}
       {all.length > 0 && (
-        <table class="plain-table">
-          <thead><tr>{["results_verdict", "results_parameter", "results_limit", "results_measured", "results_sd"].map((key) => <th scope="col" key={key}>{t(key)}</th>)}</tr></thead>
-          <tbody>
-            {all.map((one, i) => (
-              <tr key={i}>
-                <td><span class={`badge ${BADGE[one.outcome]}`}>{SIGN[one.outcome]} {t(`results_is_${one.outcome}`)}</span></td>
-                <th scope="row">{one.readable}</th>
-                <td>{one.limit}</td>
-                <td>{one.measured}</td>
-                <td>{one.sd}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("results_verdicts")}>
+          <table class="plain-table">
+            <thead><tr>{["results_verdict", "results_parameter", "results_limit", "results_measured", "results_sd"].map((key) => <th scope="col" key={key}>{t(key)}</th>)}</tr></thead>
+            <tbody>
+              {all.map((one, i) => (
+                <tr key={i}>
+                  <td><span class={`badge ${BADGE[one.outcome]}`}>{SIGN[one.outcome]} {t(`results_is_${one.outcome}`)}</span></td>
+                  <th scope="row">{one.readable}</th>
+                  <td>{one.limit}</td>
+                  <td>{one.measured}</td>
+                  <td>{one.sd}</td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        </div>
       )}
     </Section>
   );
@@ -235,12 +238,13 @@ export function ResultPage({ file }: { file: string }) {
           <Verdicts result={result} />
           <Figures file={file} result={result} />
           <Budget result={result} />
+          {result.compensates && <Compensate file={file} />}
         </div>
         <div>
-          <Parameters rows={result.parameters} title={t("results_parameters")} name="parameters" choose />
+          {result.parameters.length > 0 && <Parameters rows={result.parameters} title={t("results_parameters")} name="parameters" choose />}
           {result.with_prior && <Parameters rows={result.with_prior} title={t("results_with_prior")} name="with_prior" choose={false} />}
           <Findings findings={result.findings} />
-          <Correlation result={result} />
+          <Correlation file={file} result={result} />
           <Provenance result={result} />
         </div>
       </div>

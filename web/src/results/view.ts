@@ -20,6 +20,8 @@ export const zoom = signal<Zoom | null>(null);
 export const hidden = signal<number[]>([]);
 /// Whether the correlations are written as numbers.
 export const numbers = signal(false);
+/// Which matrix of the parameters is shown.
+export const matrix = signal<"correlation" | "covariance">("correlation");
 /// The parameter whose budget is open, or that is drawn over units.
 export const parameter = signal("");
 
@@ -37,6 +39,7 @@ function readView(query: URLSearchParams): void {
     zoom.value = from !== undefined && to !== undefined && to > from ? { from, to } : null;
     hidden.value = query.getAll("hide").map(Number).filter(Number.isInteger);
     numbers.value = query.get("numbers") === "1";
+    matrix.value = query.get("matrix") === "covariance" ? "covariance" : "correlation";
     parameter.value = query.get("parameter") ?? "";
   });
 }
@@ -54,6 +57,7 @@ const query = computed(() => {
   if (zoom.value) made.set("zoom", `${digits(zoom.value.from)},${digits(zoom.value.to)}`);
   for (const series of hidden.value) made.append("hide", String(series));
   if (numbers.value) made.set("numbers", "1");
+  if (matrix.value === "covariance") made.set("matrix", "covariance");
   if (parameter.value) made.set("parameter", parameter.value);
   return made;
 });

@@ -4,6 +4,7 @@ import type { ChannelView } from "../api";
 import { post, problemsOf } from "../api";
 import { Plot } from "../recordings/plot";
 import { duration, t } from "../texts";
+import { Convergence, predictedOf, usePredicted } from "./convergence";
 import { again, Bar, Happened, lostSince, Point, problems, Progress, Prompt, run, Run, View } from "./run_data";
 import { named, setWho, who } from "./who";
 
@@ -149,7 +150,7 @@ function Curve({ view, label }: { view: ChannelView; label: string }) {
   );
 }
 
-function Channels({ now, view }: { now: Run; view: View }) {
+function Channels({ name, now, view }: { name: string; now: Run; view: View }) {
   const [whole, setWhole] = useState(false);
   const bars: Bar[] = (whole ? now.curves?.whole : now.curves?.recent) ?? [];
   const times = bars.map((bar) => bar[0]);
@@ -157,6 +158,7 @@ function Channels({ now, view }: { now: Run; view: View }) {
     <section class="panel">
       <div class="panel-head">
         <h2>{t("channels")}</h2>
+        {now.alive && <a href={"/?file=" + encodeURIComponent(`${name}/live.samples`)}>{t("live_look")}</a>}
         <div role="group" aria-label={t("station_span")}>
           <button aria-pressed={!whole} onClick={() => setWhole(false)}>{t("station_recent")}</button>
           <button aria-pressed={whole} onClick={() => setWhole(true)}>{t("station_whole")}</button>
@@ -178,8 +180,9 @@ function Channels({ now, view }: { now: Run; view: View }) {
   );
 }
 
-function Estimates({ now, view }: { now: Run; view: View }) {
+function Estimates({ name, now, view }: { name: string; now: Run; view: View }) {
   const [chosen, setChosen] = useState(0);
+  const predicted = usePredicted(name);
   if (view.estimates.length === 0) return null;
   const curve = now.estimates[chosen] ?? now.estimates[0];
   const points: Point[] = curve?.points ?? [];
@@ -188,12 +191,12 @@ function Estimates({ now, view }: { now: Run; view: View }) {
       <h2>{t("station_estimate")}</h2>
       <div class="scroll">
         <table class="numbers" data-testid="estimates">
-          <thead><tr><th scope="col">{t("station_parameter")}</th><th scope="col">{t("station_value")}</th><th scope="col">{t("station_unit")}</th></tr></thead>
+          <thead><tr><th scope="col">{t("station_parameter")}</th><th scope="col">{t("station_value")}</th><th scope="col">{t("station_sd_predicted")}</th><th scope="col">{t("station_unit")}</th></tr></thead>
           <tbody>
             {view.estimates.map((one, i) => (
               <tr key={`${one.slot}.${one.name}`}>
                 <th scope="row"><button class="quiet" aria-pressed={i === chosen} onClick={() => setChosen(i)}>{Object.keys(now.facts.units).length > 1 ? `${one.slot}.` : ""}{one.name}</button></th>
-                <td>{one.text}</td><td>{one.unit}</td>
+                <td>{one.text}</td><td>{predictedOf(predicted, one.name, one.unit)?.text}</td><td>{one.unit}</td>
               </tr>
             ))}
           </tbody>
@@ -203,6 +206,7 @@ function Estimates({ now, view }: { now: Run; view: View }) {
         <Curve label={t("station_converging", { name: curve.name, unit: curve.unit })}
           view={drawn(points.map((one) => one[0]), points.map((one) => one[1]), points.map((one) => one[2]))} />
       )}
+      {curve && predicted && <Convergence name={curve.name} unit={curve.unit} points={points} predicted={predicted} />}
     </section>
   );
 }
@@ -303,8 +307,8 @@ export function RunPage({ name }: { name: string }) {
       )}
       {view && (
         <div class="station-columns">
-          <div><Axes view={view} /><Estimates now={now} view={view} /></div>
-          <Channels now={now} view={view} />
+          <div><Axes view={view} /><Estimates name={name} now={now} view={view} /></div>
+          <Channels name={name} now={now} view={view} />
         </div>
       )}
       <Log now={now} />

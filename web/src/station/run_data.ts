@@ -50,14 +50,14 @@ export interface View {
     low: number | null;
     high: number | null;
   }[];
-  estimates: { slot: string; name: string; unit: string; text: string; low: number | null; high: number | null }[];
+  estimates: { slot: string; name: string; unit: string; text: string; low: number | null; high: number | null; sd: number | null }[];
   prompt?: Prompt;
 }
 
 /// End of the bar, least and greatest of each channel.
 export type Bar = [number, (number | null)[], (number | null)[]];
-/// Time, estimate less and plus its standard uncertainty.
-export type Point = [number, number | null, number | null];
+/// Time, estimate less and plus its standard uncertainty, and this uncertainty.
+export type Point = [number, number | null, number | null, number | null];
 
 export interface Happened {
   id: number;
@@ -143,7 +143,7 @@ function take(view: View): void {
     const known = before.estimates.find((other) => other.slot === one.slot && other.name === one.name);
     const points = known?.points ?? [], end = points[points.length - 1];
     const same = end !== undefined && end[1] === one.low && end[2] === one.high;
-    const point: Point = [view.time, one.low, one.high];
+    const point: Point = [view.time, one.low, one.high, one.sd];
     return { slot: one.slot, name: one.name, unit: one.unit, points: same ? points : [...points, point] };
   });
   change({
