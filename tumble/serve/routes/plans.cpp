@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <filesystem>
 #include <mutex>
 
@@ -28,14 +27,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t most_plans = 1000;
 constexpr std::uint64_t longest_plan = 1'000'000;  ///< [bytes]
-
-double modified_of(const fs::path& path) {
-  std::error_code failed;
-  const auto time = fs::last_write_time(path, failed);
-  if (failed) return 0.0;
-  const auto system = std::chrono::file_clock::to_sys(time);
-  return std::chrono::duration<double>(system.time_since_epoch()).count();
-}
 
 /// What the list says of a file; null where it is no plan: it has neither a method nor a schedule.
 Json listed_plan(const std::string& name, const fs::path& path) {
