@@ -131,6 +131,43 @@ class Reading(unittest.TestCase):
         self.assertNotIn("±", text)
 
 
+def refusal(*arguments, **environment):
+    """What a command that is refused says on standard error, problem by problem, and its status."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
+    done = subprocess.run([PROGRAM, *map(str, arguments)], env={**kept, **environment}, capture_output=True, text=True,
+                          encoding="utf-8", check=False)
+    return done.stderr, done.returncode
+
+
+class Refusals(unittest.TestCase):
+    """What a newcomer meets first: no line of it is English, and the status is that of every language."""
+
+    SENTENCE = re.compile(r"[a-z]+(?: [a-z]+){3,}")
+
+    def test_first_errors(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "words.csv").write_text("time[s],gyro[deg/h]\n0,1\n1,two\n2,3\n")
+            (folder / "bare.csv").write_text("time[s],x\n0,1\n1,2\n")
+            (folder / "plan.toml").write_text('titel = "x"\n[instrument]\nrate = 1\n[site]\nlatitude = "3 m"\n')
+            for arguments in (["identfy"], ["list", "metods"], ["list", "methods", "alan"], ["list", "--jsn"], ["convert", "a", "b"],
+                              ["identify", "alan_noise", DATA], ["inspect", folder / "none.csv"], ["inspect", folder],
+                              ["inspect", folder / "words.csv"], ["inspect", folder / "bare.csv"], ["identify", folder / "plan.toml"],
+                              ["convert", DATA], ["convert", DATA, "-o", "x.xls"], ["convert", DATA, "-o", DATA], ["init", "statik_bias"],
+                              ["identify", "static_bias", DATA, "--set", "channels.gyr=x"], ["station", "chek", "x"],
+                              ["archive", "list", "--archive", folder / "no.db"], ["archive", "lst"],
+                              ["inspect", DATA, "--set", "rate=fast"], ["inspect", DATA, "--set", "unit.x=deg/hous"]):
+                english, status = refusal(*arguments)
+                chinese, same = refusal(*arguments, LANG="zh_CN.UTF-8")
+                self.assertIn(status, (2, 3), arguments)
+                self.assertEqual(status, same)
+                self.assertEqual(len(english.splitlines()), len(chinese.splitlines()))
+                self.assertTrue(chinese.startswith("错误："), chinese)
+                for line in chinese.splitlines():
+                    self.assertRegex(line, HAN)
+                    self.assertNotRegex(line, self.SENTENCE)
+
+
 class Files(unittest.TestCase):
     """What programs read."""
 

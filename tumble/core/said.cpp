@@ -18,14 +18,17 @@ constexpr int deepest = 4;
 /// An English sentence: what stands before, between and behind its values; two values side by side are one.
 struct SaidPattern {
   std::vector<std::string> pieces{""};
-  std::size_t letters = 0;  ///< of all pieces: the greater, the surer is a match
-  std::string translation;  ///< with the values as {0}, {1}
+  std::size_t letters = 0;         ///< of all pieces: the greater, the surer is a match
+  std::vector<std::string> names;  ///< of the values: what stands in their braces, up to a colon
+  std::string translation;         ///< with the values as {0}, {1}
 
   SaidPattern(std::string_view english, std::string in_language) : translation(std::move(in_language)) {
     for (std::size_t i = 0; i < english.size(); ++i) {
       const bool doubled = i + 1 < english.size() && english[i + 1] == english[i];
       if (english[i] == '{' && !doubled) {
+        const auto name = english.substr(i + 1, english.find_first_of(":}", i) - i - 1);
         i = english.find('}', i);
+        if (pieces.size() == 1 || !pieces.back().empty()) names.emplace_back(name);
         if (pieces.size() == 1 || !pieces.back().empty()) pieces.emplace_back();
         continue;
       }
@@ -54,10 +57,42 @@ struct SaidPattern {
   }
 };
 
+/// "{lost} ... {first:instant}" as "{0} ... {1}", by the names of the values in English; none where one has no place
+/// there.
+std::optional<std::string> numbered(const std::string& named, const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    text += named[i];
+    if (named[i] != '{') continue;
+    const auto name = named.substr(i + 1, named.find_first_of(":}", i) - i - 1);
+    const auto found = std::ranges::find(names, name);
+    if (name.empty() || found == names.end()) return std::nullopt;
+    text += std::to_string(found - names.begin()) + "}";
+    i = named.find('}', i);
+  }
+  return text;
+}
+
+/// Findings that are the reason of a refusal: its problem is their sentence, whose code is not known any more.
+void add_findings(std::vector<SaidPattern>& patterns, Language language) {
+  constexpr std::size_t sure = 16;  // letters of a sentence that is not taken for another
+  const auto texts = texts_of(language, "finding");
+  for (const auto& [code, english] : texts_of(Language::english, "finding")) {
+    SaidPattern pattern(english, "");
+    const auto text = texts.find(code);
+    if (text == texts.end() || pattern.letters < sure) continue;
+    if (auto translation = numbered(text->second, pattern.names)) {
+      pattern.translation = std::move(*translation);
+      patterns.push_back(std::move(pattern));
+    }
+  }
+}
+
 std::vector<SaidPattern> patterns_of(Language language) {
   std::vector<SaidPattern> patterns;
   for (const char* section : {"said", "said_by_libraries"})
     for (auto& [english, text] : texts_of(language, section)) patterns.emplace_back(english, text);
+  add_findings(patterns, language);
   return patterns;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tumble/core/message_in.hpp"
+
 namespace tumble {
 namespace {
 
@@ -33,6 +35,11 @@ TEST(Said, ASentenceWithoutAPatternStaysEnglish) {
 
 TEST(Said, LinesAreTranslatedOneByOne) {
   EXPECT_EQ(chinese("\nno question is open\n  reading\nx\n"), "\n没有待回答的问题\n  正在读取\nx\n");
+}
+
+TEST(Said, AFindingThatIsTheReasonOfARefusalIsTranslated) {
+  const Finding finding(Finding::Severity::error, "frames_uncertain", {{"declaration", "imu_x"}});
+  EXPECT_EQ(chinese("x.raw: " + finding.message), "x.raw：" + message_in(Language::chinese, finding));
 }
 
 TEST(Said, BracesInAValueAreKept) { EXPECT_EQ(chinese("wrote {0}.h5"), "已写入 {0}.h5"); }

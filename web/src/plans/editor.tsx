@@ -120,7 +120,7 @@ function Head() {
 
 export function PlanEditor() {
   useEffect(() => void load(), []);
-  useEffect(() => (loaded.value ? lookAt(text.value) : undefined), [text.value, loaded.value]);
+  useEffect(() => (loaded.value ? lookAt(text.value) : undefined), [text.value, loaded.value, language.value]);
   useEffect(() => {
     const warn = (event: BeforeUnloadEvent) => {
       if (unsaved.value && history.value.length > 0) event.preventDefault();
