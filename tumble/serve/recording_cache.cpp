@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
@@ -92,6 +93,18 @@ std::string pyramid_name(const std::string& checksum, const std::string& key, co
   return sets.empty() ? checksum : sha256_of(checksum + "\n" + text_of_sets(sets));
 }
 
+/// Files that a program which was killed was building a day ago or more.
+void remove_abandoned(const fs::path& cache) {
+  std::error_code failed;
+  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(24);
+  for (const auto& entry : fs::directory_iterator(cache, failed)) {
+    const auto extension = entry.path().extension();
+    const auto written = entry.last_write_time(failed);
+    if ((extension == ".part" || extension == ".building") && !failed && written < old)
+      fs::remove(entry.path(), failed);
+  }
+}
+
 }  // namespace
 
 void prepare_recording(
@@ -100,6 +113,7 @@ void prepare_recording(
     const Progress& progress) {
   const ReadOptions options = read_options(sets);
   fs::create_directories(cache);
+  remove_abandoned(cache);
   const std::string key = key_of(recording, sets);
   auto names = names_of(cache, key);
   std::function<std::string()> checksum;
@@ -119,8 +133,8 @@ void prepare_recording(
     const std::string lasting = pyramid_name(names->checksum, key, sets);
     const fs::path before = cache / (names->pyramid + ".pyr"), after = cache / (lasting + ".pyr");
     std::error_code failed;
-    fs::create_hard_link(before, after, failed);  // both names, while somebody may open the first
-    if (failed && failed != std::errc::file_exists) fs::copy_file(before, after);
+    fs::create_hard_link(before, after, failed);                     // both names, while somebody may open the first
+    if (failed && !fs::exists(after)) fs::copy_file(before, after);  // else another server was there first
     names->pyramid = lasting;
     write_names(cache, key, *names);
     fs::remove(before);

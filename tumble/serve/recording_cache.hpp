@@ -72,7 +72,8 @@ class RecordingCache {
   std::mutex mutex_;
   std::list<Entry> open_;                   ///< the latest first
   std::map<std::string, std::string> job_;  ///< by key
-  std::list<std::pair<std::string, std::shared_ptr<LiveRecording>>> live_;  ///< by file and its number, the latest first
+  std::list<std::pair<std::string, std::shared_ptr<LiveRecording>>>
+      live_;  ///< by file and its number, the latest first
 };
 
 }  // namespace tumble

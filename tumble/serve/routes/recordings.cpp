@@ -76,8 +76,7 @@ Listing list_folder(const Context& context) {
     }
     const bool recording_folder = folder && !link && is_recording_folder(path);
     if (recording_folder) place.disable_recursion_pending();
-    if (!recording_folder &&
-        (!place->is_regular_file(failed) || (!has_extension_of_recording(path) && !is_live(path))))
+    if (!recording_folder && (!place->is_regular_file(failed) || (!has_extension_of_recording(path) && !is_live(path))))
       continue;
     if (link) try {
         inside(context.options.folder, name);
@@ -197,9 +196,8 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   answer["meta"] = pyramid.header().meta;
   if (const auto& live = state.prepared->live) {
     const fs::path target = fs::path(file).parent_path() / (live->target.empty() ? "recording.h5" : live->target);
-    answer["live"] = {{"going_on", live->going_on},
-                      {"behind", live->behind},
-                      {"target", target.lexically_normal().generic_string()}};
+    answer["live"] = {
+        {"going_on", live->going_on}, {"behind", live->behind}, {"target", target.lexically_normal().generic_string()}};
   }
   const Json inspection = Json::parse(state.prepared->inspection, nullptr, false);
   answer["findings"] = inspection.is_object()

@@ -97,7 +97,8 @@ HttpResponse view(Context& context, const HttpRequest& request) {
     put(response.body,
         wanted.pyramid().view(row.channel, wanted.from, wanted.to, static_cast<std::size_t>(pixels), row.unit));
   // The address says all that the answer depends on, where it says the tag: it may be kept.
-  if (find_query(request, "tag") && !wanted.prepared->live) response.headers.emplace_back("Cache-Control", "private, max-age=3600");
+  if (find_query(request, "tag") && !wanted.prepared->live)
+    response.headers.emplace_back("Cache-Control", "private, max-age=3600");
   return response;
 }
 
