@@ -138,13 +138,17 @@ def test_a_map_has_its_cells_and_points(noise, tmp_path):
     """Tables NAME_map and NAME_points of a result are one figure, with the same numbers in matplotlib."""
     noise.save(tmp_path / "map.json")
     text = json.loads((tmp_path / "map.json").read_text())
-    columns = [{"name": "temperature", "unit": "degC"}, {"name": "speed", "unit": "K/min"}, {"name": "drift", "unit": "deg/h"}]
+    columns = [
+        {"name": "temperature", "unit": "degC"},
+        {"name": "speed", "unit": "K/min"},
+        {"name": "drift", "unit": "deg/h"},
+    ]
     cells = [[t, r, t + 10 * r] for r in (-1.0, 1.0) for t in (0.0, 20.0, 40.0)]
     points = [[5.0, 1.0, 16.0], [30.0, -1.0, None]]
     for name, rows in (("thermal_map", cells[:-1]), ("thermal_points", points)):
         text["tables"].append({"name": name, "caption": "", "columns": columns, "rows": rows, "for_programs": True})
     (tmp_path / "map.json").write_text(json.dumps(text))
-    figure = tumble.read_result(tmp_path / "map.json").figures[-1]
+    figure = tumble.load_result(tmp_path / "map.json").figures[-1]
     assert (figure.name, figure.z.title) == ("drift over temperature and speed", "drift [deg/h]")
     np.testing.assert_allclose(figure.map.x, [-10, 10, 30, 50])
     np.testing.assert_allclose(figure.map.y, [-2, 0, 2])
