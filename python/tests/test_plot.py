@@ -138,7 +138,11 @@ def test_a_map_has_its_cells_and_points(noise, tmp_path):
     """Tables NAME_map and NAME_points of a result are one figure, with the same numbers in matplotlib."""
     noise.save(tmp_path / "map.json")
     text = json.loads((tmp_path / "map.json").read_text())
-    columns = [{"name": "temperature", "unit": "degC"}, {"name": "speed", "unit": "K/min"}, {"name": "drift", "unit": "deg/h"}]
+    columns = [
+        {"name": "temperature", "unit": "degC"},
+        {"name": "speed", "unit": "K/min"},
+        {"name": "drift", "unit": "deg/h"},
+    ]
     cells = [[t, r, t + 10 * r] for r in (-1.0, 1.0) for t in (0.0, 20.0, 40.0)]
     points = [[5.0, 1.0, 16.0], [30.0, -1.0, None]]
     for name, rows in (("thermal_map", cells[:-1]), ("thermal_points", points)):

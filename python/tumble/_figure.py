@@ -73,7 +73,7 @@ class Figure:
         notes: tuple[str, ...],
         drawing: Callable[[], str] | str,
         z: FigureAxis | None = None,
-        map: FigureMap | None = None,  # noqa: A002
+        map: FigureMap | None = None,
     ) -> None:
         self.name = name
         self.x = x

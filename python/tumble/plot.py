@@ -295,7 +295,7 @@ def _draw_colours(one: Figure, z: FigureAxis, ax: Axes) -> None:
     if one.map is not None:
         drawn = ax.pcolormesh(one.map.x, one.map.y, np.ma.masked_invalid(one.map.values), **look)
     for series in points:
-        edge = {"s": 4 * POINT**2, "edgecolors": "white", "linewidths": 0.6, "label": series.name}
+        edge: dict[str, Any] = {"s": 4 * POINT**2, "edgecolors": "white", "linewidths": 0.6, "label": series.name}
         drawn = ax.scatter(series.x, series.y, c=series.z, **edge, **look)
     ax.figure.colorbar(drawn, ax=ax, label=z.title)
 
