@@ -5,8 +5,8 @@ option(TUMBLE_TOGETHER "compile the source files of one folder together" ON)
 set(tumble_most_together 8)
 
 # Files that stay by themselves: generated ones, those with definitions or without precompiled headers, and the entries of a
-# catalogue that are one file each (every rig names its axes() and options() so). Files of one folder with other compile options stand
-# together in a group of their own.
+# catalogue that are one file each (every rig names its axes() and options() so). Files of one folder that have other compile
+# options stand together by themselves.
 function(tumble_together name result)
   set(units "")
   set(groups "")
