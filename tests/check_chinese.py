@@ -8,6 +8,9 @@
   typography    no half-width comma, semicolon, colon, question mark or parenthesis beside a Han character; no blank before
                 a full-width mark; a blank between a Han character and a Latin letter or digit. No text has the plus-minus
                 sign, which means an expanded uncertainty in Chinese, except where U stands beside it
+  said          the key of a sentence in [said] consists of pieces that the sources say, and its text has each value of the
+                key, numbered in order, except an ending as in "sample{}". How many of the sentences with which the sources refuse have their
+                Chinese is printed: the others are said in English
   verbs         every verb of apps/cli has its line in [verb]
 
     check_chinese.py REPOSITORY         exit 1 and one line a fault
@@ -34,6 +37,8 @@ TYPOGRAPHY = {
     "no blank between Han and Latin": re.compile(rf"[{HAN}][A-Za-z0-9]|[A-Za-z0-9][{HAN}]"),
     "a plus-minus sign": re.compile(r"\+-|±(?! U)"),
 }
+TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((.*?)\)"|"((?:[^"\\\n]|\\.)*)"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
+REFUSES = re.compile(r"throw|Error[({]|problem|refus|complain")
 VERB = re.compile(r'Verb \w+_verb\([^)]*\) \{.*?return \{\s*"([a-z-]+)"', re.DOTALL)
 
 
@@ -50,6 +55,11 @@ def pairs_of(english, chinese):
     return [("." + form, english[form], chinese.get(form, "")) for form in english]
 
 
+def faults_of_typography(key, chinese):
+    return [f"text/zh.toml: {key} has {what}: '{match[0]}'" for what, pattern in TYPOGRAPHY.items()
+            if (match := pattern.search(PLACEHOLDER.sub("·", chinese) if "mark" in what else chinese))]
+
+
 def faults_of_text(key, english, chinese):
     faults = []
     missing, more = places_of(english) - places_of(chinese), places_of(chinese) - places_of(english)
@@ -58,8 +68,7 @@ def faults_of_text(key, english, chinese):
         faults.append(f"text/zh.toml: {key} has other placeholders than the English text: {', '.join(names)}")
     if english and not re.search(f"[{HAN}]", chinese) and key.removesuffix(".one").removesuffix(".other") not in NEED_NO_HAN:
         faults.append(f"text/zh.toml: {key} is not translated: '{chinese}'")
-    return faults + [f"text/zh.toml: {key} has {what}: '{match[0]}'" for what, pattern in TYPOGRAPHY.items()
-                     if (match := pattern.search(PLACEHOLDER.sub("·", chinese) if "mark" in what else chinese))]
+    return faults + faults_of_typography(key, chinese)
 
 
 def faults_of_sections(english, chinese):
@@ -81,18 +90,87 @@ def faults_of_verbs(root, chinese):
     return faults + [f"apps/cli: there is no verb {name} of [verb]" for name in sorted(chinese.get("verb", {}).keys() - names)]
 
 
+def pieces_of(key):
+    """What stands around the values of a sentence; two values side by side are one."""
+    return re.sub(r"(?<!\{)(?:\{[^{}]*\})+(?!\})", "\0", key).replace("{{", "{").replace("}}", "}").split("\0")
+
+
+def literals_of(text):
+    """Strings of C++, those side by side as one, each with what stands before it in its statement."""
+    found, end = [], 0
+    for token in TOKEN.finditer(text):
+        if token[0][0] in "/'":
+            continue
+        said = token[2] if token[1] is None else token[1]
+        said = re.sub(r"\\(.)", lambda one: {"n": "\n", "t": "\t"}.get(one[1], one[1]), said)
+        if found and not text[end:token.start()].strip():
+            found[-1] = (found[-1][0] + said, found[-1][1])
+        else:
+            found.append((said, text[max(text.rfind(";", 0, token.start()), 0):token.start()]))
+        end = token.end()
+    return found
+
+
+def sentences_of_sources(root):
+    """Every string of the sources and every title of a plan, and the strings with which the sources refuse."""
+    every, refusals = [], set()
+    for folder in ("tumble", "apps"):
+        for path in sorted((root / folder).rglob("*.[ch]pp")):
+            if path.stem.endswith("_test") or "testing" in path.parts:
+                continue
+            for said, before in literals_of(path.read_text(encoding="utf-8")):
+                every.append(said)
+                if REFUSES.search(before) and len(re.findall(r"[A-Za-z]{2,}", " ".join(pieces_of(said)))) > 2:
+                    refusals.add(said)
+    titles = [line for path in sorted((root / "plans").glob("*.toml")) for line in path.read_text(encoding="utf-8").splitlines()
+              if line.startswith("title")]
+    return every + titles, refusals
+
+
+def is_said(piece, sources):
+    """Whether the sources say the clauses of a piece; one word at either end may be a value of the source."""
+    for clause in re.split(r"[^\w /*.<>=-]+", piece):
+        words = clause.split()
+        if not any(" ".join(some) in sources for some in (words, words[1:], words[:-1])):
+            return False
+    return True
+
+
+def faults_of_said(root, chinese):
+    every, refusals = sentences_of_sources(root)
+    sources = " ".join(" ".join(" ".join(pieces_of(said)) for said in every).split())
+    faults, spoken = [], set()
+    for key, text in chinese.get("said", {}).items():
+        pieces = pieces_of(key)
+        faults += [f"text/zh.toml: said.'{key}': no source says '{piece}'" for piece in pieces if not is_said(piece, sources)]
+        spoken.update(piece.strip() for piece in pieces)
+    for section in ("said", "said_by_libraries"):
+        for key, text in chinese.get(section, {}).items():
+            values = {int(value) for value in re.findall(r"\{(\d+)\}", text)}
+            pieces = pieces_of(key)
+            plural = {k for k, piece in enumerate(pieces[:-1]) if piece[-1:].isalpha()}
+            if values | plural != set(range(len(pieces) - 1)) | plural:
+                faults.append(f"text/zh.toml: {section}.'{key}' has other values than its key: {text}")
+            faults += faults_of_typography(f"{section}.'{key}'", text)
+    done = sum(max((piece.strip() for piece in pieces_of(said)), key=len) in spoken for said in refusals)
+    return faults, f"{done} of {len(refusals)} sentences that refuse have Chinese"
+
+
 def check(root):
     english, chinese = (tomllib.loads((root / f"text/{code}.toml").read_text(encoding="utf-8")) for code in ("en", "zh"))
-    return faults_of_sections(english, chinese) + faults_of_verbs(root, chinese)
+    faults, told = faults_of_said(root, chinese)
+    return faults_of_sections(english, chinese) + faults_of_verbs(root, chinese) + faults, told
 
 
 SOUND_ENGLISH = ('[finding]\ngap.one = "{lost:sample} lost at {first}"\ngap.other = "{lost:sample} lost, most at {worst}"\n'
                  'slow = "{length:duration}"\n')
-SOUND_CHINESE = '[finding]\ngap = "丢失 {lost} 个采样点，最多在 {worst}"\nslow = "长 {length:duration}"\n[verb]\nlist = "列出"\n'
+SOUND_CHINESE = ('[finding]\ngap = "丢失 {lost} 个采样点，最多在 {worst}"\nslow = "长 {length:duration}"\n[verb]\nlist = "列出"\n'
+                 '[said]\n"no file {}, {}" = "没有文件 {0}、{1}"\n')
 SOUND = {
     "text/en.toml": SOUND_ENGLISH,
     "text/zh.toml": SOUND_CHINESE,
     "apps/cli/list.cpp": 'Verb list_verb() {\n  auto a = 1;\n  return {"list",\n "List"};\n}\n',
+    "tumble/core/find.cpp": 'throw Error("no file {}"\n ", {}");\n',
 }
 
 
@@ -111,11 +189,13 @@ TAMPERED = {
     "a half-width comma": (*changed("，", ","), "a half-width mark"),
     "a word without its blank": (*changed("长 {", "长x {"), "no blank between"),
     "a plus-minus sign": (*changed("长 {", "长 ± {"), "a plus-minus sign"),
+    "a sentence that nothing says": (*changed("no file {}", "no such file {}"), "no source says 'no such file '"),
+    "a value that is lost": (*changed("{0}、{1}", "{1}"), "other values than its key"),
     "a verb without its line": ("apps/cli/init.cpp", 'Verb init_verb() {\n  return {"init", "Write"};\n}\n', "[verb] lacks init"),
     "a line without its verb": (*changed("[verb]", '[verb]\ninit = "写"'), "no verb init"),
 }
 
 
 if __name__ == "__main__":
-    check_tools.main(__doc__, lambda root: (check(root), ""), lambda: check_tools.faults_of_tampering(check, SOUND, TAMPERED),
+    check_tools.main(__doc__, check, lambda: check_tools.faults_of_tampering(lambda root: check(root)[0], SOUND, TAMPERED),
                      "every sentence of the program is there in Chinese")

@@ -53,11 +53,11 @@ std::string state_text(const Json& state) {
                      view["segments"].size(), view.value("label", ""), view.value("left_text", ""));
 }
 
-int run(const Arguments& arguments) {
+int run(const Arguments& arguments, const Terminal& terminal) {
   const Json state = Json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
   const auto open = open_question(state);
   if (arguments.word.empty()) {
-    print(state_text(state) + (open ? question_text(*open) : "no question is open\n"));
+    print_said(terminal, state_text(state) + (open ? question_text(*open) : "no question is open\n"));
     return 0;
   }
   if (arguments.who.empty())
@@ -68,7 +68,7 @@ int run(const Arguments& arguments) {
                 fmt::format("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
                             open ? fmt::format(", or an answer: {}", fmt::join(open->choices, ", ")) : ""));
   ask_desk(arguments.run, request_of(*order, arguments.who).dump());
-  print(fmt::format("the run has '{}' from {}\n", arguments.word, arguments.who));
+  print_said(terminal, fmt::format("the run has '{}' from {}\n", arguments.word, arguments.who));
   return 0;
 }
 
@@ -87,7 +87,7 @@ Verb answer_verb() {
       "Examples:\n"
       "  tumble answer run-0173\n"
       "  tumble answer run-0173 done --operator \"Li Wei\"\n",
-      [arguments](const Terminal&) { return run(*arguments); }};
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/core/section_words.hpp"
-#include "tumble/core/texts.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/tasks/catalogue.hpp"
 #include "tumble/units/error.hpp"
@@ -28,25 +27,8 @@ std::string directions(const Json& entry, const SectionWords& words) {
   return words(entry["writes"].get<bool>() ? "writes" : "reads");
 }
 
-/// The entry with its summary and the descriptions of its options in a language, as far as text/<code>.toml has them:
-/// options by entry and name, or by name alone where several entries describe one alike.
-Json in_language(Json entry, Language language) {
-  const std::string name = entry["name"];
-  if (const auto text = find_text(language, "summary", name)) entry["summary"] = *text;
-  if (!entry.contains("options")) return entry;
-  for (auto& option : entry["options"]) {
-    const std::string key = option["name"];
-    auto text = find_text(language, "option." + name, key);
-    if (!text) text = find_text(language, "option.common", key);
-    if (text) option["description"] = *text;
-  }
-  return entry;
-}
-
 /// One line an entry.
-std::string lines(const Json& in_english, const SectionWords& words) {
-  Json entries = Json::array();
-  for (const auto& entry : in_english) entries.push_back(in_language(entry, words.language));
+std::string lines(const Json& entries, const SectionWords& words) {
   std::size_t width = 0;
   for (const auto& entry : entries) width = std::max(width, entry["name"].get_ref<const std::string&>().size());
   std::string text;
@@ -120,8 +102,7 @@ std::string facts(const Json& entry, const SectionWords& words) {
 }
 
 /// All that one entry says of itself.
-std::string page(const Json& in_english, const SectionWords& words) {
-  const Json entry = in_language(in_english, words.language);
+std::string page(const Json& entry, const SectionWords& words) {
   const auto colon = [&](const char* key) { return words(key) + words("colon"); };
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
   text += facts(entry, words);
@@ -157,12 +138,13 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   const SectionWords words{terminal.language, "list"};
+  const Language language = arguments.json ? Language::english : terminal.language;
   const auto& kinds = catalogue_kinds();
   if (arguments.kind.empty()) {
     Json all;
     std::string text;
     for (const auto& kind : kinds) {
-      all[kind] = Json::parse(catalogue_json(kind));
+      all[kind] = Json::parse(catalogue_json(kind, language));
       text += fmt::format("{}{}:\n{}", text.empty() ? "" : "\n", kind, lines(all[kind], words));
     }
     print(arguments.json ? all.dump(2) + "\n" : text);
@@ -171,7 +153,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (std::find(kinds.begin(), kinds.end(), arguments.kind) == kinds.end())
     throw Error(Error::Kind::bad_input, fmt::format("there is no list of '{}'{} (lists: {})", arguments.kind,
                                                     did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
-  const auto entries = Json::parse(catalogue_json(arguments.kind));
+  const auto entries = Json::parse(catalogue_json(arguments.kind, language));
   if (arguments.name.empty()) {
     print(arguments.json ? entries.dump(2) + "\n" : lines(entries, words));
     return 0;

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "live_block.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/recorder_session.hpp"
@@ -55,7 +56,7 @@ std::string clock_text(double seconds) {
 std::string number_text(double value) { return std::isnan(value) ? "" : fmt::format("{:.6g}", value); }
 
 /// Each channel with its mean, standard deviation and Allan deviation at 1 s.
-std::string noise_table(const InstrumentRecorder& instrument, std::size_t width) {
+std::string noise_table(const InstrumentRecorder& instrument, const Terminal& terminal) {
   using Align = TextColumn::Align;
   TextColumn names{"channel", "", {}, Align::left}, units{"unit", "", {}, Align::left};
   TextColumn samples{"samples", "", {}}, means{"mean", "", {}}, deviations{"sd", "", {}}, allans{"Allan 1 s", "", {}};
@@ -74,7 +75,7 @@ std::string noise_table(const InstrumentRecorder& instrument, std::size_t width)
                                : fmt::format("{:.3g}", channel.unit.difference_from_si(noise.allan() * a_second)));
   }
   if (names.cells.empty()) return "";
-  return text_table({names, units, samples, means, deviations, allans}, width);
+  return table_said(terminal, {names, units, samples, means, deviations, allans});
 }
 
 std::string counts_text(const InstrumentRecorder& instrument) {
@@ -89,15 +90,16 @@ class Display {
   explicit Display(const Terminal& terminal) : terminal_(terminal), block_(terminal) {}
 
   void show(const RecordView& view) {
-    last_ = noise_table(*view.instrument, terminal_.width);
-    counts_ = counts_text(*view.instrument);
+    last_ = noise_table(*view.instrument, terminal_);
+    counts_ = said_in(terminal_.language, counts_text(*view.instrument));
     const double every = terminal_.live ? 0.5 : 10.0;
     if (view.elapsed < next_) return;
     next_ = view.elapsed + every;
     const std::string head =
-        fmt::format("{}, on disk up to {}: {}", clock_text(view.elapsed), clock_text(view.on_disk), counts_);
+        said_in(terminal_.language,
+                fmt::format("{}, on disk up to {}: {}", clock_text(view.elapsed), clock_text(view.on_disk), counts_));
     if (terminal_.live)
-      block_.show(head + "\n\n" + last_ + "\nCtrl+C ends the recording\n");
+      block_.show(head + "\n\n" + last_ + "\n" + said_in(terminal_.language, "Ctrl+C ends the recording") + "\n");
     else
       note(terminal_, head);
   }

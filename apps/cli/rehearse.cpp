@@ -46,7 +46,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   rehearsal.seed = arguments.seed;
   if (!arguments.station.empty()) rehearsal.station = load_station(arguments.station);
   if (!arguments.faults.empty()) rehearsal.faults = read_faults(read_text_file(arguments.faults), arguments.faults);
-  if (!terminal.quiet) rehearsal.company.note = [](const Note& note, double time) { print(note_line(note, time)); };
+  if (!terminal.quiet)
+    rehearsal.company.note = [&terminal](const Note& note, double time) {
+      print(note_line(note, time, terminal.language));
+    };
 
   const double begin = wall_time();
   if (!arguments.speed.empty()) rehearsal.speed = speed_of(arguments.speed);
@@ -68,9 +71,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     rehearsal.company.show_every = rehearsal.speed > 0.0 ? 0.5 * rehearsal.speed : 30.0;
     rehearsed = rehearse(rehearsal, {});
   }
-  print(fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
-                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
-                    wall_time() - begin));
+  print_said(terminal, fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
+                                   rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text,
+                                   duration(rehearsed.simulated), wall_time() - begin));
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
   if (archive && !rehearsed.recordings.empty())
     note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));

@@ -131,7 +131,7 @@ double allowed_speed(const std::string& text, const Station& station) {
       "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
 }
 
-void print_timeline(const Plan& plan) {
+void print_timeline(const Plan& plan, const Terminal& terminal) {
   const auto rules = stopping_rules(plan);
   double time = 0.0;
   for (const Segment& segment : plan.schedule) {
@@ -139,10 +139,11 @@ void print_timeline(const Plan& plan) {
     const std::string until = rule == rules.end() ? ""
                                                   : fmt::format(" at most; until {}, from {:g} s on", rule->second.text,
                                                                 rule->second.at_least);
-    print(fmt::format("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
+    print_said(terminal,
+               fmt::format("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
     time += segment.duration;
   }
-  print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
+  print_said(terminal, fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
 /// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
@@ -210,7 +211,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   desk.ended(end);
   display.end();
   try {
-    print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
+    print_said(terminal, fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
   } catch (const Error&) {  // nobody reads it; the run is kept and sealed all the same
   }
   if (end.ending != RunEnding::complete) {
@@ -245,7 +246,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   request.accept_expired = run.accept_expired;
   if (auto problems = check_station(run.plan, station, request); !problems.empty())
     throw Error(Error::Kind::bad_input, std::move(problems));
-  print_timeline(run.plan);
+  print_timeline(run.plan, terminal);
   note_doubtful_rules(run.plan, terminal);
   return 0;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "tumble/core/said.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/unit.hpp"
 
@@ -9,7 +10,7 @@ namespace tumble::cli {
 namespace {
 
 /// Demanded and actual of each axis.
-std::string axes_text(const RunView& view, std::size_t width) {
+std::string axes_text(const RunView& view, const Terminal& terminal) {
   using Align = TextColumn::Align;
   TextColumn names{"axis", "", {}, Align::left}, demands{"demanded", "", {}}, positions{"at", "", {}},
       rates{"rate", "", {}};
@@ -20,10 +21,10 @@ std::string axes_text(const RunView& view, std::size_t width) {
     positions.cells.push_back(texts.position);
     rates.cells.push_back(texts.rate);
   }
-  return names.cells.empty() ? "" : text_table({names, demands, positions, rates}, width);
+  return names.cells.empty() ? "" : table_said(terminal, {names, demands, positions, rates});
 }
 
-std::string channels_text(const RunView& view, std::size_t width) {
+std::string channels_text(const RunView& view, const Terminal& terminal) {
   using Align = TextColumn::Align;
   TextColumn names{"channel", "", {}, Align::left}, units{"unit", "", {}, Align::left};
   TextColumn means{"mean", "", {}}, sds{"sd", "", {}}, allans{"Allan 1 s", "", {}};
@@ -34,11 +35,11 @@ std::string channels_text(const RunView& view, std::size_t width) {
     sds.cells.push_back(fmt::format("{:.3g}", channel.unit.difference_from_si(channel.sd)));
     allans.cells.push_back(fmt::format("{:.3g}", channel.unit.difference_from_si(channel.allan)));
   }
-  return names.cells.empty() ? "" : text_table({names, units, means, sds, allans}, width);
+  return names.cells.empty() ? "" : table_said(terminal, {names, units, means, sds, allans});
 }
 
 /// What the method makes of everything so far: of each unit the first parameters, those without a value yet excluded.
-std::string estimates_text(const RunView& view, std::size_t width) {
+std::string estimates_text(const RunView& view, const Terminal& terminal) {
   using Align = TextColumn::Align;
   constexpr std::size_t most = 12;
   TextColumn names{"estimate so far", "", {}, Align::left}, units{"unit", "", {}, Align::left};
@@ -52,30 +53,35 @@ std::string estimates_text(const RunView& view, std::size_t width) {
     values.cells.push_back(fmt::format("{:.6g}", estimate.unit.from_si(estimate.value)));
     sds.cells.push_back(fmt::format("{:.3g}", estimate.unit.difference_from_si(estimate.sd)));
   }
-  return names.cells.empty() ? "" : "\n" + text_table({names, units, values, sds}, width);
+  return names.cells.empty() ? "" : "\n" + table_said(terminal, {names, units, values, sds});
 }
 
 }  // namespace
 
 void RunDisplay::show(const RunView& view) {
   if (!terminal_.live) return;
-  std::string text = fmt::format(
-      "{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
-      hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments), view.segments, view.label,
-      hours_text(view.left), hours_text(view.acknowledged), view.frames, view.lost, view.damaged);
-  text += axes_text(view, terminal_.width) + "\n" + channels_text(view, terminal_.width);
-  text += estimates_text(view, terminal_.width);
-  if (view.prompt) text += "\n" + view.prompt->text + "\n";
-  block_.show(text + "\np pauses at the next segment, r resumes, Ctrl+C ends the run safely\n");
+  std::string text = said_in(
+      terminal_.language,
+      fmt::format("{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
+                  hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments), view.segments,
+                  view.label, hours_text(view.left), hours_text(view.acknowledged), view.frames, view.lost,
+                  view.damaged));
+  text += axes_text(view, terminal_) + "\n" + channels_text(view, terminal_);
+  text += estimates_text(view, terminal_);
+  if (view.prompt) text += "\n" + said_in(terminal_.language, view.prompt->text) + "\n";
+  block_.show(text + "\n" +
+              said_in(terminal_.language, "p pauses at the next segment, r resumes, Ctrl+C ends the run safely") +
+              "\n");
 }
 
-std::string note_line(const Note& note, double time) {
-  return is_everyday(note.kind, note.text) ? ""
-                                           : fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text);
+std::string note_line(const Note& note, double time, Language language) {
+  if (is_everyday(note.kind, note.text)) return "";
+  const std::string kind = padded(said_in(language, note.kind), 10, TextColumn::Align::left);
+  return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, said_in(language, note.text));
 }
 
 void RunDisplay::tell(const Note& note, double time) {
-  const std::string line = note_line(note, time);
+  const std::string line = note_line(note, time, terminal_.language);
   if (line.empty() || terminal_.quiet) return;
   block_.clear();
   print(line);
@@ -85,7 +91,7 @@ void RunDisplay::ask(const Prompt& prompt) {
   block_.clear();
   std::string choices;
   for (const auto& choice : prompt.choices) choices += (choices.empty() ? "" : ", ") + choice;
-  print(fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard));
+  print_said(terminal_, fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard));
 }
 
 }  // namespace tumble::cli

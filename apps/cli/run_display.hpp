@@ -26,7 +26,7 @@ class RunDisplay {
 };
 
 /// A line for what a person would want to know; empty for steps that happen every day.
-std::string note_line(const Note& note, double time);
+std::string note_line(const Note& note, double time, Language language);
 
 inline constexpr long an_hour = static_cast<long>(hour);  ///< [s]
 

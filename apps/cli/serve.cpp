@@ -200,7 +200,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   http.connections = room_for_connections();
   HttpServer server(http, workbench.handler());
   workbench.set_port(server.port());
-  print(fmt::format("workbench of {}\n  {}\nCtrl+C ends it\n", options.folder.string(), link(options, server.port())));
+  print_said(terminal, fmt::format("workbench of {}\n  {}\nCtrl+C ends it\n", options.folder.string(),
+                                   link(options, server.port())));
   server.run(true);
   note(terminal, "the workbench has ended; unfinished jobs begin again with the next one");
   return 0;

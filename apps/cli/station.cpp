@@ -3,6 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/said.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/link_wires.hpp"
 #include "tumble/station/talk_to.hpp"
@@ -73,8 +74,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!good) complain(terminal, "some devices do not answer; nothing was moved");
     return good ? 0 : 3;
   }
-  print(text_table({devices, verbs, answers, times}, terminal.width));
-  print(good ? "\nall devices answer; nothing was moved\n" : "\nsome devices do not answer; nothing was moved\n");
+  for (TextColumn* column : {&verbs, &answers})
+    for (std::string& cell : column->cells) cell = said_in(terminal.language, cell);
+  print(table_said(terminal, {devices, verbs, answers, times}));
+  print_said(terminal,
+             good ? "\nall devices answer; nothing was moved\n" : "\nsome devices do not answer; nothing was moved\n");
   return good ? 0 : 3;
 }
 

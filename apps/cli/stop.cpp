@@ -44,11 +44,11 @@ bool is_rehearsal(const std::string& wanted) {
   return std::ranges::find(all, path, &LeaseHolder::run) == all.end();
 }
 
-int run(const std::string& wanted) {
+int run(const std::string& wanted, const Terminal& terminal) {
   using namespace std::chrono_literals;
   if (is_rehearsal(wanted)) {
     ask_desk(wanted, R"({"order":"stop","who":"tumble stop"})");
-    print(fmt::format("the rehearsal '{}' is being stopped\n", wanted));
+    print_said(terminal, fmt::format("the rehearsal '{}' is being stopped\n", wanted));
     return 0;
   }
   const LeaseHolder run = chosen(wanted);
@@ -59,12 +59,12 @@ int run(const std::string& wanted) {
                             run.run, run.process));
   for (int tenths = 0; tenths < 1200; ++tenths) {
     if (!goes_on(run)) {
-      print(fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
+      print_said(terminal, fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
       return 0;
     }
     std::this_thread::sleep_for(100ms);
   }
-  complain({}, fmt::format("the run '{}' has not ended within 2 min: go to the rig", run.run));
+  complain(terminal, fmt::format("the run '{}' has not ended within 2 min: go to the rig", run.run));
   return 3;
 }
 
@@ -77,7 +77,7 @@ Verb stop_verb() {
           {{"RUN", wanted.get(), "folder of the run; may be omitted where only one is active"}},
           "Example:\n"
           "  tumble stop run-0173\n",
-          [wanted](const Terminal&) { return run(*wanted); }};
+          [wanted](const Terminal& terminal) { return run(*wanted, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "tumble/core/said.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
@@ -74,13 +75,23 @@ void print(std::string_view raw) {
   if (!written) throw Error(Error::Kind::bad_file, fmt::format("standard output: {}", std::strerror(errno)));
 }
 
+void print_said(const Terminal& terminal, std::string_view english) { print(said_in(terminal.language, english)); }
+
+std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns) {
+  for (TextColumn& column : columns) column.name = said_in(terminal.language, column.name);
+  return text_table(columns, terminal.width);
+}
+
 void note(const Terminal& terminal, const std::string& message) {
-  if (!terminal.quiet) say(fmt::format("tumble: {}\n", harmless(message)));
+  if (!terminal.quiet) say(fmt::format("tumble: {}\n", harmless(said_in(terminal.language, message))));
 }
 
 void complain(const Terminal& terminal, const std::vector<std::string>& problems) {
-  std::string text = terminal.colour ? "\033[1;31merror:\033[0m" : "error:";
-  for (std::size_t i = 0; i < problems.size(); ++i) text += (i ? "       " : " ") + harmless(problems[i]) + "\n";
+  const std::string word = terminal.language == Language::chinese ? "错误：" : "error:";
+  const std::string blank = terminal.language == Language::chinese ? "" : " ";  // the full-width colon has its own
+  std::string text = (terminal.colour ? "\033[1;31m" + word + "\033[0m" : word) + blank;
+  for (std::size_t i = 0; i < problems.size(); ++i)
+    text += (i ? "      " + blank : "") + harmless(said_in(terminal.language, problems[i])) + "\n";
   say(text);
 }
 
@@ -97,7 +108,7 @@ int progress_descriptor() {
 }  // namespace
 
 ProgressLine::ProgressLine(const Terminal& terminal, std::string_view what)
-    : shown_(terminal.live && !terminal.quiet && progress_descriptor() < 0), what_(what) {
+    : shown_(terminal.live && !terminal.quiet && progress_descriptor() < 0), language_(terminal.language), what_(what) {
   if (shown_) ticking_ = std::thread([this] { draw_until_ended(); });
 }
 
@@ -129,8 +140,8 @@ void ProgressLine::draw() {
   constexpr int width = 30;
   const auto full = static_cast<int>(done_ * width);
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(drawn_at_ - begin_).count();
-  say(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_, what_,
-                  seconds > 0 ? fmt::format(", {} s", seconds) : ""));
+  say(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_,
+                  said_in(language_, what_), seconds > 0 ? fmt::format(", {} s", seconds) : ""));
   std::fflush(stderr);
 }
 

@@ -11,6 +11,7 @@
 
 #include "tumble/core/progress.hpp"
 #include "tumble/core/text.hpp"
+#include "tumble/report/text_table.hpp"
 
 namespace tumble::cli {
 
@@ -20,7 +21,7 @@ struct Terminal {
   bool colour = false;                    ///< standard error is a terminal and NO_COLOR is not set
   bool live = false;                      ///< standard error is a terminal: progress may be drawn
   std::size_t width = 100;                ///< characters in a line of results: those of the terminal, within limits
-  Language language = Language::english;  ///< of tables, findings and help; errors and notes are English
+  Language language = Language::english;  ///< of what people read
 };
 
 Terminal terminal_of_process();
@@ -28,6 +29,12 @@ Terminal terminal_of_process();
 /// The language of --lang among the words of the command line, or else the one that LC_ALL, LC_MESSAGES or LANG names
 /// (the first of them that is set): Chinese where it begins with zh.
 Language language_of_process(const std::vector<std::string>& words);
+
+/// A sentence to standard output, in the language of the terminal.
+void print_said(const Terminal& terminal, std::string_view english);
+
+/// A table whose headings are said in the language of the terminal.
+std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns);
 
 /// To standard output, all of it, without control characters. Throws Error::bad_file when it cannot be written (a full
 /// disk behind it).
@@ -58,6 +65,7 @@ class ProgressLine {
   void draw_until_ended();
 
   bool shown_;
+  Language language_;
   bool drawn_ = false, ended_ = false;
   double done_ = 0.0;
   std::string what_;

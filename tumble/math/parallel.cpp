@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <system_error>
@@ -15,6 +16,81 @@ namespace tumble {
 namespace {
 
 std::atomic<std::size_t> most_threads{0};
+
+std::size_t threads_at_most() {
+  return most_threads > 0 ? most_threads.load() : std::max(1u, std::thread::hardware_concurrency());
+}
+
+/// A thread for each processor: who works for parallel_for() and in the background is counted, and helpers wait until
+/// a processor is free. Else they would take turns with a job that nobody can help, such as a checksum, which then ends
+/// last and alone.
+class Processors {
+ public:
+  void occupy() {
+    const std::lock_guard lock(guard_);
+    ++busy_;
+  }
+  void release() {
+    {
+      const std::lock_guard lock(guard_);
+      --busy_;
+    }
+    changed_.notify_all();
+  }
+  /// Waits for a free one; false where `done` becomes true before.
+  bool take(const bool& done) {
+    std::unique_lock lock(guard_);
+    changed_.wait(lock, [&] { return done || busy_ < threads_at_most(); });
+    busy_ += done ? 0 : 1;
+    return !done;
+  }
+  /// Wakes those who wait in vain.
+  void finish(bool& done) {
+    {
+      const std::lock_guard lock(guard_);
+      done = true;
+    }
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex guard_;
+  std::condition_variable changed_;
+  std::size_t busy_ = 0;  ///< threads
+};
+
+Processors& processors() {
+  static Processors& all = *new Processors;  // outlives every thread
+  return all;
+}
+
+/// This thread is counted as long as the object lives, once.
+class AtWork {
+ public:
+  AtWork() : first_(!counted_) {
+    if (first_) processors().occupy();
+    counted_ = true;
+  }
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+  ~AtWork() {
+    if (!first_) return;
+    counted_ = false;
+    processors().release();
+  }
+  /// A helper, whose processor was taken.
+  static void help(const std::function<void()>& work) {
+    counted_ = true;
+    work();
+    processors().release();
+  }
+
+ private:
+  static thread_local bool counted_;
+  bool first_;
+};
+
+thread_local bool AtWork::counted_ = false;
 
 }  // namespace
 
@@ -36,11 +112,12 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
       }
     }
   };
-  const std::size_t most = most_threads > 0 ? most_threads.load() : std::max(1u, std::thread::hardware_concurrency());
-  const std::size_t helpers = std::min(count, most);
-  const auto help = [&work, interruption = interruption_of_this_thread()] {
+  const AtWork at_work;
+  const std::size_t helpers = std::min(count, threads_at_most());
+  bool done = false;
+  const auto help = [&work, &done, interruption = interruption_of_this_thread()] {
     share_interruption(interruption);
-    work();
+    if (processors().take(done)) AtWork::help(work);
   };
   std::vector<std::thread> threads;
   try {
@@ -48,6 +125,7 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
   } catch (const std::system_error&) {  // no more threads to be had: those there are do it all
   }
   work();
+  if (!threads.empty()) processors().finish(done);
   for (auto& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
 }
@@ -59,7 +137,10 @@ void parallel_pieces(std::size_t count, std::size_t length, const std::function<
 
 std::future<void> in_background(std::function<void()> work) {
   try {
-    return std::async(std::launch::async, work);
+    return std::async(std::launch::async, [work] {
+      const AtWork at_work;
+      work();
+    });
   } catch (const std::system_error&) {
     return std::async(std::launch::deferred, std::move(work));
   }

@@ -9,7 +9,7 @@ namespace tumble {
 /// Calls body(i) for i = 0 .. count-1 on as many threads as the machine has. They begin in this order, so that one may
 /// wait for those before it, and end in any, so body(i) may touch only what belongs to i; the result is then the same
 /// for any number of threads. The first exception is rethrown. Between them it looks for an Interruption
-/// (interruption.hpp).
+/// (interruption.hpp). Work in the background has its processor: threads that could help wait until it ends.
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
 /// Calls a body for [0, count) in pieces: body(first, last). The length of the pieces is given, so that what is added

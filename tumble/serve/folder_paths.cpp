@@ -1,6 +1,7 @@
 #include "tumble/serve/folder_paths.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "tumble/units/error.hpp"
@@ -48,6 +49,13 @@ void require_file_name(const std::string& name) {
   if (!is_plain_name(name)) refuse_name("the name has characters that cannot be shown");
   if (name.find_first_of("/\\") != std::string::npos) refuse_name("'" + name + "': a name without folders is expected");
   if (name.front() == '.' || name.front() == '-') refuse_name("'" + name + "': the name begins with a dot or a dash");
+}
+
+double modified_of(const fs::path& path) {
+  std::error_code failed;
+  const auto time = fs::last_write_time(path, failed);
+  if (failed) return 0.0;
+  return std::chrono::duration<double>(std::chrono::file_clock::to_sys(time).time_since_epoch()).count();
 }
 
 }  // namespace tumble

@@ -16,4 +16,7 @@ bool is_plain_name(std::string_view name);
 /// A name for a new file in a folder: no folder, no leading dot, at most 200 bytes. Throws Error::bad_input.
 void require_file_name(const std::string& name);
 
+/// When a file was changed [s] since 1970-01-01; 0 where that cannot be read.
+double modified_of(const std::filesystem::path& path);
+
 }  // namespace tumble

@@ -53,6 +53,7 @@ struct HttpResponse {
   /// Where set, the answer is these events behind number `seen`, without end.
   std::shared_ptr<EventFeed> events;
   std::uint64_t seen = 0;
+  std::function<std::string(const std::string&)> said;  ///< where set, what is sent in place of these events
 };
 
 /// What is done with the body of a request whose head has come.

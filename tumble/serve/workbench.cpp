@@ -105,7 +105,7 @@ struct Workbench::State {
           plan.refusal = routes::problem_response(507, error.code().message());
         }
     }
-    if (plan.refusal) add_safety(*plan.refusal);
+    if (plan.refusal) routes::say_refusal(head, *plan.refusal), add_safety(*plan.refusal);
     return plan;
   }
 
@@ -124,6 +124,7 @@ struct Workbench::State {
     } catch (const std::exception& error) {
       response = routes::problem_response(500, fmt::format("internal: {}", error.what()));
     }
+    routes::say_refusal(request, response);
     add_safety(response);
     return response;
   }

@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/said.hpp"
+#include "tumble/core/texts.hpp"
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
@@ -238,6 +241,24 @@ Json entries_of(const std::string& kind) {
   return all(check_catalogue());
 }
 
+/// What an option of an entry does: by entry and name, or by name alone where several entries describe one alike.
+std::optional<std::string> find_option_text(Language language, const std::string& entry, const std::string& option) {
+  auto text = find_text(language, "option." + entry, option);
+  return text ? text : find_text(language, "option.common", option);
+}
+
+/// An entry in a language, as far as text/<code>.toml has it.
+void say_in(Language language, Json& entry) {
+  const std::string name = entry["name"];
+  if (const auto text = find_text(language, "summary", name)) entry["summary"] = *text;
+  if (entry.contains("options"))
+    for (auto& option : entry["options"])
+      if (const auto text = find_option_text(language, name, option["name"])) option["description"] = *text;
+  for (const char* list : {"roles", "axes", "channels", "settings", "commands"})
+    if (entry.contains(list))
+      for (auto& item : entry[list]) item["description"] = said_in(language, item["description"].get<std::string>());
+}
+
 }  // namespace
 }  // namespace catalogue
 
@@ -252,5 +273,12 @@ std::string controller_json(const std::string& file) {
 }
 
 std::string catalogue_json(const std::string& kind) { return catalogue::entries_of(kind).dump(); }
+
+std::string catalogue_json(const std::string& kind, Language language) {
+  auto entries = catalogue::entries_of(kind);
+  if (language != Language::english)
+    for (auto& entry : entries) catalogue::say_in(language, entry);
+  return entries.dump();
+}
 
 }  // namespace tumble

@@ -2,6 +2,7 @@
 // from the server.
 
 import { signal } from "@preact/signals";
+import { language } from "./texts";
 
 /// Questions that have no answer yet.
 export const waiting = signal(0);
@@ -110,6 +111,12 @@ export interface Plans {
   methods: { name: string; summary: string }[];
 }
 
+/// The address of a question that is answered in the language of the page.
+export function inLanguage(path: string): string {
+  if (language.value === "en" || /[?&]language=/.test(path)) return path;
+  return `${path}${path.includes("?") ? "&" : "?"}language=${language.value}`;
+}
+
 async function refused(response: Response): Promise<Problem> {
   try {
     const body = await response.json();
@@ -130,14 +137,14 @@ async function counted<Answer>(asking: () => Promise<Answer>): Promise<Answer> {
 
 export function get<Answer>(path: string, control?: AbortSignal): Promise<{ status: number; body: Answer }> {
   return counted(async () => {
-    const response = await fetch(path, { signal: control });
+    const response = await fetch(inLanguage(path), { signal: control });
     if (!response.ok) throw await refused(response);
     return { status: response.status, body: (await response.json()) as Answer };
   });
 }
 
 export async function post<Answer>(path: string, body: unknown): Promise<Answer> {
-  const response = await fetch(path, { method: "POST", body: JSON.stringify(body) });
+  const response = await fetch(inLanguage(path), { method: "POST", body: JSON.stringify(body) });
   if (!response.ok) throw await refused(response);
   return (await response.json()) as Answer;
 }
@@ -146,7 +153,7 @@ export async function post<Answer>(path: string, body: unknown): Promise<Answer>
 export function upload(file: File, progress: (done: number) => void): Promise<{ name: string }> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
-    request.open("POST", "/api/uploads?name=" + encodeURIComponent(file.name));
+    request.open("POST", inLanguage("/api/uploads?name=" + encodeURIComponent(file.name)));
     request.upload.onprogress = (event) => progress(event.total > 0 ? event.loaded / event.total : 0);
     request.onload = () => {
       let body: { name?: string; problems?: string[] } = {};
@@ -226,7 +233,7 @@ export function decodeView(bytes: ArrayBuffer): ChannelView[] {
 
 export function getView(query: string, control: AbortSignal): Promise<ChannelView[]> {
   return counted(async () => {
-    const response = await fetch("/api/recording/view?" + query, { signal: control });
+    const response = await fetch(inLanguage("/api/recording/view?" + query), { signal: control });
     if (!response.ok) throw await refused(response);
     return decodeView(await response.arrayBuffer());
   });

@@ -1,7 +1,8 @@
 // Jobs of the server, kept up to date by its events. A hidden page closes its stream, since browsers allow few
 // connections to one server, and goes on behind the last event when it is seen again.
 import { signal } from "@preact/signals";
-import { get, Job, post } from "./api";
+import { get, inLanguage, Job, post } from "./api";
+import { language } from "./texts";
 
 export const jobs = signal<Record<string, Job>>({});
 export const connected = signal(true);
@@ -24,7 +25,7 @@ function close(): void {
 
 function open(): void {
   close();
-  stream = new EventSource("/api/events?after=" + last);
+  stream = new EventSource(inLanguage("/api/events?after=" + last));
   stream.onopen = () => (connected.value = true);
   stream.onerror = () => {
     connected.value = false;
@@ -59,6 +60,13 @@ export async function start(): Promise<void> {
     setTimeout(start, 3000);
   }
 }
+
+let spoken = language.value;
+language.subscribe((now) => {
+  if (now === spoken) return;
+  spoken = now;
+  void start();
+});
 
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) close();

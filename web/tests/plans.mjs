@@ -239,6 +239,26 @@ test("plans: in Chinese, on a phone, in the dark", async () => {
   await picture(page, "plans-phone-zh");
 });
 
+const HAN = /[\u4e00-\u9fff]/;
+
+test("plans: options, templates and problems are described in the language of the page", async () => {
+  const page = await newPage({ locale: "zh-CN" });
+  await page.goto(`${base}/plans`);
+  await page.getByTestId("templates").getByRole("listitem").first().waitFor();
+  for (const title of await page.getByTestId("templates").getByRole("link").allInnerTexts()) assert.match(title, HAN);
+  await openPlan(page, "file=tumble.toml");
+  const described = () => page.locator(".plan-form .field", { hasText: "level_sd" }).locator("small").allTextContents();
+  await page.waitForFunction(() => document.querySelectorAll(".plan-form .field").length > 30);
+  assert.match((await described())[0], HAN);
+  for (const text of await page.locator(".plan-form .field small").allTextContents()) if (text && !text.startsWith("[")) assert.match(text, HAN, text);
+  await page.locator(".code textarea").fill(tumblePlan.replace('kind = "dividing_head"', 'kind = "dividing_head"\nlevel_ds = "2 s"'));
+  await page.getByTestId("plan-problems").getByText("无法识别的键“level_ds”，是否应为“level_sd”？").waitFor();
+  await picture(page, "plan-problems-zh");
+  await page.getByRole("combobox", { name: "语言" }).selectOption("en");
+  await page.getByTestId("plan-problems").getByText("unknown key 'level_ds'; did you mean 'level_sd'?").waitFor();
+  assert.doesNotMatch((await described())[0], HAN);
+});
+
 test("plans: the picture of the documentation", async () => {
   const page = await newPage({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: 0.75 });
   await openPlan(page, "file=tumble.toml&t=52");

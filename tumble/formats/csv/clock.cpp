@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tumble/formats/csv/cells.hpp"
+#include "tumble/formats/csv/split_clock.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -151,36 +152,6 @@ std::optional<Candidate> split_stamp(const Columns& table, std::size_t column) {
   return std::nullopt;
 }
 
-/// [ns] of the unit that a column of fractions of a second has by its name; 0: it is no such column.
-std::int64_t fraction_unit(const std::string& name) {
-  const std::string lower = lower_case(name);
-  if (one_of(lower,
-             {"ms", "msec", "msecs", "millis", "millisec", "millisecond", "milliseconds", "millisekunden", "毫秒"}))
-    return 1'000'000;
-  if (one_of(lower,
-             {"us", "usec", "usecs", "micros", "microsec", "microsecond", "microseconds", "mikrosekunden", "微秒"}))
-    return 1000;
-  return 0;
-}
-
-/// Milliseconds or microseconds of whole seconds, in a column of their own.
-void add_fraction(const Columns& table, Clock& clock) {
-  const auto whole = [](const std::string& cell) {
-    return std::ranges::count(cell, ':') == 2 && cell.find_first_of(".,", cell.rfind(':')) == cell.npos;
-  };
-  if (!std::ranges::all_of(table.samples[clock.columns.back().index].cells, whole)) return;
-  for (std::size_t i = 0; i < table.names.size(); ++i) {
-    const std::int64_t unit = fraction_unit(table.names[i].name);
-    const ColumnSample& sample = table.samples[i];
-    if (unit == 0 || table.names[i].cell == not_read || !sample.numbers || sample.text ||
-        sample.greatest * static_cast<double>(unit) >= 1e9)
-      continue;
-    clock.columns.push_back({i, {StampKind::number, DateOrder::open, unit, 1'000'000'000}});
-    clock.how += ", and " + in_quotes(table.names[i].name) + " in " + unit_name(unit);
-    return;
-  }
-}
-
 /// A column of dates, times of day, or both; the date is completed by the only column with times of day.
 std::optional<Candidate> calendar(const Columns& table, std::size_t column) {
   const StampKind kind = table.samples[column].kind;
@@ -201,9 +172,14 @@ std::optional<Candidate> calendar(const Columns& table, std::size_t column) {
   if (kind == StampKind::time_of_day) {
     if (table.only(StampKind::date) != no_column && table.only(StampKind::time_of_day) == column) return std::nullopt;
     candidate.rank += 1;
+    candidate.clock.turn = Turn::day;
     candidate.clock.how = name + ", time of day";
   }
-  add_fraction(table, candidate.clock);
+  const auto whole = [](const std::string& cell) {
+    return std::ranges::count(cell, ':') == 2 && cell.find_first_of(".,", cell.rfind(':')) == cell.npos;
+  };
+  if (std::ranges::all_of(table.samples[candidate.clock.columns.back().index].cells, whole))
+    add_fractions(table.names, table.samples, candidate.clock);
   return candidate;
 }
 
@@ -242,6 +218,7 @@ std::optional<Candidate> numbers(const Columns& table, std::size_t column, bool 
 
 std::vector<Candidate> candidates_of(const Columns& table) {
   std::vector<Candidate> candidates;
+  if (auto clock = split_clock(table.names, table.samples)) candidates.push_back({3, *clock});
   for (std::size_t i = 0; i < table.names.size(); ++i) {
     if (table.names[i].cell == not_read) continue;
     try {
@@ -269,6 +246,7 @@ Clock said_clock(const Columns& table, const std::string& said, std::vector<std:
     return {};
   }
   try {
+    if (auto split = split_clock(table.names, table.samples); split && split->uses(column)) return *split;
     if (auto pair = split_stamp(table, column)) return pair->clock;
     if (auto stamp = calendar(table, column)) return stamp->clock;
     if (auto number = numbers(table, column, true)) return number->clock;
@@ -362,7 +340,8 @@ Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSam
     if (samples[i].kind != StampKind::none && !chosen.uses(i) &&
         std::ranges::find(chosen.others, i) == chosen.others.end())
       chosen.others.push_back(i);
-  chosen.zoned = chosen.kind() == StampKind::number;
+  const bool parts = chosen.date != DateColumns::none || chosen.turn != Turn::none;
+  chosen.zoned = chosen.kind() == StampKind::number && !parts;
   if (chosen.kind() == StampKind::date || chosen.kind() == StampKind::date_time) {
     auto& [column, format] = chosen.columns.front();
     const ColumnSample& sample = samples[column];

@@ -36,14 +36,22 @@ struct ClockColumn {
   StampFormat format = {};
 };
 
+/// The first columns of a clock that say the date by whole numbers.
+enum class DateColumns { none, year_month_day, year_day };
+
+/// What the stamps of a clock begin again after, where they do not say the date.
+enum class Turn { none, day, year };
+
 /// The columns that say the time; their stamps are added. Without a format, the only one is a number of the unit of its
 /// column.
 struct Clock {
   std::vector<ClockColumn> columns;
   std::string how;                  ///< for people; empty: a column time[unit], which needs no words
   std::vector<std::size_t> others;  ///< clocks too, which are not used
-  std::string unit;                 ///< that the name of the first column says; empty: see the column
-  bool zoned = false;               ///< the stamps say their time zone, or are Unix time: they are UTC
+  DateColumns date = DateColumns::none;
+  Turn turn = Turn::none;
+  std::string unit;    ///< that the name of the first column says; empty: see the column
+  bool zoned = false;  ///< the stamps say their time zone, or are Unix time: they are UTC
   std::size_t first() const { return columns.empty() ? no_column : columns.front().index; }
   bool uses(std::size_t index) const { return std::ranges::find(columns, index, &ClockColumn::index) != columns.end(); }
   StampKind kind() const { return columns.empty() ? StampKind::none : columns.front().format.kind; }
@@ -51,8 +59,9 @@ struct Clock {
 };
 
 /// The clock of a table: the column that options.time names, time[unit], a pair of seconds and nanoseconds, the names
-/// that programs give their stamps, a date and a time of day, with milliseconds in a column of their own. Unix time is
-/// recognised by its size. What must be said by the user is a problem, with what to say in `proposals` (key=value).
+/// that programs give their stamps, a date and a time of day, with milliseconds in a column of their own, or all their
+/// numbers in columns (split_clock.hpp). Unix time is recognised by its size. What must be said by the user is a
+/// problem, with what to say in `proposals` (key=value).
 Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,
                const ReadOptions& options, std::vector<std::string>& problems, std::vector<std::string>& proposals);
 

@@ -40,6 +40,7 @@ class Taker {
   };
 
   double seconds(std::int64_t stamp);
+  std::int64_t stamp_of(const Batch& batch, std::size_t row);
 
   std::vector<Labelled> labels_;
   std::size_t rows_ = 0;
@@ -51,6 +52,7 @@ class Taker {
   std::optional<std::int64_t> zero_;  ///< [ns] the first stamp
   std::int64_t last_ = 0, days_ = 0;  ///< [ns] the stamp before, and full days since the first
   bool past_midnight_ = false;
+  std::string no_date_;  ///< the first that the calendar does not have
   file::EvenClock clock_;
 };
 

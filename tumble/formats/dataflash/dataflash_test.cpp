@@ -183,5 +183,42 @@ TEST(DataFlash, ADescriptionThatContradictsAnotherIsNotUsed) {
   EXPECT_NE(refusal_of(folder.file("a.bin")).find("no messages of a gyro"), std::string::npos);
 }
 
+/// Messages of IMU around a FMTU and a MULT.
+std::string with_units(const std::string& units, const std::string& multipliers, double second) {
+  const auto padded = [](std::string text) { return text.append(16 - text.size(), '\0'); };
+  std::string log = fmt('\x80', "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 89) +
+                    fmt(12, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", 44) +
+                    fmt(13, "MULT", "Qbd", "TimeUS,Id,Mult", 20) + fmt(10, "IMU", "Qfh", "TimeUS,GyrX,AccX", 17) +
+                    fmt(14, "ATT", "Qf", "TimeUS,Roll", 15);
+  const auto mult = [&](double value) { log += "\xa3\x95\x0d" + bytes_of(std::uint64_t{0}) + "A" + bytes_of(value); };
+  const auto fmtu = [&](const std::string& unit, const std::string& factor) {
+    log += "\xa3\x95\x0c" + bytes_of(std::uint64_t{0}) + "\x0a" + padded(unit) + padded(factor);
+  };
+  mult(0.5);
+  fmtu("sEo", "F?A");
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    if (k == 3) mult(second);
+    if (k == 3) fmtu(units, multipliers);
+    log += "\xa3\x95\n" + bytes_of(1'000'000 + 1000 * k) + bytes_of(1.0f) + bytes_of(std::int16_t{10});
+    log += "\xa3\x95\x0e" + bytes_of(1'000'000 + 1000 * k) + bytes_of(2.0f);
+  }
+  return log;
+}
+
+TEST(DataFlash, AMultiplierThatChangesMakesMessagesUnreadable) {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::string& log) {
+    write_bytes(folder.file("a.bin"), log);
+    return refusal_of(folder.file("a.bin"));
+  };
+  EXPECT_EQ(refused(with_units("sEo", "F?A", 0.5)), "");  // said again
+  EXPECT_EQ(read_recording(folder.file("a.bin"), {}, {}).channels.at(1).values.at(5), 5.0);
+  for (const auto& log : {with_units("sEo", "F?A", 0.25), with_units("sEo", "F??", 0.5), with_units("s?o", "F?A", 0.5)})
+    EXPECT_NE(refused(log).find("no messages of a gyro"), std::string::npos);
+  const Recording other = read_recording(folder.file("a.bin"), {.topics = {"ATT"}}, {});
+  EXPECT_EQ(other.channels.at(0).values.size(), 6u);
+  EXPECT_NE(said(other.findings, "messages_not_described").find("IMU"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tumble

@@ -32,6 +32,7 @@ class Taker {
   }
 
   void finish() {
+    leave_contradictory();
     for (std::size_t id = 0; id < counts_.size(); ++id) {
       const auto& counts = counts_[id];
       const Description& description = scan_.descriptions[id];
@@ -76,11 +77,12 @@ class Taker {
     const std::string& name = description.name;
     if (name == "FMTU") {
       if (const auto type = value("FmtType"); type && *type >= 0.0 && *type < 256.0)
-        scan_.field_units[static_cast<std::size_t>(*type)] = {text("UnitIds"), text("MultIds")};
+        take_units(static_cast<std::size_t>(*type), {text("UnitIds"), text("MultIds")});
     } else if (name == "UNIT" && value("Id")) {
-      scan_.units[static_cast<char>(static_cast<int>(*value("Id")))] = text("Label");
+      define(static_cast<char>(static_cast<int>(*value("Id"))), text("Label"), scan_.units, changed_units_);
     } else if (name == "MULT" && value("Id") && value("Mult")) {
-      scan_.multipliers[static_cast<char>(static_cast<int>(*value("Id")))] = seven_digits(*value("Mult"));
+      define(static_cast<char>(static_cast<int>(*value("Id"))), seven_digits(*value("Mult")), scan_.multipliers,
+             changed_multipliers_);
     } else if (name == "PARM" && value("Value")) {
       scan_.parameters.try_emplace(text("Name"), *value("Value"));
     } else if (name == "MSG" && scan_.firmware.empty()) {
@@ -90,8 +92,34 @@ class Taker {
     }
   }
 
+  /// What is defined again, as something else, is noted: samples before and after it mean different things.
+  template <class Value>
+  static void define(char character, const Value& value, std::map<char, Value>& to, std::string& changed) {
+    const auto [known, is_new] = to.try_emplace(character, value);
+    if (!is_new && !(known->second == value)) changed += character;
+  }
+
+  void take_units(std::size_t id, const FieldUnits& units) {
+    FieldUnits& known = scan_.field_units[id];
+    const bool is_new = known.units.empty() && known.multipliers.empty();
+    if (!is_new && (known.units != units.units || known.multipliers != units.multipliers))
+      scan_.descriptions[id].ambiguous = true;
+    known = units;
+  }
+
+  /// Messages whose units or multipliers change within the log are not read, as those with two descriptions.
+  void leave_contradictory() {
+    for (std::size_t id = 0; id < scan_.field_units.size(); ++id) {
+      const FieldUnits& units = scan_.field_units[id];
+      if (units.units.find_first_of(changed_units_) != std::string::npos ||
+          units.multipliers.find_first_of(changed_multipliers_) != std::string::npos)
+        scan_.descriptions[id].ambiguous = true;
+    }
+  }
+
   Scan& scan_;
   std::vector<Counts> counts_;
+  std::string changed_units_, changed_multipliers_;  ///< characters
 };
 
 }  // namespace

@@ -21,7 +21,15 @@ constexpr std::size_t usual_packing = 16;    ///< to 1: what packs better is giv
 constexpr std::size_t most_elements = 4096;  ///< structures of an array of them that are looked at
 constexpr std::uint32_t matrix = 14, compressed = 15, utf8 = 16;
 
-enum Class : unsigned char { cell = 1, structure = 2, text = 4, sparse = 5, first_number = 6, last_number = 15 };
+enum Class : unsigned char {
+  cell = 1,
+  structure = 2,
+  text = 4,
+  sparse = 5,
+  first_number = 6,
+  last_number = 15,
+  opaque = 17
+};
 
 struct Tag {
   std::uint32_t type = 0;
@@ -72,12 +80,14 @@ class Level5 {
     Bytes bytes(window_, size, packed);
     name_ = "a variable at byte " + std::to_string(window_.position());
     try {
+      std::size_t end = 0;
       if (packed) {
         const Tag tag = next(bytes);
         if (tag.type != matrix) bad("it does not hold a variable");
+        end = bytes.position() + tag.size;
       }
       array(bytes, "", 0);
-      if (contents_.keep != Keep::sizes_only) bytes.finish();
+      if (contents_.keep != Keep::sizes_only) bytes.finish(bytes.position() >= end);
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
       if (size <= rest) bad(where(name_) + error.what());
@@ -119,13 +129,20 @@ class Level5 {
   /// The elements behind the tag of a matrix. `given`: the name of a field; a variable brings its own.
   void array(Bytes& bytes, const std::string& given, int depth) {
     if (depth > deepest) bad("its structures are nested more than " + std::to_string(deepest) + " deep");
-    const std::string flags = data(bytes, 64), extent = data(bytes, 1024), own = data(bytes, 4096);
-    if (flags.size() < 8 || extent.size() < 8) bad("its flags or dimensions are missing");
+    const std::string flags = data(bytes, 64);
+    if (flags.size() < 8) bad("its flags are missing");
     const auto kind = static_cast<unsigned char>(word(flags.data()) & 0xff);
+    if (kind == opaque) {  // datetime, string, table: its name follows without dimensions
+      const std::string own = data(bytes, 4096);
+      return contents_.skipped.push_back(given.empty() ? std::string(own.c_str()) : given);
+    }
+    const std::string extent = data(bytes, 1024), own = data(bytes, 4096);
+    if (extent.size() < 8) bad("its dimensions are missing");
     const bool complex = (word(flags.data()) & 0x800) != 0;
     const std::string name =
         given.empty() ? std::string(own.data(), own.find('\0') == own.npos ? own.size() : own.find('\0')) : given;
     if (depth == 0) name_ = name;
+    if (name.empty()) return;  // what MATLAB keeps of its objects
     std::size_t rows = word(extent.data()), columns = word(extent.data() + 4);
     bool flat = true;
     for (std::size_t at = 8; at + 4 <= extent.size(); at += 4) {

@@ -117,6 +117,25 @@ std::string column5(const std::string& name, const std::vector<double>& values) 
 
 const std::string level5 = "MATLAB 5.0 MAT-file" + std::string(105, ' ') + std::string("\0\1IM", 4);
 
+TEST(Mat, ObjectsOfMatlabAreNamedAndNotRead) {
+  const ScratchFolder folder;
+  // datetime: no dimensions; what MATLAB keeps of its objects is an array without a name behind the variables
+  const std::string inside = element(14, element(6, as_word(13) + as_word(0)) + element(5, as_word(6) + as_word(1)) +
+                                             element(1, "") + element(6, std::string(24, '\1')));
+  const std::string when = element(14, element(6, as_word(17) + as_word(0)) + element(1, "when") + element(1, "MCOS") +
+                                           element(1, "datetime") + inside);
+  std::vector<double> numbers(200, 1.0);
+  numbers.front() = 2.0;
+  for (const bool last : {false, true}) {
+    const std::string samples = column5("gyro", {1, 2, 3, 4}) + column5("fs", {200.0});
+    write_bytes(folder.file("a.mat"), level5 + (last ? samples + when : when + samples) + column5("", numbers));
+    const Recording log = read_recording(folder.file("a.mat"), units({"gyro"}), {});
+    ASSERT_EQ(log.channels.size(), 1u);
+    EXPECT_EQ(log.channels[0].values, (std::vector<double>{1, 2, 3, 4}));
+    EXPECT_NE(said(log.findings, "variables_not_read").find("when"), std::string::npos);
+  }
+}
+
 TEST(Mat, TheNearestClockCounts) {
   const ScratchFolder folder;
   // imu.gyro with imu.fs = 25 Hz beside it, and t of the same length, at 100 Hz, around the structure.
@@ -273,6 +292,17 @@ TEST(Mat, WhatUnpacksToTooMuchIsRefused) {
   write_bytes(folder.file("a.mat"), head5 + packed(words({14, static_cast<std::uint32_t>(element.size() + count)}) +
                                                    element + std::string(count, '\0')));
   EXPECT_NE(refusal_of(folder.file("a.mat")).find("more than a file of this size can hold"), std::string::npos);
+}
+
+TEST(Mat, PackedBytesThatHoldMoreThanTheirVariableAreRefused) {
+  const ScratchFolder folder;
+  const std::string element = variable(4, 1, 9, 32) + std::string(32, '\1');
+  const std::string matrix = words({14, static_cast<std::uint32_t>(element.size())}) + element;
+  const ReadOptions options{.rate = 100.0, .units = {{"x", Unit::parse("1")}}};
+  write_bytes(folder.file("a.mat"), head5 + packed(matrix + std::string(8, '\0')));  // padding
+  EXPECT_EQ(refusal_of(folder.file("a.mat"), options), "");
+  write_bytes(folder.file("a.mat"), head5 + packed(matrix + std::string(5000, '\1')));
+  EXPECT_NE(refusal_of(folder.file("a.mat"), options).find("hold more than the variable"), std::string::npos);
 }
 
 TEST(Mat, StructuresWithoutEndAreRefused) {

@@ -78,7 +78,7 @@ void Bytes::unpack(char* to, std::size_t count) {
     if (!step() && stream.avail_out > 0) cut();
 }
 
-void Bytes::finish() {
+void Bytes::finish(bool read_whole) {
   if (!inflater_) return;
   char trash[64];
   for (int more = 0; more < 16; ++more) {  // a few bytes of padding; what follows them is not of this variable
@@ -87,6 +87,7 @@ void Bytes::finish() {
     while (inflater_->stream.avail_out > 0)
       if (!step()) return;
   }
+  if (read_whole) throw Error(Error::Kind::bad_file, "its packed bytes are damaged: they hold more than the variable");
 }
 
 void Bytes::skip(std::size_t count) {

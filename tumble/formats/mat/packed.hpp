@@ -20,8 +20,9 @@ class Bytes {
   /// Throws Error::bad_file, the bare reason, where fewer remain.
   void read(char* to, std::size_t count);
   void skip(std::size_t count);
-  /// Checks the sum at the end of packed bytes. Throws Error::bad_file, the bare reason.
-  void finish();
+  /// Checks the sum at the end of packed bytes. `read_whole`: nothing but padding may follow what was read. Throws
+  /// Error::bad_file, the bare reason.
+  void finish(bool read_whole);
   std::size_t position() const { return position_; }  ///< [bytes] that were read or skipped
   /// [bytes] that can follow at most.
   std::size_t most() const;

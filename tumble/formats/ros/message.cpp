@@ -66,6 +66,7 @@ std::string plain_type(std::string_view name) {
   std::string plain(name);
   for (const std::string_view between : {"/msg/", "::msg::dds_::", "::msg::"})
     if (const auto at = plain.find(between); at != std::string::npos) plain.replace(at, between.size(), "/");
+  if (name.find("::dds_::") != name.npos && plain.ends_with('_')) plain.pop_back();  // as DDS calls its types
   return plain;
 }
 

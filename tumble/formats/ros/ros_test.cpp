@@ -274,6 +274,13 @@ TEST(RosClock, ChoosesTheHeaderUnlessItIsWrong) {
   EXPECT_EQ(choice.time(8 * second, 0), begin + second);
 }
 
+TEST(RosMessages, TypesAreNamedInThreeWays) {
+  for (const char* name :
+       {"sensor_msgs/Imu", "sensor_msgs/msg/Imu", "sensor_msgs::msg::Imu", "sensor_msgs::msg::dds_::Imu_"})
+    EXPECT_EQ(ros::plain_type(name), "sensor_msgs/Imu");
+  EXPECT_EQ(ros::plain_type("my_msgs/msg/Imu_"), "my_msgs/Imu_");
+}
+
 TEST(RosMessages, BothVersionsOfCdrAndBothByteOrders) {
   for (const char kind : {'\0', '\1', '\6', '\7'}) {
     std::string bytes{'\0', kind, '\0', '\0'};

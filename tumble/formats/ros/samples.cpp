@@ -129,23 +129,31 @@ void Samples::add(const Stream& stream, const Message& message) {
     ++unreadable;
     return;
   }
-  if (count == stamps.size()) {
-    const std::size_t size = std::max<std::size_t>(1024, 2 * count);
-    stamps.resize(size);
-    received.resize(size);
-    for (auto& column : values) column.resize(size);
-  }
+  if (count == stamps.size()) make_longer(stream);
   if (body.frame != frame_id_) [[unlikely]]
     take_frame(body.frame);
   stamps[count] = body.stamp;
   received[count] = message.time;
-  for (std::size_t i = 0; i < stream.columns.size(); ++i) {
-    const Column& column = stream.columns[i];
-    values[i][count] = body.number(column.number);
-    if (!measured[i])
-      measured[i] = column.covariance < 0 || body.number(static_cast<std::size_t>(column.covariance)) != -1.0;
-  }
+  for (const Lane& lane : lanes_) lane.values[count] = body.number(lane.number);
   ++count;
+  if (all_measured_) return;
+  all_measured_ = true;
+  for (std::size_t i = 0; i < stream.columns.size(); ++i) {
+    const int covariance = stream.columns[i].covariance;
+    measured[i] |= covariance < 0 || body.number(static_cast<std::size_t>(covariance)) != -1.0;
+    all_measured_ = all_measured_ && measured[i] != 0;
+  }
+}
+
+void Samples::make_longer(const Stream& stream) {
+  const std::size_t size = std::max<std::size_t>(1024, 2 * count);
+  stamps.resize(size);
+  received.resize(size);
+  lanes_.clear();
+  for (std::size_t i = 0; i < stream.columns.size(); ++i) {
+    values[i].resize(size);
+    lanes_.push_back({values[i].data(), stream.columns[i].number});
+  }
 }
 
 ScanReport scan(const Log& log, const std::vector<Stream>& streams,

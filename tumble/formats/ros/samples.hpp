@@ -26,13 +26,23 @@ struct Samples {
   std::vector<char> room;  ///< for a message that is packed by itself
 
   explicit Samples(const Stream& stream);
+  Samples(Samples&&) noexcept = default;
   void add(const Stream& stream, const Message& message);
   void clear();
 
  private:
+  /// Where the numbers of a column go, and which they are of a message.
+  struct Lane {
+    double* values;
+    std::size_t number;
+  };
+
   void take_frame(std::string_view name);
+  void make_longer(const Stream& stream);
 
   std::string frame_id_;  ///< the bytes of `frame`
+  std::vector<Lane> lanes_;
+  bool all_measured_ = false;
 };
 
 /// Where a file could not be read, and how much it holds.

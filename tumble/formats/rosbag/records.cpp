@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <string_view>
 
 #include "tumble/formats/ros/little_endian.hpp"
@@ -41,6 +42,30 @@ std::int64_t time_at(const char* bytes) {
   return std::int64_t{1'000'000'000} * number_at<std::uint32_t>(bytes) + number_at<std::uint32_t>(bytes + 4);
 }
 
+constexpr std::size_t time_size = 8;
+
+/// Whether nothing but the time differs from the header that is known.
+bool repeats(const HeaderOfMessage& known, std::string_view header) {
+  if (header.size() != known.length) return false;
+  const std::size_t behind = known.time + time_size;
+  return std::memcmp(header.data(), known.bytes, known.time) == 0 &&
+         std::memcmp(header.data() + behind, known.bytes + behind, known.length - behind) == 0;
+}
+
+/// Keeps the header of a message with one time.
+void keep(std::string_view header, const Record& record, HeaderOfMessage& known) {
+  constexpr std::string_view name("\x0d\0\0\0time=", 9);
+  known.length = 0;
+  const auto at = header.find(name);
+  if (record.op != Op::message || header.size() > HeaderOfMessage::most || at == header.npos ||
+      header.find(name, at + 1) != header.npos || header.size() < at + name.size() + time_size)
+    return;
+  std::memcpy(known.bytes, header.data(), header.size());
+  known.length = header.size();
+  known.time = at + name.size();
+  known.connection = record.connection;
+}
+
 /// A field of a record other than a message.
 void take_other_field(Record& record, std::string_view name, std::string_view value) {
   const char* const bytes = value.data();
@@ -66,14 +91,26 @@ void take_field(Record& record, std::string_view name, std::string_view value) {
 }  // namespace
 
 bool next_record(ros::Window& window, Record& record) {
+  HeaderOfMessage unknown;
+  return next_record(window, record, unknown);
+}
+
+bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
   if (window.at_end()) return false;
   const std::size_t length = number_at<std::uint32_t>(take(window, 4));
   if (length == 0 || length > ros::Window::longest)
     no_record(
         fmt::format("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
-  record.op = Op::none;
-  each_field({take(window, length), length},
-             [&](std::string_view name, std::string_view value) { take_field(record, name, value); });
+  const std::string_view header(take(window, length), length);
+  if (repeats(known, header)) {
+    record.op = Op::message;
+    record.connection = known.connection;
+    record.time = time_at(header.data() + known.time);
+  } else {
+    record = {};
+    each_field(header, [&](std::string_view name, std::string_view value) { take_field(record, name, value); });
+    keep(header, record, known);
+  }
   record.data = number_at<std::uint32_t>(take(window, 4));
   if (record.op < Op::message || record.op > Op::connection)
     no_record(fmt::format("a record of the unknown kind {}", static_cast<int>(record.op)));

@@ -21,8 +21,19 @@ struct Record {
   std::uint32_t data = 0;  ///< [bytes] that follow
 };
 
+/// The header of a message: of the next one mostly the time alone differs.
+struct HeaderOfMessage {
+  static constexpr std::size_t most = 64;  ///< [bytes] of a header that is kept
+  char bytes[most] = {};
+  std::size_t length = 0;  ///< [bytes] 0: none is known
+  std::size_t time = 0;    ///< [bytes] where its time stands
+  std::uint32_t connection = 0;
+};
+
 /// Takes the header of the next record. False at the end of the window. Throws Error::bad_file, the bare reason, where
 /// no record stands; `Cut` where the bytes end within it.
+/// Given  known  the header of the message before, which is kept up to date
+bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known);
 bool next_record(ros::Window& window, Record& record);
 
 /// Takes the data of a connection record. Throws as next_record().

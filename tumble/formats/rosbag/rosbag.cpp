@@ -34,7 +34,8 @@ ros::Packing packing_of(const std::string& name) {
 /// Messages and connections in a chunk.
 void visit(const ros::Log& log, const ros::Piece& piece, Window& window, const ros::Visitor& visitor) try {
   window.open(*log.file, piece);
-  for (Record record; next_record(window, record);) {
+  HeaderOfMessage known;
+  for (Record record; next_record(window, record, known);) {
     if (record.op == Op::message) {
       ros::Message message{record.connection, record.time, {}};
       const bool wanted = record.data <= Window::longest && visitor.wants && visitor.wants(record.connection);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/cells.hpp"
@@ -15,6 +16,7 @@
 #include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/file/text_lines.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/formats/uff58/dataset.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::uff58 {
@@ -25,55 +27,6 @@ bool recognises(const std::string& path) {
   char bytes[1024];
   return file::is_universal({bytes, file::InputFile(path).read(bytes, sizeof bytes)});
 }
-
-/// Characters `first` to `first + count` of a record of fixed width, without blanks around.
-std::string_view field(std::string_view line, std::size_t first, std::size_t count) {
-  return first < line.size() ? csv::trimmed(line.substr(first, count)) : std::string_view();
-}
-
-/// Numbers of Fortran: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
-/// Returned: false at the first that is none.
-bool numbers_in(std::string_view line, std::vector<double>& numbers) {
-  numbers.clear();
-  std::string token;
-  const auto finish = [&] {
-    double value = 0.0;
-    const bool good = token.empty() || file::number_of(token, '.', value);
-    if (!token.empty() && good) numbers.push_back(value);
-    token.clear();
-    return good;
-  };
-  for (const char c : line) {
-    const bool sign = (c == '-' || c == '+') && !token.empty() && token.back() != 'E';
-    if ((c == ' ' || c == '\t' || sign) && !finish()) return false;
-    if (c != ' ' && c != '\t') token += c == 'D' || c == 'd' || c == 'e' ? 'E' : c;
-  }
-  return finish();
-}
-
-long whole_number(std::string_view text, long otherwise) {
-  double value = 0.0;
-  return file::number_of(text, '.', value) && std::abs(value) < 1e9 ? static_cast<long>(value) : otherwise;
-}
-
-/// One dataset 58 as it is read.
-struct Dataset {
-  std::size_t line = 0;  ///< of its first record
-  std::vector<std::string> records;
-  std::size_t numbers = 0;                         ///< that were read
-  std::shared_ptr<file::Series> abscissa, values;  ///< [as written]; none of the abscissa where it is even
-  file::EvenClock clock = {};                      ///< of the abscissa
-  Unit time = Unit::parse("s");
-  std::string time_problem;                ///< empty: its unit is one of time
-  long kind = 0, ordinate = 0, count = 0;  ///< function type; 2, 4: real; 5, 6: complex
-  bool even = true;
-  double start = 0.0, step = 0.0;  ///< of the abscissa, in its unit
-
-  bool real() const { return ordinate == 2 || ordinate == 4; }
-  std::size_t needed() const { return static_cast<std::size_t>(count) * (even ? 1 : 2); }
-};
-
-constexpr std::size_t head_records = 11;
 
 /// The units of a file by dataset 164.
 struct Units {
@@ -86,11 +39,15 @@ class Reader {
   Reader(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool)
       : path_(path), options_(options), spool_(std::move(spool)) {}
   void take(std::string_view line, std::size_t number);
+  std::size_t bytes_due() { return std::exchange(bytes_due_, 0); }
+  void take_bytes(std::string_view bytes);
   file::Gathered finish();
 
  private:
   void begin(std::string_view number, std::size_t line);
   void take_58(std::string_view line, std::size_t number);
+  void take_binary_head(std::string_view text, std::size_t line);
+  void expect_bytes(std::size_t line);
   void take_head(std::size_t number);
   void finish_dataset(std::size_t number);
   void add_channel();
@@ -106,6 +63,7 @@ class Reader {
 
   std::string path_;
   const ReadOptions& options_;
+  std::size_t bytes_due_ = 0;
   enum class Part { between, number, dataset_58, dataset_164, other } part_ = Part::between;
   Dataset dataset_;
   Units units_;
@@ -138,8 +96,8 @@ void Reader::take(std::string_view line, std::size_t number) {
 
 void Reader::begin(std::string_view number, std::size_t line) {
   const std::string word(number.substr(0, number.find(' ')));
-  if (word == "58b") refuse(line, "a binary dataset 58 (58b), which is not read; export it as ASCII");
-  const long dataset = whole_number(word, -1);
+  const bool binary = word == "58b" || word == "58B";
+  const long dataset = binary ? 58 : whole_number(word, -1);
   part_ = dataset == 58 ? Part::dataset_58 : dataset == 164 ? Part::dataset_164 : Part::other;
   line_of_164_ = 0;
   if (dataset == 58) {
@@ -147,15 +105,41 @@ void Reader::begin(std::string_view number, std::size_t line) {
     dataset_.line = line + 1;
     dataset_.abscissa = std::make_shared<file::Series>(spool_);
     dataset_.values = std::make_shared<file::Series>(spool_);
+    if (binary) take_binary_head(number, line);
   } else if (dataset != 164) {
     other_datasets_.insert(dataset);
   }
 }
 
+void Reader::take_binary_head(std::string_view text, std::size_t line) try {
+  dataset_.binary = binary_head(text);
+} catch (const Error& error) {
+  refuse(line, error.what());
+}
+
+/// The samples of a binary dataset; those of a complex one are passed over.
+void Reader::take_bytes(std::string_view bytes) {
+  if (!dataset_.real()) return;
+  decode_binary(bytes, dataset_.binary_numbers, dataset_.binary->reversed, of_line_);
+  for (const double number : of_line_) take_number(number);
+}
+
+/// Behind the eleven lines of a binary dataset.
+void Reader::expect_bytes(std::size_t line) {
+  Dataset& set = dataset_;
+  bytes_due_ = set.binary->bytes;
+  set.binary_numbers = binary_numbers(*set.binary, set.ordinate == 4, set.even, static_cast<std::size_t>(set.count));
+  if (set.real() && set.binary_numbers.size == 0)
+    refuse(line - 11, "a binary dataset of " + std::to_string(set.binary->bytes) + " bytes, which " +
+                          std::to_string(set.count) + " samples do not take");
+}
+
 void Reader::take_58(std::string_view line, std::size_t number) {
   if (dataset_.records.size() < head_records) {
     dataset_.records.emplace_back(line);
-    if (dataset_.records.size() == head_records) take_head(number);
+    if (dataset_.records.size() < head_records) return;
+    take_head(number);
+    if (dataset_.binary) expect_bytes(number);
     return;
   }
   if (!dataset_.real()) return;
@@ -325,6 +309,11 @@ file::Gathered Reader::finish() {
   if (other_functions_ > 0)
     recording.findings.push_back(
         {Finding::Severity::info, "functions_not_read", {{"functions", other_functions_}}, path_});
+  std::size_t infinite = 0;  // in binary numbers
+  for (const file::Source& source : gathered_.sources) infinite += source.values->infinite();
+  if (infinite > 0)
+    recording.findings.push_back(
+        {Finding::Severity::warning, "infinite_samples", {{"topic", path_}}, "", {infinite, {}, {}}});
   recording.origin.file = path_;
   recording.recognised = {
       {"datasets 58", std::to_string(read_) + " time responses"},
@@ -338,8 +327,14 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, std::
     throw Error{Error::Kind::bad_file,
                 "'" + path + "' does not begin as a universal file (-1, then the number of a dataset)"};
   Reader reader(path, options, std::move(spool));
-  file::each_line(path, options.encoding, progress,
-                  [&](std::string_view line, std::size_t number) { reader.take(line, number); });
+  if (!has_binary_datasets(path)) {
+    file::each_line(path, options.encoding, progress,
+                    [&](std::string_view line, std::size_t number) { reader.take(line, number); });
+    return reader.finish();
+  }
+  each_part(path, progress,
+            {[&](std::string_view line, std::size_t number) { reader.take(line, number); },
+             [&] { return reader.bytes_due(); }, [&](std::string_view bytes) { reader.take_bytes(bytes); }});
   return reader.finish();
 }
 
@@ -358,7 +353,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
 }  // namespace
 
 extern const Format uff58{.name = "uff58",
-                          .summary = "universal file, time responses of dataset 58 as text",
+                          .summary = "universal file, time responses of dataset 58, as text or binary",
                           .extensions = {".uff", ".unv"},
                           .recognises = recognises,
                           .read = tumble::uff58::read,

@@ -57,12 +57,21 @@ struct Directory {
   std::uint64_t offset = 0, size = 0, entries = 0;
 };
 
+/// Where the record at the end begins: a comment of the length that it says follows, up to the end of the file. Such
+/// bytes may stand in a comment too; where none fits, something was added behind the archive. npos: there is none.
+std::size_t end_record_in(std::string_view tail) {
+  const std::size_t last = tail.rfind("PK\x05\x06");
+  for (std::size_t at = last; at != tail.npos; at = at == 0 ? tail.npos : tail.rfind("PK\x05\x06", at - 1))
+    if (tail.size() - at >= end_size && at + end_size + number_at(tail, at + 20, 2) == tail.size()) return at;
+  return last;
+}
+
 /// The end of the archive says where its directory is.
 Directory directory_of(Archive& archive, const std::string& path) {
   const std::uint64_t tail_size = std::min<std::uint64_t>(archive.size(), end_size + 65535);
   const std::uint64_t tail_begin = archive.size() - tail_size;
   const std::string tail = archive.bytes(tail_begin, tail_size);
-  const auto at = tail.rfind("PK\x05\x06");
+  const std::size_t at = end_record_in(tail);
   if (at == std::string::npos || tail.size() - at < end_size)
     refuse(path, "a zip archive without its directory; the file was cut off");
   Directory directory{number_at(tail, at + 16, 4), number_at(tail, at + 12, 4), number_at(tail, at + 10, 2)};

@@ -26,6 +26,14 @@ TEST(Zip, OfSeveralFilesOneIsPicked) {
   EXPECT_TRUE(holds(refusal_of(bytes, "two.zip", options), "no file 'c.csv'"));
 }
 
+TEST(Zip, ACommentMayHoldAnything) {
+  std::string bytes = read_text_file(reference_text("one.zip"));
+  const std::string comment = std::string("PK\5\6") + "of the laboratory, longer than the record at the end";
+  bytes[bytes.size() - 2] = static_cast<char>(comment.size());
+  EXPECT_EQ(refusal_of(bytes + comment, "a.zip"), "");
+  EXPECT_EQ(refusal_of(read_text_file(reference_text("one.zip")) + "appended", "a.zip"), "");
+}
+
 TEST(Zip, CutAnywhereItIsRefused) { EXPECT_EQ(beginnings_read(reference_text("one.zip"), 1), 0u); }
 
 TEST(Zip, DamagedBytesDoNotAgreeWithTheirChecksum) {

@@ -131,6 +131,7 @@ void send_events(Shared c) {
   if (c->writing || c->ended) return;
   c->outgoing = c->response.events->after(c->response.seen);
   if (c->outgoing.empty()) return;
+  if (c->response.said) c->outgoing = c->response.said(c->outgoing);
   c->writing = true;
   c->patience(3.0 * c->server.options.patience);
   asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code code, std::size_t) {

@@ -77,10 +77,19 @@ struct Descriptors {
 }
 
 /// The environment with the place for progress, and English messages without colour.
+/// That of this process, but the program speaks English: its messages are kept, and said to each reader in the language
+/// of the page.
+std::vector<std::string> environment_in_english() {
+  std::vector<std::string> all{"LC_ALL=C.UTF-8"};
+  for (char** entry = environ; *entry; ++entry) {
+    const std::string_view one(*entry);
+    if (!one.starts_with("TUMBLE_PROGRESS=") && !one.starts_with("LC_ALL=")) all.emplace_back(one);
+  }
+  return all;
+}
+
 std::vector<std::string> environment_of_job() {
-  std::vector<std::string> all;
-  for (char** entry = environ; *entry; ++entry)
-    if (!std::string_view(*entry).starts_with("TUMBLE_PROGRESS=")) all.emplace_back(*entry);
+  auto all = environment_in_english();
   all.push_back("TUMBLE_PROGRESS=" + std::to_string(progress_descriptor));
   return all;
 }
@@ -217,9 +226,9 @@ int start_detached(const std::string& program, const std::vector<std::string>& a
   Pipe alive;
   const int told = open(messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
   if (alive.write < 0 || told < 0) return close(told), -1;
-  std::vector<std::string> words{program};
+  std::vector<std::string> words{program}, environment = environment_in_english();
   words.insert(words.end(), arguments.begin(), arguments.end());
-  const auto argument_pointers = pointers(words);
+  const auto argument_pointers = pointers(words), environment_pointers = pointers(environment);
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -228,7 +237,9 @@ int start_detached(const std::string& program, const std::vector<std::string>& a
     setsid();
     // The child of a child that ends at once belongs to the first process of the system, which buries it. No terminal,
     // no signal and no end of this process reaches it.
-    if (fork() == 0) run_in_place(program.c_str(), argument_pointers.data(), environ, {-1, told, told, alive.write});
+    if (fork() == 0)
+      run_in_place(program.c_str(), argument_pointers.data(), environment_pointers.data(),
+                   {-1, told, told, alive.write});
     _exit(0);
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);

@@ -135,11 +135,11 @@ HttpResponse compensate_recording(Context& context, const HttpRequest& request) 
   return started(context, std::move(job));
 }
 
-HttpResponse list_jobs(Context& context, const HttpRequest&) {
+HttpResponse list_jobs(Context& context, const HttpRequest& request) {
   const auto latest = context.feed.latest();  // before the jobs: what changes in between comes as an event
   Json jobs = Json::array();
   for (const Job& job : context.jobs.all()) jobs.push_back(Json::parse(to_json(job)));
-  return json_response({{"event", latest}, {"jobs", jobs}});
+  return said_response(request, {{"event", latest}, {"jobs", jobs}});
 }
 
 HttpResponse cancel(Context& context, const HttpRequest& request) {
@@ -191,6 +191,7 @@ HttpResponse events(Context& context, const HttpRequest& request) {
   const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
   if (!seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos)
     response.seen = std::stoull(seen);
+  say_events(request, response);
   return response;
 }
 

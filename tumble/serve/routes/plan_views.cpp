@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/serve/routes/routes.hpp"
@@ -18,12 +19,18 @@ namespace {
 constexpr std::uint64_t two_plans = 4'000'000;  ///< [bytes]
 constexpr std::size_t most_instants = 2000;
 
-/// Methods, models and rigs as `tumble list --json` has them, made once.
-const Json& catalogue_of(const std::string& kind) {
-  static const std::map<std::string, Json> all{{"methods", Json::parse(catalogue_json("methods"))},
-                                               {"models", Json::parse(catalogue_json("models"))},
-                                               {"rigs", Json::parse(catalogue_json("rigs"))}};
-  const auto found = all.find(kind);
+/// Methods, models and rigs as `tumble list --json` has them, in each language.
+std::map<std::pair<std::string, Language>, Json> catalogues_by_language() {
+  std::map<std::pair<std::string, Language>, Json> all;
+  for (const char* kind : {"methods", "models", "rigs"})
+    for (const Language language : {Language::english, Language::chinese})
+      all.emplace(std::pair{kind, language}, Json::parse(catalogue_json(kind, language)));
+  return all;
+}
+
+const Json& catalogue_of(const std::string& kind, Language language) {
+  static const auto all = catalogues_by_language();
+  const auto found = all.find({kind, language});
   if (found == all.end())
     throw Error{Error::Kind::unsupported, "there is no list of '" + kind + "' (lists: methods, models, rigs)"};
   return found->second;
@@ -31,7 +38,7 @@ const Json& catalogue_of(const std::string& kind) {
 
 /// Names and summaries of a kind, or all that one entry says of itself.
 HttpResponse catalogue(Context&, const HttpRequest& request) {
-  const auto& entries = catalogue_of(required(request, "kind"));
+  const auto& entries = catalogue_of(required(request, "kind"), language_asked(request));
   const auto* name = find_query(request, "name");
   Json list = Json::array();
   for (const auto& entry : entries) {
@@ -158,7 +165,8 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
   if (!ready) return json_response({{"ready", false}}, 202);
   if (!answers[0].estimate) {
     Json problems = Json::array();
-    for (const auto& problem : answers[0].problems) problems.push_back(named_from_folder(context, problem));
+    for (const auto& problem : answers[0].problems)
+      problems.push_back(said_in(language_asked(request), named_from_folder(context, problem)));
     return json_response({{"ready", true},
                           {"rows", Json::array()},
                           {"lost", Json::array()},

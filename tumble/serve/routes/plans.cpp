@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <filesystem>
 #include <mutex>
 
+#include "tumble/core/said.hpp"
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
+#include "tumble/core/texts.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/methods/method.hpp"
@@ -26,14 +27,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t most_plans = 1000;
 constexpr std::uint64_t longest_plan = 1'000'000;  ///< [bytes]
-
-double modified_of(const fs::path& path) {
-  std::error_code failed;
-  const auto time = fs::last_write_time(path, failed);
-  if (failed) return 0.0;
-  const auto system = std::chrono::file_clock::to_sys(time);
-  return std::chrono::duration<double>(system.time_since_epoch()).count();
-}
 
 /// What the list says of a file; null where it is no plan: it has neither a method nor a schedule.
 Json listed_plan(const std::string& name, const fs::path& path) {
@@ -73,12 +66,15 @@ Json plans_of_folder(const fs::path& folder) {
 }
 
 /// Plans of the folder, those that travel inside the program, and the methods that need none.
-HttpResponse plans(Context& context, const HttpRequest&) {
+HttpResponse plans(Context& context, const HttpRequest& request) {
+  const Language language = language_asked(request);
   Json templates = Json::array(), methods = Json::array();
   for (const ReadyPlan& plan : ready_plans())
-    templates.push_back({{"name", plan.name}, {"method", plan.method}, {"title", plan.title}});
+    templates.push_back({{"name", plan.name}, {"method", plan.method}, {"title", said_in(language, plan.title)}});
   for (const Method* method : method_catalogue())
-    if (!method->needs_plan) methods.push_back({{"name", method->name}, {"summary", method->summary}});
+    if (!method->needs_plan)
+      methods.push_back({{"name", method->name},
+                         {"summary", find_text(language, "summary", method->name).value_or(method->summary)}});
   return json_response(
       {{"plans", plans_of_folder(context.options.folder)}, {"templates", templates}, {"methods", methods}});
 }
@@ -156,6 +152,7 @@ HttpResponse look(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
   const auto text = text_in(body, "text");
   const auto path = place_of_plan(context, text_in(body, "file"));
+  const Language language = language_asked(request);
   Json answer{{"problems", Json::array()}, {"document", nullptr}, {"schedule", nullptr}};
   try {
     const auto document = tables::document_of(text, path);
@@ -164,7 +161,7 @@ HttpResponse look(Context& context, const HttpRequest& request) {
   } catch (const Error& error) {
     for (const auto& problem : error.problems) {
       auto placed = placed_problem(problem, path);
-      placed["message"] = named_from_folder(context, placed["message"].get<std::string>());
+      placed["message"] = said_in(language, named_from_folder(context, placed["message"].get<std::string>()));
       answer["problems"].push_back(std::move(placed));
     }
   }

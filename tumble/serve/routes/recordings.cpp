@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "tumble/core/said.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
@@ -131,7 +132,7 @@ void describe(const RecordingState& state, Json& entry) {
   if (!state.prepared->inspection.empty()) entry["warnings"] = serious_findings(state.prepared->inspection);
 }
 
-HttpResponse list_recordings(Context& context, const HttpRequest&) {
+HttpResponse list_recordings(Context& context, const HttpRequest& request) {
   const Listing listing = list_folder(context);
   Json files = Json::array();
   std::size_t asked = 0;
@@ -147,7 +148,7 @@ HttpResponse list_recordings(Context& context, const HttpRequest&) {
     }
     files.push_back(std::move(entry));
   }
-  return json_response({{"recordings", files}, {"unprintable", listing.unprintable}, {"cut", listing.cut}});
+  return said_response(request, {{"recordings", files}, {"unprintable", listing.unprintable}, {"cut", listing.cut}});
 }
 
 Json json_of(const PyramidChannel& channel) {
@@ -204,7 +205,7 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   answer["findings"] = inspection.is_object()
                            ? findings_in(language_asked(request), inspection.value("findings", Json::array()))
                            : Json();
-  if (!state.problems.empty()) answer["problems"] = state.problems;
+  if (!state.problems.empty()) answer["problems"] = said_in(language_asked(request), state.problems);
   return json_response(answer);
 }
 

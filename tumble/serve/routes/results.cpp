@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 
 #include "tumble/report/figure.hpp"
@@ -31,12 +30,6 @@ Json entry_of(const std::string& name, const ResultSummary& summary, double modi
           {"failed", summary.failed},
           {"undecided", summary.undecided},
           {"errors", summary.errors}};
-}
-
-double modified_of(const fs::path& path) {
-  std::error_code failed;
-  const auto time = std::chrono::file_clock::to_sys(fs::last_write_time(path, failed));
-  return failed ? 0.0 : std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 
 /// The results of the folder and of its jobs, the newest first.

@@ -87,6 +87,14 @@ Language language_asked(const HttpRequest& request);
 /// Findings as they stand in a result or an inspection, their messages in this language.
 Json findings_in(Language language, Json findings);
 
+/// An answer whose sentences for people, those under problems, message, doing, text, reason and ending_text, are said
+/// in the language that is asked for.
+HttpResponse said_response(const HttpRequest& request, Json json, unsigned status = 200);
+/// A refusal in the language that is asked for; English where that is unknown.
+void say_refusal(const HttpRequest& request, HttpResponse& response);
+/// Events whose sentences for people are said in the language that is asked for.
+void say_events(const HttpRequest& request, HttpResponse& response);
+
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);
 /// A message with files named from the folder of the workbench on.

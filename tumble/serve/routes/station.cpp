@@ -108,7 +108,7 @@ Json runs_json(Context& context) {
   return list;
 }
 
-HttpResponse list_stations(Context& context, const HttpRequest&) {
+HttpResponse list_stations(Context& context, const HttpRequest& request) {
   Json stations = Json::array();
   std::error_code failed;
   walk_folder(context.options.folder, 3, [&](const fs::directory_entry& entry, const std::string& name) {
@@ -117,7 +117,7 @@ HttpResponse list_stations(Context& context, const HttpRequest&) {
         looks_like_station(entry.path()))
       stations.push_back(station_json(context.options.folder, name));
   });
-  return json_response({{"stations", stations}, {"runs", runs_json(context)}});
+  return said_response(request, {{"stations", stations}, {"runs", runs_json(context)}});
 }
 
 /// What somebody wants to begin.
@@ -195,7 +195,7 @@ std::pair<std::vector<std::string>, Json> checked_run(const Context& context, co
 HttpResponse dry_run_at_station(Context& context, const HttpRequest& request) {
   auto [problems, json] = checked_run(context, wanted_run_of(context, request));
   json["problems"] = problems;
-  return json_response(json);
+  return said_response(request, json);
 }
 
 /// A folder for a run that nothing has yet: "runs/north-20261124-093005".

@@ -35,7 +35,7 @@ HttpResponse run_state(Context& context, const HttpRequest& request) {
   for (const auto& entry : fs::directory_iterator(folder, failed)) add(entry.path());
   if (fs::exists(folder + ".h5", failed)) add(folder + ".h5");
   state["recordings"] = files;
-  return json_response(state);
+  return said_response(request, state);
 }
 
 /// What happens at a run. An id is the sequence number of the store up to which everything was sent.
@@ -48,6 +48,7 @@ HttpResponse run_events(Context& context, const HttpRequest& request) {
   const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
   const bool known = !seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
   response.seen = known ? response.events->seen_by_id(std::stoull(seen)) : response.events->latest();
+  say_events(request, response);
   return response;
 }
 
@@ -96,7 +97,7 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
     asked["prompt"] = body["prompt"];
     asked["choice"] = plain_text_in(body, "choice");
   }
-  return json_response(Json::parse(ask_desk(folder, asked.dump())));
+  return said_response(request, Json::parse(ask_desk(folder, asked.dump())));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What the server says of plans. Predictions, attitudes, texts of numbers and the form's fields come from there.
-import { Problem, waiting } from "../api";
+import { inLanguage, Problem, waiting } from "../api";
 
 export interface ListedPlan {
   name: string;
@@ -120,7 +120,7 @@ export interface Prediction {
 export async function ask<Answer>(path: string, body: unknown, control?: AbortSignal): Promise<Answer> {
   ++waiting.value;
   try {
-    const response = await fetch(path, { method: "POST", body: JSON.stringify(body), signal: control });
+    const response = await fetch(inLanguage(path), { method: "POST", body: JSON.stringify(body), signal: control });
     const answer = await response.json().catch(() => ({ problems: [response.statusText] }));
     if (!response.ok) throw { status: response.status, problems: answer.problems ?? [response.statusText] } as Problem;
     return answer as Answer;

@@ -1,7 +1,7 @@
 // The plan as a form. Its fields are those of the catalogue; each change is made in the text, which keeps its comments.
 import { useEffect, useState } from "preact/hooks";
 import { get, problemsOf } from "../api";
-import { t } from "../texts";
+import { language, t } from "../texts";
 import { Entry, Node, Option } from "./ask";
 import { Schedule } from "./schedule";
 import { change, entry, lastDocument, look } from "./state";
@@ -92,7 +92,7 @@ function Choice({ path, kind, node, label }: { path: string[]; kind: string; nod
   const [all, setAll] = useState<{ name: string; summary: string }[]>([]);
   useEffect(() => {
     get<{ name: string; summary: string }[]>("/api/catalogue?kind=" + kind).then((answer) => setAll(answer.body), () => undefined);
-  }, [kind]);
+  }, [kind, language.value]);
   const summary = all.find((one) => one.name === node?.text)?.summary ?? "";
   const option: Option = { ...TEXT, name: label, type: "word", words: all.map((one) => one.name), description: summary };
   return <Field path={path} option={option} node={node} label={label} />;
@@ -105,7 +105,7 @@ function useEntry(kind: string, name: string | undefined): Entry | null {
     setFound(null);
     if (name) entry(kind, name).then((one) => wanted && setFound(one), () => undefined);
     return () => void (wanted = false);
-  }, [kind, name]);
+  }, [kind, name, language.value]);
   return found;
 }
 

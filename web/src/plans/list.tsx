@@ -2,7 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { get, problemsOf } from "../api";
 import { listing } from "../jobs";
-import { date, t } from "../texts";
+import { date, language, t } from "../texts";
 import { ListedPlan, Template } from "./ask";
 import { openPlan, PLANS } from "./state";
 
@@ -27,7 +27,7 @@ export function PlanList() {
   const [wanted, setWanted] = useState("");
   useEffect(() => {
     get<Listing>("/api/plans").then((answer) => setAll(answer.body), (error) => setProblems(problemsOf(error)));
-  }, [listing.value]);
+  }, [listing.value, language.value]);
   const words = wanted.toLowerCase().split(/\s+/).filter(Boolean);
   const matches = (...texts: string[]) => words.every((word) => texts.join(" ").toLowerCase().includes(word));
   const plans = (all?.plans ?? []).filter((plan) => matches(plan.name, plan.title, plan.method, plan.instrument, plan.rig));

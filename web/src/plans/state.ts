@@ -2,6 +2,7 @@
 import { batch, computed, effect, signal } from "@preact/signals";
 import { get, problemsOf } from "../api";
 import { go, onArrival, path as place, show } from "../route";
+import { language } from "../texts";
 import { ask, Entry, Look } from "./ask";
 
 export const PLANS = "/plans";
@@ -160,7 +161,7 @@ const entries = new Map<string, Promise<Entry>>();
 
 /// All that the catalogue says of a method, a model or a rig.
 export function entry(kind: string, name: string): Promise<Entry> {
-  const key = `${kind}/${name}`;
+  const key = `${kind}/${name}/${language.value}`;
   const known = entries.get(key);
   if (known) return known;
   const asked = get<Entry>(`/api/catalogue?kind=${kind}&name=${encodeURIComponent(name)}`).then((answer) => answer.body);

@@ -84,7 +84,7 @@ function Question({ name, prompt }: { name: string; prompt: Prompt }) {
         {prompt.choices.map((choice) => (
           <button key={choice} class={choice === prompt.standard ? "main" : ""} disabled={who.value === ""}
             onClick={() => void order(name, { order: "answer", prompt: prompt.id, choice }, setFound)}>
-            {choice}
+            {wordOf("choice", choice)}
           </button>
         ))}
       </div>
@@ -211,11 +211,17 @@ function Estimates({ name, now, view }: { name: string; now: Run; view: View }) 
   );
 }
 
+/// A word of the program, a choice or a kind of event, in the language of the page where that has one.
+function wordOf(what: string, word: string): string {
+  const key = `station_${what}_${word}`, text = t(key);
+  return text === key ? word : text;
+}
+
 function textOf(event: Happened, now: Run): string {
   if (event.kind !== "journal") return event.text;
   const segment = event.segment === undefined ? "" : now.facts.segments[event.segment]?.label ?? event.text;
   const step = t(`station_step_${event.step ?? "begins"}`, { segment, attempt: event.attempt ?? 1 });
-  return [step, event.ending && event.step === "ends" ? event.ending : "", event.reason ?? ""].filter(Boolean).join(": ");
+  return [step, event.ending && event.step === "ends" ? wordOf("ending", event.ending) : "", event.reason ?? ""].filter(Boolean).join(": ");
 }
 
 function Log({ now }: { now: Run }) {
@@ -230,7 +236,7 @@ function Log({ now }: { now: Run }) {
       <ol class="log" data-testid="log" tabIndex={0} aria-label={t("station_log")}>
         {shown.map((event, i) => (
           <li key={event.id > 0 ? event.id : `x${i}`} data-id={event.id} class={`kind-${event.kind.replace(/\W/g, "-")}`}>
-            <span class="number">{event.time_text}</span> <b>{event.kind}</b> <span>{textOf(event, now)}</span>
+            <span class="number">{event.time_text}</span> <b>{wordOf("kind", event.kind)}</b> <span>{textOf(event, now)}</span>
           </li>
         ))}
       </ol>

@@ -1,7 +1,8 @@
 // A run as the server shows it: its state once, then what happens. A hidden page closes its stream; when it is seen
 // again it asks for the state, so that nothing is lost.
 import { signal } from "@preact/signals";
-import { get, problemsOf } from "../api";
+import { get, inLanguage, problemsOf } from "../api";
+import { language } from "../texts";
 
 export interface Facts {
   title: string;
@@ -157,7 +158,7 @@ function listen(): void {
   close();
   if (document.hidden || !run.value?.alive) return;
   let broken = false;
-  stream = new EventSource(`${address("/api/station/run/events")}&after=${run.value.last}`);
+  stream = new EventSource(inLanguage(`${address("/api/station/run/events")}&after=${run.value.last}`));
   const on = (name: string, work: (event: MessageEvent<string>) => void) =>
     stream!.addEventListener(name, (event) => {
       change({ last: Math.max(run.value?.last ?? 0, Number(event.lastEventId)) });
@@ -214,6 +215,13 @@ export function watch(name: string): void {
 export function again(): void {
   void begin();
 }
+
+let spoken = language.value;
+language.subscribe((now) => {
+  if (now === spoken) return;
+  spoken = now;
+  if (wanted !== "") void begin();
+});
 
 document.addEventListener("visibilitychange", () => {
   if (wanted === "") return;

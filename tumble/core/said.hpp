@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/core/text.hpp"
+
+namespace tumble {
+
+/// A sentence that the program says in English, a message of an error, a note, what is being done, for people who read
+/// this language. Its pattern with the places of its values, "there is no list of '{}'", is the key in [said] of
+/// text/<code>.toml, so that every place that throws writes plain English. A value that is a sentence itself is
+/// translated, too, and so is what follows "file:12: ". A sentence that the table lacks stays English.
+/// A text of several lines is translated line by line.
+std::string said_in(Language language, std::string_view english);
+
+/// Each of them.
+std::vector<std::string> said_in(Language language, std::vector<std::string> english);
+
+}  // namespace tumble
