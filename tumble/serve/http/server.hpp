@@ -9,9 +9,7 @@
 #include "tumble/serve/http/stream.hpp"
 #include "tumble/serve/http_server.hpp"
 
-namespace tumble {
-
-struct HttpServer::State {
+struct tumble::HttpServer::State {
   struct Known {
     std::function<void()> close;
     bool trusted = false;
@@ -30,10 +28,9 @@ struct HttpServer::State {
       : options(given), handler(std::move(handles)), workers(given.workers) {}
 };
 
-namespace http {
+namespace tumble::http {
 
 /// Serves one connection that has come in, until it ends. On the network thread.
 void serve_connection(HttpServer::State& server, Tcp::socket socket);
 
-}  // namespace http
-}  // namespace tumble
+}  // namespace tumble::http
