@@ -148,7 +148,7 @@ def test_a_map_has_its_cells_and_points(noise, tmp_path):
     for name, rows in (("thermal_map", cells[:-1]), ("thermal_points", points)):
         text["tables"].append({"name": name, "caption": "", "columns": columns, "rows": rows, "for_programs": True})
     (tmp_path / "map.json").write_text(json.dumps(text))
-    figure = tumble.read_result(tmp_path / "map.json").figures[-1]
+    figure = tumble.load_result(tmp_path / "map.json").figures[-1]
     assert (figure.name, figure.z.title) == ("drift over temperature and speed", "drift [deg/h]")
     np.testing.assert_allclose(figure.map.x, [-10, 10, 30, 50])
     np.testing.assert_allclose(figure.map.y, [-2, 0, 2])

@@ -189,6 +189,16 @@ test("station: on a phone the way to stop is always on the screen, also in Chine
 
 test("station: one press stops the run, the rig is safe, and the run can be carried on", async () => {
   const page = await openRun();
+  // What the method makes of everything so far, beside the uncertainty that the plan will have reached at its end.
+  const running = await until((now) => now.estimates.some((one) => one.points.length > 2), "estimates converge");
+  const predicted = await (await fetch(`${origin}/api/station/run/predicted?run=${encodeURIComponent(run)}`)).json();
+  const of = predicted.rows.find((row) => running.estimates.some((one) => one.name === row.name && one.unit === row.unit));
+  const row = page.getByTestId("estimates").locator("tbody tr").filter({ has: page.getByRole("button", { name: of.name, exact: true }) });
+  await row.getByText(of.text, { exact: true }).waitFor();
+  await row.getByRole("button").click();
+  await page.getByTestId("convergence").locator("canvas").waitFor();
+  assert.match(await page.getByTestId("convergence").innerText(), /estimate so far[^]*predicted u/);
+  await page.screenshot({ path: join(root, "build/browser/station-converging.png"), fullPage: true });
   await page.getByRole("button", { name: "STOP" }).click();
   await page.getByTestId("state").filter({ hasText: "stopped, the rig is safe" }).waitFor();
   await page.getByRole("button", { name: "Carry the run on" }).waitFor();

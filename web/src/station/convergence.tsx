@@ -59,7 +59,7 @@ function figureOf(name: string, unit: string, points: Point[], predicted: Predic
       line(t("station_sd_now"), predicted.styles[0], x, known.map((point) => point[3])),
       ...(end ? [line(t("station_sd_predicted"), predicted.styles[1], [first, last], [end.sd, end.sd])] : []),
     ],
-    notes: [],
+    notes: [t("station_sd_hint")],
   };
 }
 
