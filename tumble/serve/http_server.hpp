@@ -12,7 +12,6 @@
 #include "tumble/serve/event_feed.hpp"
 
 namespace tumble {
-
 /// A file that takes the body of a request. Its name is removed at the end: who keeps the file gives it another.
 class BodyFile {
  public:
@@ -92,10 +91,9 @@ class HttpServer {
   void run(bool until_signal);
   void stop();  ///< from any thread
 
-  struct State;
-
  private:
-  std::unique_ptr<State> state_;
+  struct Within;
+  std::unique_ptr<Within> within_;
 };
 
 }  // namespace tumble

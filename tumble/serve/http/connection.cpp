@@ -17,8 +17,6 @@ namespace message = boost::beast::http;
 
 namespace {
 
-using State = HttpServer::State;
-
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<long>(seconds * 1e3));
 }
@@ -29,7 +27,7 @@ HttpResponse plain(unsigned status, const std::string& text) {
 
 /// One connection. What goes on holds it by a shared pointer.
 struct Connection {
-  State& server;
+  Server& server;
   std::uint64_t number;
   Stream stream;
   beast::flat_buffer buffer;
@@ -47,7 +45,7 @@ struct Connection {
   bool keeps = false, writing = false, ended = false;
   std::size_t drained = 0;
 
-  Connection(State& of, std::uint64_t id, Tcp::socket socket)
+  Connection(Server& of, std::uint64_t id, Tcp::socket socket)
       : server(of), number(id), stream(std::move(socket), of.tls ? &*of.tls : nullptr), heartbeat(of.context) {}
   ~Connection() { server.known.erase(number); }
   void patience(double seconds) { stream.lowest().expires_after(milliseconds(seconds)); }
@@ -114,7 +112,7 @@ void send_piece(Shared c, More more) {
 /// Piece after piece from the work pool, until there is no more. The connection is handed on, so that it ends on the
 /// network thread.
 void send_more(Shared c) {
-  State& server = c->server;
+  Server& server = c->server;
   asio::post(server.workers, [c = std::move(c), &server]() mutable {
     auto more = More::failed;
     c->outgoing.clear();
@@ -222,7 +220,7 @@ void send(Shared c, HttpResponse response) {
 
 void answer(Shared c) {
   c->stream.lowest().expires_never();
-  State& server = c->server;
+  Server& server = c->server;
   asio::post(server.workers, [c = std::move(c), &server]() mutable {
     auto response = std::make_shared<HttpResponse>(server.handler.answer(c->request));
     asio::post(server.context, [c = std::move(c), response]() mutable { send(std::move(c), std::move(*response)); });
@@ -312,7 +310,7 @@ void read_head(Shared c) {
 }
 
 /// Room for one more: the oldest connection that has not shown the token is closed.
-bool make_room(State& server) {
+bool make_room(Server& server) {
   if (server.known.size() < server.options.connections) return true;
   for (auto& [number, known] : server.known)
     if (!known.trusted) {
@@ -326,7 +324,7 @@ bool make_room(State& server) {
 
 }  // namespace
 
-void serve_connection(State& server, Tcp::socket socket) {
+void serve_connection(Server& server, Tcp::socket socket) {
   Code ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
   if (!make_room(server)) return;

@@ -15,9 +15,7 @@ using namespace http;
 
 namespace {
 
-using State = HttpServer::State;
-
-void accept(State& server) {
+void accept(Server& server) {
   server.acceptor.async_accept([&server](Code code, Tcp::socket socket) {
     if (code == asio::error::operation_aborted) return;
     if (!code) {
@@ -31,7 +29,7 @@ void accept(State& server) {
   });
 }
 
-void prepare_tls(State& server) {
+void prepare_tls(Server& server) {
   const HttpOptions& options = server.options;
   auto& tls = server.tls.emplace(asio::ssl::context::tls_server);
   Code code;
@@ -45,7 +43,7 @@ void prepare_tls(State& server) {
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
 }
 
-void listen(State& server) {
+void listen(Server& server) {
   const HttpOptions& options = server.options;
   const auto refuse_with = [&](const std::string& why) {
     throw Error{Error::Kind::bad_input,
@@ -65,32 +63,38 @@ void listen(State& server) {
 
 }  // namespace
 
+struct HttpServer::Within {
+  Server server;
+};
+
 HttpServer::HttpServer(const HttpOptions& options, HttpHandler handler)
-    : state_(std::make_unique<State>(options, std::move(handler))) {
-  if (!options.certificate.empty()) prepare_tls(*state_);
-  listen(*state_);
-  accept(*state_);
+    : within_(new Within{{options, std::move(handler)}}) {
+  Server& server = within_->server;
+  if (!options.certificate.empty()) prepare_tls(server);
+  listen(server);
+  accept(server);
 }
 
 HttpServer::~HttpServer() {
   stop();
-  state_->workers.join();
+  within_->server.workers.join();
 }
 
-unsigned HttpServer::port() const { return state_->acceptor.local_endpoint().port(); }
+unsigned HttpServer::port() const { return within_->server.acceptor.local_endpoint().port(); }
 
 void HttpServer::run(bool until_signal) {
-  asio::signal_set signals(state_->context);
+  auto& context = within_->server.context;
+  asio::signal_set signals(context);
   if (until_signal) {
     signals.add(SIGINT);
     signals.add(SIGTERM);
-    signals.async_wait([this](Code code, int) {
-      if (!code) state_->context.stop();
+    signals.async_wait([&context](Code code, int) {
+      if (!code) context.stop();
     });
   }
-  state_->context.run();
+  context.run();
 }
 
-void HttpServer::stop() { state_->context.stop(); }
+void HttpServer::stop() { within_->server.context.stop(); }
 
 }  // namespace tumble

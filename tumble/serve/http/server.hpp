@@ -9,7 +9,10 @@
 #include "tumble/serve/http/stream.hpp"
 #include "tumble/serve/http_server.hpp"
 
-struct tumble::HttpServer::State {
+namespace tumble::http {
+
+/// What the connections of a server share.
+struct Server {
   struct Known {
     std::function<void()> close;
     bool trusted = false;
@@ -18,19 +21,17 @@ struct tumble::HttpServer::State {
   HttpHandler handler;
   std::map<std::uint64_t, Known> known;  ///< connections, the oldest first; they end with the context
   std::uint64_t next = 0;
-  std::optional<http::asio::ssl::context> tls;
-  http::asio::io_context context{1};
-  http::asio::thread_pool workers;
-  http::Tcp::acceptor acceptor{context};
-  http::asio::steady_timer pause{context};
+  std::optional<asio::ssl::context> tls;
+  asio::io_context context{1};
+  asio::thread_pool workers;
+  Tcp::acceptor acceptor{context};
+  asio::steady_timer pause{context};
 
-  State(const HttpOptions& given, HttpHandler handles)
+  Server(const HttpOptions& given, HttpHandler handles)
       : options(given), handler(std::move(handles)), workers(given.workers) {}
 };
 
-namespace tumble::http {
-
 /// Serves one connection that has come in, until it ends. On the network thread.
-void serve_connection(HttpServer::State& server, Tcp::socket socket);
+void serve_connection(Server& server, Tcp::socket socket);
 
 }  // namespace tumble::http
