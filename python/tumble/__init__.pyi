@@ -1,5 +1,10 @@
 """What `import tumble` offers, for type checkers and editors; __init__.py loads it when it is first used."""
 
+from tumble import archive as archive
+from tumble import compat as compat
+from tumble import fleet as fleet
+from tumble import importers as importers
+from tumble import plot as plot
 from tumble._allan import AllanDeviation, allan_deviation
 from tumble._catalogue import Catalogue, Entry, checks, exports, formats, methods, models, plans, rigs, units
 from tumble._errors import (
