@@ -321,7 +321,7 @@ def main():
     lines = ["# Logs of ROS", "", header + f" Load after the runs {load:.1f}.",
              f"{options.messages} messages of sensor_msgs/Imu ({options.messages / 400:.0f} s at 400 Hz), files in the page cache, "
              f"{options.rounds} rounds, medians. Written by `bench/imports_ros.py`.", "",
-             "## Reading", "", "Seconds for 10^6 messages, file to channels; ours while one processor computes the SHA-256 (decision 091), which is not waited for; rosbags (`AnyReader`, "
+             "## Reading", "", "Seconds for 10^6 messages, file to channels; ours while one processor computes the SHA-256 (decision 092), which is not waited for; rosbags (`AnyReader`, "
              "`deserialize`) and mcap with mcap-ros2-support, in the same run, on a file of "
              f"{options.peer_messages} messages. The sums of all values agree.", "",
              "| file | MB | ours, wall | ours, processor | rosbags | mcap | rosbags / ours | wanted |",
