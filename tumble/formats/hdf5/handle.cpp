@@ -4,8 +4,9 @@ namespace tumble::hdf5 {
 
 namespace {
 
-/// Every file is closed here as soon as it has been used. What the library does at the end of the program besides is
-/// print a complaint about what damaged files left behind.
+/// Every handle here has an owner. What the library would do at the exit of the program is to try once more to write
+/// the files that a full disk kept it from closing, and to crash over that (1.10.8). It must be told before anything
+/// else.
 std::recursive_mutex& library() {
   static const bool no_farewell = H5dont_atexit() >= 0;
   static std::recursive_mutex mutex;
@@ -16,10 +17,6 @@ std::recursive_mutex& library() {
 }  // namespace
 
 Session::Session() : lock_(library()) {
-  // Every handle here has an owner. What the library would do at the exit of the program is to try once more to write
-  // the files that a full disk kept it from closing, and to crash over that (1.10.8).
-  static const herr_t without_exit_handler = H5dont_atexit();
-  static_cast<void>(without_exit_handler);
   H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }

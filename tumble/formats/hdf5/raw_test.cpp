@@ -28,16 +28,21 @@ struct Layout {
   bool is_raw = true;  ///< read without the library
 };
 
-const std::vector<Layout> layouts{{"contiguous"},
-                                  {"chunks", 1000},
-                                  {"one long chunk", 200000},
-                                  {"deflated", 1000, false, true},
-                                  {"shuffled and deflated", 1024, true, true},
-                                  {"chunks of odd length", 37, true, true},
-                                  {"with a checksum", 1000, false, true, true, H5T_IEEE_F64LE, 0, false},
-                                  {"counts", 1000, false, true, false, H5T_STD_I16LE, 0, false},
-                                  {"single precision", 0, false, false, false, H5T_IEEE_F32LE, 0, false},
-                                  {"behind a user block", 0, false, false, false, H5T_IEEE_F64LE, 512, false}};
+/// The types of HDF5 begin the library, which has to be told before what it is not to do at the exit.
+const std::vector<Layout>& layouts() {
+  const Session session;
+  static const std::vector<Layout> all{{"contiguous"},
+                                       {"chunks", 1000},
+                                       {"one long chunk", 200000},
+                                       {"deflated", 1000, false, true},
+                                       {"shuffled and deflated", 1024, true, true},
+                                       {"chunks of odd length", 37, true, true},
+                                       {"with a checksum", 1000, false, true, true, H5T_IEEE_F64LE, 0, false},
+                                       {"counts", 1000, false, true, false, H5T_STD_I16LE, 0, false},
+                                       {"single precision", 0, false, false, false, H5T_IEEE_F32LE, 0, false},
+                                       {"behind a user block", 0, false, false, false, H5T_IEEE_F64LE, 512, false}};
+  return all;
+}
 
 std::vector<double> counts(std::size_t count) {
   std::mt19937_64 random(count);
@@ -82,7 +87,7 @@ bool is_raw(const std::string& path, hsize_t count) {
 TEST(RawSamples, AreThoseThatWereWrittenInEveryLayout) {
   const ScratchFolder folder;
   const std::string path = folder.file("a.h5");
-  for (const Layout& layout : layouts)
+  for (const Layout& layout : layouts())
     for (const std::size_t count : {1ul, 999ul, 1000ul, 1001ul, 100003ul}) {
       const auto values = counts(count);
       write(path, layout, values);
@@ -105,7 +110,7 @@ TEST(RawSamples, AreThoseThatWereWrittenInEveryLayout) {
 TEST(RawSamples, MissingOnesAreReadAndInfiniteOnesAreRefused) {
   const ScratchFolder folder;
   const std::string path = folder.file("a.h5");
-  for (const Layout& layout : {layouts[0], layouts[1], layouts[3], layouts[4]})
+  for (const Layout& layout : {layouts()[0], layouts()[1], layouts()[3], layouts()[4]})
     for (const std::size_t place : {0ul, 5ul, 1000ul, 4998ul}) {
       auto values = counts(5000);
       values[place] = std::nan("");
@@ -123,7 +128,7 @@ TEST(RawSamples, MissingOnesAreReadAndInfiniteOnesAreRefused) {
 TEST(RawSamples, DamagedAndCutOffChunksAreRefused) {
   const ScratchFolder folder;
   const std::string path = folder.file("a.h5");
-  for (const Layout& layout : {layouts[0], layouts[1], layouts[3], layouts[4]}) {
+  for (const Layout& layout : {layouts()[0], layouts()[1], layouts()[3], layouts()[4]}) {
     write(path, layout, counts(100000));
     std::ifstream file(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
