@@ -32,7 +32,7 @@ function Save({ file }: { file: string }) {
     <>
       {/* A browser gives the clipboard to pages of this computer and by TLS alone. */}
       {window.isSecureContext && <button onClick={() => void copy()}>{t("results_copy")}</button>}
-      <a class="button" href={address} download={`${matrix.value}.csv`}>CSV</a>
+      <a class="button" href={address} download={`${matrix.value}.csv`} aria-label={`CSV: ${t(`results_${matrix.value}`)}`}>CSV</a>
       <span role="status">{said}</span>
     </>
   );
