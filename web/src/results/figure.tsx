@@ -111,7 +111,7 @@ function seriesOptions(figure: Figure, hidden: number[]): uPlot.Series[] {
 function room(props: () => Props): uPlot.Scale.Range {
   return (_plot, low, high) => {
     if (!(low > 0 && high > 0)) return [0.1, 1];
-    const by = props().zoom ? 1 : 1.15;
+    const by = props().zoom && high > low ? 1 : 1.15; // an axis without length has no ticks
     return [low / by, high * by];
   };
 }

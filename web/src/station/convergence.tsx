@@ -57,7 +57,7 @@ function figureOf(name: string, unit: string, points: Point[], predicted: Predic
     y: { name: t("station_sd_of", { name }), unit, logarithmic: true },
     series: [
       line(t("station_sd_now"), predicted.styles[0], x, known.map((point) => point[3])),
-      ...(end ? [line(t("station_sd_predicted"), predicted.styles[1], [first, last], [end.sd, end.sd])] : []),
+      ...(end && end.sd > 0 ? [line(t("station_sd_predicted"), predicted.styles[1], [first, last], [end.sd, end.sd])] : []),
     ],
     notes: [t("station_sd_hint")],
   };
