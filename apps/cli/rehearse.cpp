@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -27,14 +28,12 @@ struct Arguments {
 
 /// "1 h 15 min", "12 min 3 s"
 std::string duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
+  const long whole = std::lround(seconds);
   if (whole >= an_hour) return fmt::format("{} h {} min", whole / an_hour, whole % an_hour / 60);
   return whole >= 60 ? fmt::format("{} min {} s", whole / 60, whole % 60) : fmt::format("{} s", whole);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-  std::optional<Archive> archive;  // a rehearsal is archived only where --archive asks for it
-  if (!arguments.archive.address.empty()) archive = optional_archive(arguments.archive);
+Rehearsal rehearsal_of(const Arguments& arguments) {
   Rehearsal rehearsal;
   rehearsal.recording =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
@@ -46,13 +45,20 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   rehearsal.seed = arguments.seed;
   if (!arguments.station.empty()) rehearsal.station = load_station(arguments.station);
   if (!arguments.faults.empty()) rehearsal.faults = read_faults(read_text_file(arguments.faults), arguments.faults);
+  if (!arguments.speed.empty()) rehearsal.speed = speed_of(arguments.speed);
+  return rehearsal;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  std::optional<Archive> archive;  // a rehearsal is archived only where --archive asks for it
+  if (!arguments.archive.address.empty()) archive = optional_archive(arguments.archive);
+  Rehearsal rehearsal = rehearsal_of(arguments);
   if (!terminal.quiet)
     rehearsal.company.note = [&terminal](const Note& note, double time) {
       print(note_line(note, time, terminal.language));
     };
 
   const double begin = wall_time();
-  if (!arguments.speed.empty()) rehearsal.speed = speed_of(arguments.speed);
   if (rehearsal.speed > 0.0)
     rehearsal.pace = [begin, speed = rehearsal.speed](double simulated) {
       const double early = simulated / speed - (wall_time() - begin);

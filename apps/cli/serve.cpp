@@ -207,65 +207,78 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   return 0;
 }
 
+/// Where it listens, and who is let in.
+std::vector<Argument> address_arguments(Arguments& arguments) {
+  return {
+      {"FOLDER", &arguments.folder, "folder of recordings and plans (default: the current one)"},
+      {.name = "--port",
+       .value = &arguments.port,
+       .description = "port to listen at; 0: any that is free (default: 8321)",
+       .type = "NUMBER"},
+      {.name = "--host",
+       .value = &arguments.host,
+       .description =
+           "address to listen at, for other computers too; needs --cert and --key\n(default: this computer only)",
+       .type = "ADDRESS"},
+      {.name = "--cert", .value = &arguments.certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
+      {.name = "--key", .value = &arguments.key, .description = "its private key (PEM)", .type = "FILE"},
+      {"--no-token", &arguments.no_token, "everybody on this computer may use it, without the link"}};
+}
+
+std::vector<Argument> user_arguments(Arguments& arguments) {
+  return {
+      {.name = "--users",
+       .value = &arguments.users,
+       .description = "users, who sign in with a password, and their roles;\n(default: everybody who has the link may "
+                      "do everything)",
+       .type = "FILE"},
+      {.name = "--add-user",
+       .value = &arguments.added,
+       .description = "with --users and --role: add a user to that file, and end; asks for the password",
+       .type = "NAME"},
+      {.name = "--role",
+       .value = &arguments.roles,
+       .description = "of --add-user: read, operate (upload, start), approve (sign); repeatable",
+       .words = {"read", "operate", "approve"}},
+      {.name = "--password-of",
+       .value = &arguments.changed,
+       .description = "with --users: give a user of that file another password, and end",
+       .type = "NAME"}};
+}
+
+std::vector<Argument> other_arguments(Arguments& arguments) {
+  return {archive_argument(arguments.archive),
+          {.name = "--upload-limit",
+           .value = &arguments.upload_limit,
+           .description = "largest file that may be uploaded",
+           .type = "SIZE",
+           .bytes = "10 GB"},
+          {.name = "--prepare",
+           .value = &arguments.prepare,
+           .description = "prepare this recording for quick views, and end; repeatable",
+           .type = "RECORDING"},
+          {.name = "--predict",
+           .value = &arguments.predict,
+           .description = "predict the plan that standard input holds as if it stood in this file, and end",
+           .type = "PLAN"},
+          reading_sets(arguments.sets, "with --prepare: information that the file")};
+}
+
 }  // namespace
 
 Verb serve_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {
-      "serve",
-      "Open the workbench over a folder in a browser",
-      {{"FOLDER", &arguments->folder, "folder of recordings and plans (default: the current one)"},
-       {.name = "--port",
-        .value = &arguments->port,
-        .description = "port to listen at; 0: any that is free (default: 8321)",
-        .type = "NUMBER"},
-       {.name = "--host",
-        .value = &arguments->host,
-        .description =
-            "address to listen at, for other computers too; needs --cert and --key\n(default: this computer only)",
-        .type = "ADDRESS"},
-       {.name = "--cert", .value = &arguments->certificate, .description = "certificate of TLS (PEM)", .type = "FILE"},
-       {.name = "--key", .value = &arguments->key, .description = "its private key (PEM)", .type = "FILE"},
-       {"--no-token", &arguments->no_token, "everybody on this computer may use it, without the link"},
-       {.name = "--users",
-        .value = &arguments->users,
-        .description = "users, who sign in with a password, and their roles;\n(default: everybody who has the link may "
-                       "do everything)",
-        .type = "FILE"},
-       {.name = "--add-user",
-        .value = &arguments->added,
-        .description = "with --users and --role: add a user to that file, and end; asks for the password",
-        .type = "NAME"},
-       {.name = "--role",
-        .value = &arguments->roles,
-        .description = "of --add-user: read, operate (upload, start), approve (sign); repeatable",
-        .words = {"read", "operate", "approve"}},
-       {.name = "--password-of",
-        .value = &arguments->changed,
-        .description = "with --users: give a user of that file another password, and end",
-        .type = "NAME"},
-       archive_argument(arguments->archive),
-       {.name = "--upload-limit",
-        .value = &arguments->upload_limit,
-        .description = "largest file that may be uploaded",
-        .type = "SIZE",
-        .bytes = "10 GB"},
-       {.name = "--prepare",
-        .value = &arguments->prepare,
-        .description = "prepare this recording for quick views, and end; repeatable",
-        .type = "RECORDING"},
-       {.name = "--predict",
-        .value = &arguments->predict,
-        .description = "predict the plan that standard input holds as if it stood in this file, and end",
-        .type = "PLAN"},
-       reading_sets(arguments->sets, "with --prepare: information that the file")},
-      "Examples:\n"
-      "  tumble serve measurements\n"
-      "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
-      "  tumble serve --users lab-users.toml --add-user \"Li Wei\" --role operate --role approve\n"
-      "  tumble serve measurements --users lab-users.toml --archive lab.db\n"
-      "  tumble serve --prepare long.h5\n",
-      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  std::vector<Argument> all = address_arguments(*arguments);
+  for (const auto& more : {user_arguments(*arguments), other_arguments(*arguments)})
+    all.insert(all.end(), more.begin(), more.end());
+  return {"serve", "Open the workbench over a folder in a browser", std::move(all),
+          "Examples:\n"
+          "  tumble serve measurements\n"
+          "  tumble serve measurements --host 0.0.0.0 --cert lab.pem --key lab.key\n"
+          "  tumble serve --users lab-users.toml --add-user \"Li Wei\" --role operate --role approve\n"
+          "  tumble serve measurements --users lab-users.toml --archive lab.db\n"
+          "  tumble serve --prepare long.h5\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

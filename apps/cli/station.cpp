@@ -30,56 +30,71 @@ std::string said(const ControllerReply& reply) {
   return text.empty() ? "answered" : text;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-  if (arguments.what != "check")
-    throw Error(Error::Kind::bad_input,
-                "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
-  Station station = load_station(arguments.station);
+/// What was asked and answered, row by row.
+struct Answers {
+  TextColumn devices{"device", "", {}, TextColumn::Align::left}, verbs{"asked", "", {}, TextColumn::Align::left},
+      answers{"answer", "", {}, TextColumn::Align::left}, times{"ms", "", {}};
+  bool good = true;
+
+  void add(const std::string& device, const std::string& verb, std::string answer, std::string time) {
+    devices.cells.push_back(device);
+    verbs.cells.push_back(verb);
+    answers.cells.push_back(std::move(answer));
+    times.cells.push_back(std::move(time));
+  }
+};
+
+Answers answers_of(Station station) {
   const StationParts parts = parts_of(station);
   const double begin = wall_time();
   LinkWires links(station, [begin] { return wall_time() - begin; });
-  using Align = TextColumn::Align;
-  TextColumn devices{"device", "", {}, Align::left}, verbs{"asked", "", {}, Align::left},
-      answers{"answer", "", {}, Align::left}, times{"ms", "", {}};
-  bool good = true;
+  Answers all;
   for (const DeviceAnswer& answer : talk_to(station, parts, links.wires())) {
-    devices.cells.push_back(answer.device);
-    verbs.cells.push_back(answer.verb);
-    answers.cells.push_back(said(answer.reply));
-    times.cells.push_back(fmt::format("{:.1f}", 1e3 * answer.after));
-    good = good && answer.reply.problem.empty();
+    all.add(answer.device, answer.verb, said(answer.reply), fmt::format("{:.1f}", 1e3 * answer.after));
+    all.good = all.good && answer.reply.problem.empty();
   }
   const auto counts = listen_to(station, parts, links.wires(), 1.0);
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (station.instruments[i].frames.empty()) continue;
-    devices.cells.push_back(station.instruments[i].slot);
-    verbs.cells.emplace_back("stream, 1 s");
     const bool silent = counts[i].good == 0 && counts[i].damaged.count == 0 && counts[i].skipped_bytes == 0;
     const bool may_be_off = silent && station.power.device;  // a run switches it on
-    answers.cells.push_back(may_be_off ? fmt::format("silent; {} switches it on when a run begins",
-                                                     station.devices[*station.power.device].name)
-                                       : fmt::format("{} frames, {} damaged, {} bytes of nothing known", counts[i].good,
-                                                     counts[i].damaged.count, counts[i].skipped_bytes));
-    times.cells.emplace_back();
-    good = good && (counts[i].good > 0 || may_be_off);
+    all.add(station.instruments[i].slot, "stream, 1 s",
+            may_be_off ? fmt::format("silent; {} switches it on when a run begins",
+                                     station.devices[*station.power.device].name)
+                       : fmt::format("{} frames, {} damaged, {} bytes of nothing known", counts[i].good,
+                                     counts[i].damaged.count, counts[i].skipped_bytes),
+            "");
+    all.good = all.good && (counts[i].good > 0 || may_be_off);
   }
+  return all;
+}
+
+std::string json_of(const Answers& all) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < all.devices.cells.size(); ++i)
+    rows.push_back({{"device", all.devices.cells[i]},
+                    {"asked", all.verbs.cells[i]},
+                    {"answer", all.answers.cells[i]},
+                    {"milliseconds", all.times.cells[i]}});
+  return Json{{"good", all.good}, {"rows", rows}}.dump(2) + "\n";
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  if (arguments.what != "check")
+    throw Error(Error::Kind::bad_input,
+                "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
+  Answers all = answers_of(load_station(arguments.station));
   if (!arguments.output.empty()) {
-    Json rows = Json::array();
-    for (std::size_t i = 0; i < devices.cells.size(); ++i)
-      rows.push_back({{"device", devices.cells[i]},
-                      {"asked", verbs.cells[i]},
-                      {"answer", answers.cells[i]},
-                      {"milliseconds", times.cells[i]}});
-    write_output(terminal, arguments.output, Json{{"good", good}, {"rows", rows}}.dump(2) + "\n");
-    if (!good) complain(terminal, "some devices do not answer; nothing was moved");
-    return good ? 0 : 3;
+    write_output(terminal, arguments.output, json_of(all));
+    if (!all.good) complain(terminal, "some devices do not answer; nothing was moved");
+    return all.good ? 0 : 3;
   }
-  for (TextColumn* column : {&verbs, &answers})
+  for (TextColumn* column : {&all.verbs, &all.answers})
     for (std::string& cell : column->cells) cell = said_in(terminal.language, cell);
-  print(table_said(terminal, {devices, verbs, answers, times}));
-  print_said(terminal,
-             good ? "\nall devices answer; nothing was moved\n" : "\nsome devices do not answer; nothing was moved\n");
-  return good ? 0 : 3;
+  print(table_said(terminal, {all.devices, all.verbs, all.answers, all.times}));
+  print_said(terminal, all.good ? "\nall devices answer; nothing was moved\n"
+                                : "\nsome devices do not answer; nothing was moved\n");
+  return all.good ? 0 : 3;
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ const Unit shown_unit = Unit::parse("deg/h");
 std::string noon(int day, int hour = 12) {
   constexpr std::int64_t second = 1'000'000'000;
   const auto begin = parse_iso_time("2026-01-01T00:00:00Z").value_or(0);
-  return iso_time(begin + (day * 24 + hour) * 3600 * second).substr(0, 19) + "Z";
+  return iso_time(begin + (std::int64_t{day} * 24 + hour) * 3600 * second).substr(0, 19) + "Z";
 }
 
 class ArchiveStatistics : public ::testing::Test {

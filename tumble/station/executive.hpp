@@ -188,7 +188,6 @@ struct PendingRequest {
   Purpose purpose = Purpose::poll;
   int sent = 0;          ///< how often
   std::size_t safe = 0;  ///< of the safe list: its index
-  bool operator==(const PendingRequest&) const = default;
 };
 
 /// A set point that was acknowledged, and is to be read back.

@@ -122,8 +122,10 @@ Averaged averaged(const WalkDensity& walks, const AtWalk& at_walk) {
 
 double walk_quantile(const WalkDensity& walks, double probability) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < walks.walk.size(); ++i)
-    if ((sum += walks.weight[i]) >= probability) return walks.walk[i];
+  for (std::size_t i = 0; i < walks.walk.size(); ++i) {
+    sum += walks.weight[i];
+    if (sum >= probability) return walks.walk[i];
+  }
   return walks.walk.back();
 }
 

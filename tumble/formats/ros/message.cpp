@@ -40,7 +40,7 @@ bool decode_ros1(std::string_view bytes, std::size_t numbers, Body& body) {
 bool decode_cdr(std::string_view bytes, std::size_t numbers, Body& body) {
   constexpr std::size_t fixed = 12;  // stamp.sec, stamp.nanosec, length of frame_id
   if (bytes.size() < 4 + fixed || bytes[0] != 0) return false;
-  const int kind = bytes[1];
+  const auto kind = static_cast<unsigned char>(bytes[1]);
   if (kind != 0 && kind != 1 && kind != 6 && kind != 7) return false;
   body.reversed = kind % 2 == 0;
   const std::size_t alignment = kind > 1 ? 4 : 8;

@@ -168,7 +168,7 @@ TEST_P(RosLogs, OnlyTheChannelsWanted) {
 
 TEST_P(RosLogs, MemoryIsThatOfTheSamples) {
   const std::uintmax_t bytes = recording_memory(format_of(path()), path(), {});
-  EXPECT_GE(bytes, 6u * 60u * sizeof(double));
+  EXPECT_GE(bytes, 6 * 60 * sizeof(double));
   EXPECT_LE(bytes, 60000u);
 }
 
@@ -249,9 +249,10 @@ TEST(RosClock, ChoosesTheHeaderUnlessItIsWrong) {
   constexpr std::int64_t second = 1'000'000'000, begin = 1'400'000'000 * second;
   const auto choose = [&](std::int64_t first, double rate, std::string& code) {
     ros::ClockSummary clocks;
-    for (int i = 0; i < 10'000; ++i)
-      clocks.add(first + static_cast<std::int64_t>(rate * static_cast<double>(i * (second / 100))),
-                 begin + i * (second / 100));
+    for (int i = 0; i < 10'000; ++i) {
+      const std::int64_t after = i * (second / 100);
+      clocks.add(first + static_cast<std::int64_t>(rate * static_cast<double>(after)), begin + after);
+    }
     Findings findings;
     const auto choice = ros::choose_clock(clocks, "/imu", findings);
     code = findings.empty() ? "" : findings.front().code;
@@ -295,7 +296,7 @@ TEST(RosMessages, BothVersionsOfCdrAndBothByteOrders) {
     number(std::uint32_t{500});
     number(std::uint32_t{3});
     bytes += std::string("ab\0", 3);
-    bytes.append(kind < 2 ? 1 : 1, '\0');  // 15 -> 16 in both
+    bytes.append(1, '\0');  // 15 -> 16 in both
     number(21.5);
     number(0.25);
     ros::Body body;

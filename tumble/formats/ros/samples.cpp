@@ -159,7 +159,7 @@ void Samples::make_longer(const Stream& stream) {
 ScanReport scan(const Log& log, const std::vector<Stream>& streams,
                 const std::function<void(std::span<const Stretch* const>)>& take, const Progress& progress) {
   const Directory directory(streams);
-  const std::size_t slots_at_once = 8 * std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t slots_at_once = std::size_t{8} * std::max(1u, std::thread::hardware_concurrency());
   IdleWindows windows;
   std::vector<Slot> slots;
   for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)

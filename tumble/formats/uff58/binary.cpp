@@ -12,7 +12,7 @@ namespace tumble::uff58 {
 
 namespace {
 
-constexpr std::size_t longest_line = 4096, piece_size = 48 * 8192;  // [bytes]
+constexpr std::size_t longest_line = 4096, piece_size = std::size_t{48} * 8192;  // [bytes]
 
 /// Windows-1252 or Latin-1 where it is no UTF-8; both write letters alike.
 std::string in_utf8(std::string_view line) {
