@@ -127,16 +127,18 @@ void read_values(database::Database& database, const UnitName& unit, bool all_un
     if ((all_units || wanted.contains(value.unit)) && !replaced.contains(value.result)) over.values.push_back(value);
   };
   if (unit.serial.empty())
-    database.visit(
-        "SELECT unit, result, moment, value, sd, private_sd, sources FROM parameters WHERE name = ? ORDER BY moment",
-        {over.parameter}, take);
+    database.visit("SELECT unit, result, moment, value, sd, private_sd, sources FROM parameters WHERE name = ?",
+                   {over.parameter}, take);
   else
     database.visit(
         "SELECT p.unit, p.result, p.moment, p.value, p.sd, p.private_sd, p.sources FROM results r JOIN parameters p ON "
         "p.result = r.id WHERE "
         "r.unit = ? "
-        "AND p.name || '' = ? ORDER BY p.moment",
+        "AND p.name || '' = ?",
         {schema::number_of(deposits::sha256_of_unit(unit)), over.parameter}, take);
+  // Here, where it takes a tenth of what a server takes to sort its rows; results of one moment in the order of their
+  // numbers.
+  std::ranges::sort(over.values, {}, [](const ChartValue& one) { return std::pair(one.moment, one.result); });
 }
 
 }  // namespace
