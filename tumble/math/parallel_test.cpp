@@ -41,10 +41,13 @@ TEST(ParallelFor, WorksWithinItselfAndBesideTheBackground) {
   });
   for (auto& one : background) one.get();
   for (const auto& row : calls) EXPECT_EQ(row, std::vector<int>(50, 1));
-  EXPECT_THROW(parallel_for(4, [](std::size_t) { in_background([] { throw std::runtime_error("x"); }).get(); }),
-               std::runtime_error);
   parallel_for(50, [&](std::size_t i) { ++calls[0][i]; });  // as before
   EXPECT_EQ(calls[0], std::vector<int>(50, 2));
+}
+
+TEST(ParallelFor, AnExceptionOfTheBackgroundComesOut) {
+  const auto throws = [](std::size_t) { in_background([] { throw std::runtime_error("x"); }).get(); };
+  EXPECT_THROW(parallel_for(4, throws), std::runtime_error);
 }
 
 // As many threads as before the background took its processor, once it has ended.

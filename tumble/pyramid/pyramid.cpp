@@ -196,6 +196,22 @@ ChannelView Pyramid::view(std::size_t channel, double from, double to, std::size
   return view;
 }
 
+namespace {
+
+/// What moments of samples, about an offset [SI], say of them; the slope in [SI/s] for time that passes at this rate
+/// [1/s].
+void describe(const Moments& all, double offset, double rate, SpanStatistics& result) {
+  const double none = std::nan("");
+  result.missing = result.samples - static_cast<std::size_t>(all.count);
+  result.mean = all.count > 0.0 ? offset + all.mean : none;
+  result.sd = all.count > 1.0 ? std::sqrt(all.squares / (all.count - 1.0)) : none;
+  result.minimum = all.count > 0.0 ? all.minimum : none;
+  result.maximum = all.count > 0.0 ? all.maximum : none;
+  result.slope = all.squares_time > 0.0 ? all.products / all.squares_time * rate : none;
+}
+
+}  // namespace
+
 SpanStatistics Pyramid::statistics(std::size_t channel, std::size_t first, std::size_t end) const {
   const MappedChannel& of = parts_->mapped_channels[channel];
   const PyramidChannel& face = parts_->channels[channel];
@@ -232,14 +248,7 @@ SpanStatistics Pyramid::statistics(std::size_t channel, std::size_t first, std::
     place += size;
   }
   add_samples(place, end);
-
-  result.missing = result.samples - static_cast<std::size_t>(all.count);
-  const double none = std::nan("");
-  result.mean = all.count > 0.0 ? of.offset + all.mean : none;
-  result.sd = all.count > 1.0 ? std::sqrt(all.squares / (all.count - 1.0)) : none;
-  result.minimum = all.count > 0.0 ? all.minimum : none;
-  result.maximum = all.count > 0.0 ? all.maximum : none;
-  result.slope = all.squares_time > 0.0 ? all.products / all.squares_time * (face.stamped ? 1.0 : of.rate) : none;
+  describe(all, of.offset, face.stamped ? 1.0 : of.rate, result);
   return result;
 }
 
