@@ -168,7 +168,7 @@ TEST_P(RosLogs, OnlyTheChannelsWanted) {
 
 TEST_P(RosLogs, MemoryIsThatOfTheSamples) {
   const std::uintmax_t bytes = recording_memory(format_of(path()), path(), {});
-  EXPECT_GE(bytes, std::uintmax_t{6 * 60} * sizeof(double));
+  EXPECT_GE(bytes, std::uintmax_t{6} * 60 * sizeof(double));
   EXPECT_LE(bytes, 60000u);
 }
 
