@@ -136,8 +136,8 @@ void read_values(database::Database& database, const UnitName& unit, bool all_un
         "r.unit = ? "
         "AND p.name || '' = ?",
         {schema::number_of(deposits::sha256_of_unit(unit)), over.parameter}, take);
-  // Here, where it takes a tenth of what a server takes to sort its rows; results of one moment in the order of their
-  // numbers.
+  // Not by the database: of 76 ms that PostgreSQL takes for 200 000 rows, their order takes 52. Results of one moment
+  // come in the order of their numbers.
   std::ranges::sort(over.values, {}, [](const ChartValue& one) { return std::pair(one.moment, one.result); });
 }
 

@@ -162,8 +162,7 @@ Postgres::Postgres(const std::string& address) : connection_(libpq().connectdb(a
                   connection_ ? one_line(libpq().error_message(connection_.get())) : "no memory"};
   libpq().set_notice_processor(
       connection_.get(), [](void*, const char*) {}, nullptr);
-  // A question reads some 10^5 rows: they are sorted in memory, and compiling it would take longer than answering it.
-  script("SET client_encoding TO 'UTF8'; SET synchronous_commit TO on; SET jit TO off; SET work_mem TO '64MB'");
+  script("SET client_encoding TO 'UTF8'; SET synchronous_commit TO on");
 }
 
 const std::string& Postgres::prepared(const std::string& sql, const Row& values) {

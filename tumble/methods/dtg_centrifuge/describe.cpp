@@ -11,122 +11,14 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
+#include "tumble/methods/dtg_centrifuge/levels.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
-using Row = std::vector<double>;
 
 Unit sensitivity() { return Unit::parse("deg/h/g"); }
-
-/// A number and its derivatives by the level quantities.
-struct Function {
-  double value = 0.0;
-  Row gradient;
-};
-
-Row times(double factor, Row row) {
-  for (double& one : row) one *= factor;
-  return row;
-}
-
-Row plus(Row a, const Row& b) {
-  for (std::size_t k = 0; k < a.size(); ++k) a[k] += b[k];
-  return a;
-}
-
-/// K, zeta and what the polynomial makes of them.
-class Levels {
- public:
-  Levels(const Outcome& outcome, const std::vector<Level>& levels)
-      : outcome_(outcome), levels_(levels), rows_(levels_with_lag(outcome.levels, outcome.polynomial)) {}
-
-  std::size_t size() const { return outcome_.levels.value.size(); }
-  std::size_t parts() const { return outcome_.polynomial.parts; }
-
-  /// p or q of a level.
-  Function part(std::size_t level, std::size_t c) const {
-    Function out{0.0, Row(size())};
-    for (std::size_t k = 0; k < size(); ++k) out.gradient[k] = rows_(level * parts() + c, k);
-    out.value = dot(out.gradient, outcome_.levels.value);
-    return out;
-  }
-
-  /// K_i, less what noise adds to its square, docs/equations (1.14).
-  Function K(std::size_t level) const {
-    Function out{0.0, Row(size())};
-    double square = 0.0, noise = 0.0;
-    for (std::size_t c = 0; c < parts(); ++c) {
-      const Function one = part(level, c);
-      square += one.value * one.value;
-      // a lag turns p + iq and leaves its size
-      for (const auto& source : outcome_.levels.fit.sources)
-        if (source.source != lag_source) noise += quadratic_form(one.gradient, source.covariance);
-    }
-    const double size = std::sqrt(square);
-    for (std::size_t c = 0; c < parts(); ++c) {
-      const Function one = part(level, c);
-      out.gradient = plus(out.gradient, times(size > 0.0 ? one.value / size : 1.0, one.gradient));
-    }
-    const bool subtract_noise = outcome_.corrected && outcome_.take == Take::both_parts;
-    out.value = subtract_noise ? std::sqrt(std::max(0.0, square - noise)) : size;
-    return out;
-  }
-
-  /// K of the polynomial, at a level of the test or between two.
-  Function fitted(const Level& level) const {
-    const Polynomial& p = outcome_.polynomial;
-    const Row row = p.row(level);
-    std::vector<Function> part(parts());
-    double square = 0.0;
-    for (std::size_t c = 0; c < parts(); ++c) {
-      part[c].gradient.assign(size(), 0.0);
-      for (std::size_t k = 0; k < row.size(); ++k) {
-        const std::size_t at = c * p.each() + k;
-        part[c].value += row[k] * p.value[at];
-        for (std::size_t n = 0; n < size(); ++n) part[c].gradient[n] += row[k] * p.of_levels(at, n);
-      }
-      square += part[c].value * part[c].value;
-    }
-    Function out{std::sqrt(square), Row(size())};
-    for (const Function& one : part) out.gradient = plus(out.gradient, times(one.value / out.value, one.gradient));
-    return out;
-  }
-
-  /// The lowest level with the same orientation.
-  std::size_t first(std::size_t level) const {
-    std::size_t first = level;
-    while (first > 0 && levels_[first - 1].spin_up == levels_[level].spin_up) --first;
-    return first;
-  }
-
-  Function zeta(std::size_t level) const {
-    if (first(level) == level) return {0.0, Row(size())};
-    return ratio_less_one(K(level), K(first(level)));
-  }
-  /// Of the polynomial, where it may change over the levels; without number where it is constant.
-  Function zeta_fitted(std::size_t level) const {
-    if (first(level) == level && bends()) return {0.0, Row(size())};
-    return zeta_fitted(levels_[level], first(level));
-  }
-  Function zeta_fitted(const Level& level, std::size_t first) const {
-    if (!bends()) return {std::nan(""), Row(size())};
-    return ratio_less_one(fitted(level), fitted(levels_[first]));
-  }
-  bool bends() const { return outcome_.polynomial.powers > 0; }
-
- private:
-  Function ratio_less_one(const Function& here, const Function& there) const {
-    if (!(there.value > 0.0)) return {std::nan(""), Row(size())};
-    return {here.value / there.value - 1.0, plus(times(1.0 / there.value, here.gradient),
-                                                 times(-here.value / (there.value * there.value), there.gradient))};
-  }
-
-  const Outcome& outcome_;
-  const std::vector<Level>& levels_;
-  Matrix rows_;  ///< the levels by the quantities
-};
 
 Group group_of(const Quantities& quantities) {
   return {quantities.value.size(), quantities.fit.sources,
@@ -172,9 +64,9 @@ struct Coefficients {
   std::size_t levels, third;  ///< groups
   std::string prefix, symbol;
 
-  Row of(std::size_t part, std::size_t index) const {
+  std::vector<double> of(std::size_t part, std::size_t index) const {
     const Polynomial& p = outcome.polynomial;
-    Row row(outcome.levels.value.size());
+    std::vector<double> row(outcome.levels.value.size());
     for (std::size_t n = 0; n < row.size(); ++n) row[n] = p.of_levels(part * p.each() + index, n);
     return row;
   }
@@ -214,7 +106,7 @@ void add_cubic(const Coefficients& c, std::size_t part, Ledger& ledger) {
   const std::size_t cubic = p.both_orientations ? 2 : 1;
   const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * c.outcome.third->value[part];
   const auto third = [&](double factor) {
-    Row row(2);
+    std::vector<double> row(2);
     row[part] = 4.0 * sign * factor;
     return row;
   };
@@ -268,9 +160,10 @@ void add_relation(const Relation& relation, double by_lag, Ledger& ledger) {
   covariance(0, 0) = std::pow(relation.log_gain_sd, 2);
   covariance(1, 1) = std::pow(relation.azimuth_sd, 2);
   of_lag(1, 1) = by_lag * by_lag;
-  const std::size_t group = ledger.add(Group{2, {{relation_source, covariance}, {lag_source, of_lag}}, [](const Row&) {
-                                               return std::numeric_limits<double>::infinity();
-                                             }});
+  const std::size_t group =
+      ledger.add(Group{2, {{relation_source, covariance}, {lag_source, of_lag}}, [](const std::vector<double>&) {
+                         return std::numeric_limits<double>::infinity();
+                       }});
   if (!(covariance(0, 0) > 0.0) || !(covariance(1, 1) > 0.0)) return;
   const double gain = std::exp(-relation.log_gain);
   ledger.add({"reference_gain", "S_f/S_g", Unit(), gain, "scale factor of the reference gyro over that of the gyro"},
@@ -322,8 +215,8 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   Matrix covariance(1, 1);
   covariance(0, 0) = 2.0 * between * between / dof / (4.0 * variance);
   const double nu = root_interval_degrees_of_freedom(dof, variance / between);
-  const std::size_t group =
-      ledger.add(Group{1, {{outcome.levels.fit.sources[1].source, covariance}}, [nu](const Row&) { return nu; }});
+  const std::size_t group = ledger.add(
+      Group{1, {{outcome.levels.fit.sources[1].source, covariance}}, [nu](const std::vector<double>&) { return nu; }});
   Parameter repeatability{prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(variance),
                           parts > 1
                               ? "standard deviation of each of D_x and D_y from power-up to power-up, without noise"

@@ -46,23 +46,25 @@ struct GradientOfRate {
 class Surface {
  public:
   Surface(const std::vector<Term>& terms, const Answer& answer, double start)
-      : terms_(terms), answer_(answer), gradient_(answer.runs), start_(start), at_start_(raw(start, 0.0, 0.0)) {}
+      : terms_(terms), answer_(answer), gradient_(answer.runs), start_(start), at_start_(raw(felt_at(start, 0.0, 0.0))) {}
 
   Felt felt(double temperature, double rate) const {
-    return {{}, {}, {}, temperature, gradient_.level + gradient_.slope * rate, rate, start_, long_after()};
+    return felt_at(temperature, gradient_.level + gradient_.slope * rate, rate);
   }
   /// What multiplies the coefficients.
   std::vector<double> regressors(double temperature, double rate) const {
-    auto phi = raw(temperature, felt(temperature, rate).temperature_gradient, rate);
+    auto phi = raw(felt(temperature, rate));
     for (std::size_t c = 0; c < phi.size(); ++c) phi[c] -= at_start_[c];
     return phi;
   }
   double drift(const std::vector<double>& phi) const { return dot(phi, answer_.fit.parameters); }
 
  private:
-  static double long_after() { return 1e9; }  ///< [s] no start-up transient any more
-  std::vector<double> raw(double temperature, double gradient, double rate) const {
-    const Felt felt{{}, {}, {}, temperature, gradient, rate, start_, long_after()};
+  Felt felt_at(double temperature, double gradient, double rate) const {
+    constexpr double long_after = 1e9;  // [s] no start-up transient any more
+    return {{}, {}, {}, temperature, gradient, rate, start_, long_after};
+  }
+  std::vector<double> raw(const Felt& felt) const {
     std::vector<double> phi;
     for (const auto column : answer_.columns) phi.push_back(terms_[column].regressor(felt));
     return phi;

@@ -76,7 +76,6 @@ struct Descriptors {
   run_in_place(program, arguments, environment, given);
 }
 
-/// The environment with the place for progress, and English messages without colour.
 /// That of this process, but the program speaks English: its messages are kept, and said to each reader in the language
 /// of the page.
 std::vector<std::string> environment_in_english() {
@@ -88,6 +87,7 @@ std::vector<std::string> environment_in_english() {
   return all;
 }
 
+/// The same with the place for progress.
 std::vector<std::string> environment_of_job() {
   auto all = environment_in_english();
   all.push_back("TUMBLE_PROGRESS=" + std::to_string(progress_descriptor));
