@@ -4,7 +4,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "tumble/formats/file/utf8.hpp"
+#include "tumble/formats/csv/encoding.hpp"
 #include "tumble/formats/topics/window.hpp"
 #include "tumble/units/error.hpp"
 
@@ -14,20 +14,14 @@ namespace {
 
 constexpr std::size_t longest_line = 4096, piece_size = std::size_t{48} * 8192;  // [bytes]
 
-/// Windows-1252 or Latin-1 where it is no UTF-8; both write letters alike.
-std::string in_utf8(std::string_view line) {
-  std::string text(line);
-  if (file::valid_utf8(text + ' ')) return text;
-  text.clear();
-  for (const char c : line) {
-    const auto code = static_cast<unsigned char>(c);
-    if (code < 0x80) {
-      text += c;
-    } else {
-      text += static_cast<char>(0xc0 | code >> 6);
-      text += static_cast<char>(0x80 | (code & 0x3f));
-    }
-  }
+std::string in_utf8(std::string_view line, const std::string& path) {
+  while (line.ends_with('\r')) line.remove_suffix(1);
+  const csv::Encoding encoding = csv::encoding_of(line, "", path);
+  std::string text;
+  if (encoding.plain())
+    text = line;
+  else
+    csv::Decoder(encoding).append(line, text);
   return text;
 }
 
@@ -83,8 +77,7 @@ void each_part(const std::string& path, const Progress& progress, const Parts& p
     if (end == here.npos && here.size() == longest_line)
       throw Error{Error::Kind::bad_file, "'" + path + "', line " + std::to_string(number) + ": more than " +
                                              std::to_string(longest_line) + " characters"};
-    std::string line = in_utf8(here.substr(0, end));
-    while (line.ends_with('\r')) line.pop_back();
+    const std::string line = in_utf8(here.substr(0, end), path);
     window.skip(end == here.npos ? here.size() : end + 1);
     parts.line(line, number);
     for (std::size_t due = parts.bytes_due(); due > 0 && window.holds(1);) {

@@ -46,7 +46,11 @@ struct GradientOfRate {
 class Surface {
  public:
   Surface(const std::vector<Term>& terms, const Answer& answer, double start)
-      : terms_(terms), answer_(answer), gradient_(answer.runs), start_(start), at_start_(raw(felt_at(start, 0.0, 0.0))) {}
+      : terms_(terms),
+        answer_(answer),
+        gradient_(answer.runs),
+        start_(start),
+        at_start_(raw(felt_at(start, 0.0, 0.0))) {}
 
   Felt felt(double temperature, double rate) const {
     return felt_at(temperature, gradient_.level + gradient_.slope * rate, rate);
