@@ -39,7 +39,8 @@ std::vector<Population> possible_populations(std::span<const UnitValue> units, s
 /// Given:    units [n], n >= 3; at least one limit, finite, the lower below the upper; sd [u] of the errors that all
 ///           units share, which move their mean.
 /// Throws:   as spread_of_units(); Error::bad_input for limits that are missing, not numbers or reversed.
-/// Accuracy: intervals hold in 93 to 96 % for 20 units up and uncertainties up to twice the spread.
+/// Accuracy: intervals hold in 92 to 98 % of 600 fleets each of 20 and 100 units, uncertainties of 0.3 to 2 and shared
+///           errors of 0 to 2 times the spread, with the mean in the middle of the limits and apart from it.
 /// See:      docs/equations (8.26), (8.27).
 Capability capability_of(std::span<const UnitValue> units, const Tolerance& limits, double shared_sd = 0.0);
 
