@@ -90,7 +90,9 @@ std::string bash(const std::vector<Verb>& verbs) {
       "  case \"$word\" in\n"
       "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
       "    *) [ \"$COMP_CWORD\" -eq 2 ] || words=\"\"\n"
-      "       COMPREPLY=($(compgen -W \"$words\" -- \"$word\") $(compgen -f -- \"$word\")) ;;\n"
+      "       COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
+      "       local IFS=$'\\n'\n"
+      "       COMPREPLY+=($(compgen -f -- \"$word\")) ;;\n"
       "  esac\n}}\ncomplete -o filenames -F _tumble tumble\n",
       fmt::join(verb_names(verbs), " "), cases);
 }

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -26,13 +28,21 @@ double factor_of(const std::string& text) {
   return value;
 }
 
+/// "-" and "gyro_y=-" are standard input.
+ExportSource source_of(const std::string& argument) {
+  if (argument != "-" && !argument.ends_with("=-")) return export_source(argument);
+  const std::string axis = argument.substr(0, argument.size() - std::min<std::size_t>(argument.size(), 2));
+  const bool named = axis.empty() || axis.starts_with("gyro_") || axis.starts_with("accelerometer_");
+  return named ? ExportSource{"standard input", read_text_file(readable("-")), axis} : export_source(argument);
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   const ExportWish wish{arguments.to, parse_sets(arguments.sets), arguments.drop, factor_of(arguments.inflate)};
   find_export(wish.to);
   std::vector<ExportSource> sources;
   std::vector<std::string> files;
   for (const auto& argument : arguments.results) {
-    sources.push_back(export_source(argument));
+    sources.push_back(source_of(argument));
     files.push_back(sources.back().file);
   }
   const bool to_file = !arguments.output.empty() && arguments.output != "-";
@@ -50,7 +60,7 @@ Verb export_verb() {
           "Write a calibration and its noise for the software that uses them next",
           {{"RESULT", &arguments->results,
             "results (.json) of identify: a calibration, noise, or both; of a single sensor its axis may be named: "
-            "gyro_y=RESULT",
+            "gyro_y=RESULT; - reads standard input",
             true},
            {.name = "--to",
             .value = &arguments->to,
