@@ -281,6 +281,30 @@ TEST_F(CCode, FixedPointTakesAnyInteger) {
   }
 }
 
+/// So do floats: the passes that solve for a steep power end in numbers, although they do not converge there.
+TEST_F(CCode, FloatingPointFarBeyondTheRangeIsFinite) {
+  const auto all = compilers();
+  ASSERT_FALSE(all.empty()) << "no C compiler";
+  for (const std::string type : {"float", "double"}) {
+    ExportRequest asked;
+    asked.settings.push_back({"type", type, "--set", true, true});
+    write("calibration.c", export_calibration(find_export("c"), narrow_axis(), asked));
+    std::string text = reader;
+    for (auto at = text.find("REAL"); at != std::string::npos; at = text.find("REAL")) text.replace(at, 4, type);
+    write("main.c", text);
+    ASSERT_EQ(
+        run(fmt::format("{} {} -o {} {} {}", all[0], warnings, path("program"), path("calibration.c"), path("main.c"))),
+        0);
+    std::vector<ImuSample> raws;
+    for (const double size : {0.04, 0.1, 1.0, 100.0, 1e6})
+      raws.push_back({size * Vector3{1.0, -1.0, 1.0}, size * Vector3{-1.0, 1.0, 1.0}, 293.15, {}});
+    const auto found = consumed(raws);  // reading ends at a word such as inf
+    ASSERT_EQ(found.size(), raws.size());
+    for (std::size_t k = 0; k < raws.size(); ++k)
+      EXPECT_LT(norm(found[k].rate), 2.0 * norm(raws[k].rate) + 1.0) << type << ", sample " << k;
+  }
+}
+
 TEST_F(CCode, SelfTestFindsAWrongNumber) {
   const auto all = compilers();
   ASSERT_FALSE(all.empty()) << "no C compiler";

@@ -29,11 +29,12 @@ struct Frame {
 
 /// [px] About what a text takes.
 double width_of(std::string_view text);
-/// A text that takes at most `room` [px], and attributes that make its letters as small as that needs; where letters
-/// of three quarters of the usual size need more, it is without its middle.
+/// A text and attributes of its element.
 struct FittedText {
   std::string text, more;
 };
+/// A text that takes at most `room` [px]: its letters are as small as that needs; where letters of three quarters of
+/// the usual size need more, it is without its middle.
 FittedText fitted(std::string_view text, double room);
 /// Given: place [px] of its anchor (start, middle, end) on its base line, more attributes.
 std::string text_at(double x, double y, const char* anchor, std::string_view text, const char* more = "");

@@ -9,9 +9,6 @@
 namespace tumble::c_code {
 namespace {
 
-/// Least e with 2^e >= value.
-int exponent_above(double value) { return static_cast<int>(std::ceil(std::log2(std::max(value, 1e-30)))); }
-
 double row_sum(Vector3 row, Vector3 sizes) { return dot(absolute(row), sizes); }
 
 /// Greatest |value| of a polynomial without a constant for |d| <= reach.
@@ -108,8 +105,7 @@ std::array<int, 3> curve_exponents(const TriadCalibration& t, int input_bits) {
   constexpr int narrowest = 30;
   std::array<int, 3> exponents;
   const int widest = 29 - input_bits;
-  for (std::size_t i = 0; i < 3; ++i)
-    exponents[i] = std::clamp(exponent_above(1.1 * t.range[i]), widest - narrowest, widest);
+  for (std::size_t i = 0; i < 3; ++i) exponents[i] = std::clamp(curve_exponent(t, i), widest - narrowest, widest);
   return exponents;
 }
 
