@@ -60,8 +60,8 @@ Verb export_verb() {
       "export",
       "Write a calibration and its noise for the software that uses them next",
       {{"RESULT", &arguments->results,
-        "results (.json) of identify: a calibration, noise, or both; of a single sensor its axis may be named: "
-        "gyro_y=RESULT; - reads standard input",
+        "results (.json) of identify: a calibration, noise, or both; of a single sensor\n"
+        "its axis may be named: gyro_y=RESULT; - reads standard input",
         true},
        {.name = "--to",
         .value = &arguments->to,

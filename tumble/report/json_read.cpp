@@ -86,8 +86,7 @@ void check_sd(const std::vector<Node>& parameters, const Matrix& covariance) {
   }
 }
 
-/// A covariance is symmetric, and no correlation is beyond 1. 1e-6 lets numbers through that were written with seven
-/// digits.
+/// A covariance is symmetric, and no correlation is beyond 1; to seven digits.
 void check_pairs(const Node& node, const Matrix& covariance) {
   for (std::size_t i = 0; i < covariance.rows; ++i)
     for (std::size_t j = 0; j < i; ++j) {
@@ -357,6 +356,8 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
+    if (!file.ends_with(".json") && file.find('.') != std::string::npos)
+      throw Error{Error::Kind::bad_file, fmt::format("{}: not JSON: a result of identify is expected here", file)};
     throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: no valid value here, or the file ends too early",
                                                    file, line_and_column(text, error.byte))};
   } catch (const nlohmann::json::exception&) {
