@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from tumble._arrays import samples_of, times_of
@@ -101,9 +101,11 @@ def from_pandas(
     """
     from tumble._read import from_arrays
 
-    if not hasattr(df, "columns") or not hasattr(df, "index"):
+    if not hasattr(df, "columns") or not hasattr(df, "iloc") or isinstance(df, type):
         raise wrong_type("df", df, "accepted is a pandas DataFrame")
     known = {**units_of(df.attrs.get("units"), 'df.attrs["units"]'), **units_of(units)}
+    if time is not None and not isinstance(time, Hashable):
+        raise wrong_type("time", time, "accepted is the name of a column")
     channels: dict[str, Any] = {}
     without = []
     for position, column in enumerate(df.columns):
