@@ -15,6 +15,7 @@ from tumble._recording import SIGNED, Mark, Recording, _rebuild
 from tumble._text import (
     count_of,
     is_quantity,
+    is_unit,
     listed,
     number_of,
     path_text,
@@ -258,7 +259,7 @@ def _with_unit(key: object, given: Any) -> tuple[str, Any, str]:
                 f"channels[{key!r}]", given, "a quantity has its unit already: give it without another one"
             )
         return key, given[0], whole_text(given[1], f"channels[{key!r}]")
-    if isinstance(given, tuple) and len(given) == 2 and hasattr(given[1], "dimensionality"):
+    if isinstance(given, tuple) and len(given) == 2 and is_unit(given[1]):
         return key, *quantity_of(given[0] * given[1])
     name, bracket, unit = key.partition("[")
     if name and bracket and unit.endswith("]"):

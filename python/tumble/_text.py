@@ -160,6 +160,11 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "magnitude") and hasattr(value, "units")
 
 
+def is_unit(value: object) -> bool:
+    """Whether this is a unit of pint."""
+    return hasattr(value, "dimensionality") and not hasattr(value, "magnitude")
+
+
 def quantity_of(quantity: Any) -> tuple[Any, str]:
     """Magnitude and unit of a pint quantity: in its own unit where that is the same unit here, else in that of SI.
 
@@ -193,7 +198,7 @@ def unit_of(unit: object, argument: str) -> _tumble.Unit:
     """A unit of text or of pint. Raises ArgumentTypeError, UsageError."""
     if isinstance(unit, str):
         text = whole_text(unit, argument)
-    elif hasattr(unit, "dimensionality"):
+    elif is_unit(unit):
         text = quantity_of(1.0 * unit)[1]  # type: ignore[operator]
         if text != unit_text(unit):
             raise UsageError(f"argument {argument}: {unit} is not a unit here; {text} is")
