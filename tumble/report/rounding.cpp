@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
 #include "tumble/core/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
@@ -160,7 +161,8 @@ std::string measured_text(const Estimate& estimate, std::string_view name, Langu
   const auto halves = value_and_sd(value, sd);
   if (language == Language::english || halves.sd.empty())
     return with_uncertainty(value, sd) + unit_after(parameter->unit);
-  return words.with("measured_apart", halves.value, halves.sd, unit_after(parameter->unit));
+  const auto sd_text = result_words_in(language, halves.sd).value_or(halves.sd);  // "unknown"
+  return words.with("measured_apart", halves.value, sd_text, unit_after(parameter->unit));
 }
 
 BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {
@@ -173,7 +175,7 @@ BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::
   return {text, percent > 0.0 && percent < 0.5 ? "<1 %" : fmt::format("{:.0f} %", percent)};
 }
 
-std::vector<Contribution> budget_to_show(const Estimate& estimate) {
+std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language) {
   std::vector<Contribution> out;
   Contribution rest{"", {}, Matrix(estimate.parameters.size(), 0)};
   std::size_t small = 0;
@@ -192,6 +194,7 @@ std::vector<Contribution> budget_to_show(const Estimate& estimate) {
     rest.factor.columns += part.factor.columns;
   }
   rest.source = fmt::format("{} sources below 1 %", small);
+  if (auto said = result_words_in(language, rest.source)) rest.source = std::move(*said);
   if (small == 1) out.push_back(*last);
   if (small > 1) out.push_back(rest);
   return out;

@@ -73,6 +73,6 @@ BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::
 
 /// The budget with all sources that give every parameter less than 1 % of its variance in one line. The result file
 /// keeps them apart.
-std::vector<Contribution> budget_to_show(const Estimate& estimate);
+std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language = Language::english);
 
 }  // namespace tumble

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -47,11 +48,21 @@ std::string finding_badge(Finding::Severity severity, const Words& words) {
   }
 }
 
+/// "unknown" in the language of the page; numbers stay.
+std::string said(const std::string& text, const Words& words) {
+  return result_words_in(words.language, text).value_or(text);
+}
+
 /// "6.660 ± 0.011", in Chinese "6.660，u = 0.011".
 std::string measured(double value, double sd, const Words& words) {
   const auto rounding = rounding_for(value, sd);
   if (words.language == Language::chinese && rounding.significant)
     return words.with("measured", number(rounded(value, rounding)), number(rounded(sd, rounding)));
+  if (words.language == Language::chinese) {
+    const auto halves = value_and_sd(value, sd);
+    return halves.sd.empty() ? said(halves.value, words)
+                             : words.with("measured", number(halves.value), number(said(halves.sd, words)));
+  }
   return number(with_uncertainty(value, sd));
 }
 
@@ -109,9 +120,9 @@ std::string verdicts(const Estimate& whole, const Words& words) {
     } else if (const auto upper = find_upper_limit(whole, verdict.parameter)) {
       value = words.with("below", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
-    text +=
-        fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                    verdict_badge(verdict.outcome, words), name_html(verdict.parameter), limit(verdict.limit), value);
+    text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
+                        verdict_badge(verdict.outcome, words), name_html(verdict.parameter, words, whole.method),
+                        limit(verdict.limit), value);
   }
   return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }
