@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
+#include <filesystem>
 #include <regex>
 #include <set>
 #include <string>
@@ -14,6 +14,7 @@
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -81,7 +82,7 @@ Texts words_of(const Estimate& original) {
 }
 
 class ChineseResults : public testing::TestWithParam<const Method*> {
- protected:
+ public:
   static void expect_no_english(const Evidence& evidence, const Method& method, const Estimate& estimate) {
     const auto names = names_in(evidence, method, estimate);
     for (const auto& text : words_of(estimate))
@@ -102,6 +103,21 @@ TEST_P(ChineseResults, HaveNoEnglish) {
 
 INSTANTIATE_TEST_SUITE_P(All, ChineseResults, testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
+
+/// The plans that travel with the program have every rig, with all its errors.
+TEST(ChineseResultsOfPlans, HaveNoEnglish) {
+  std::size_t predicted = 0;
+  for (const auto& file : std::filesystem::directory_iterator(TUMBLE_SOURCE_DIR "/plans")) {
+    if (file.path().extension() != ".toml") continue;
+    const Plan plan = load_plan(file.path().string(), {});
+    if (plan.method.empty()) continue;  // of a recording for the plans beside it
+    const Method& method = find_method(plan.method);
+    if (!method.predict) continue;
+    ++predicted;
+    ChineseResults::expect_no_english({plan, {}}, method, predict(plan));
+  }
+  EXPECT_GT(predicted, 10u);
+}
 
 TEST(ChineseResultsSelfTest, EnglishIsFound) {
   EXPECT_EQ(english_in("gyro_x 角度随机游走 [deg/sqrt(h)]", {"gyro_x"}), Texts{});

@@ -165,14 +165,15 @@ std::string measured_text(const Estimate& estimate, std::string_view name, Langu
   return words.with("measured_apart", halves.value, sd_text, unit_after(parameter->unit));
 }
 
-BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {
+BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index, Language language) {
   const double whole = shown(estimate, index).sd;
   const double sd = estimate.parameters[index].unit.difference_from_si(std::sqrt(part.variance(index)));
   if (!std::isfinite(sd)) return {"–", "–"};
   const auto text = sd == 0.0 ? "0" : rounded(sd, rounding_for(0.0, whole));
   const double percent = 100.0 * (sd / whole) * (sd / whole);
   if (!std::isfinite(percent)) return {text, "–"};
-  return {text, percent > 0.0 && percent < 0.5 ? "<1 %" : fmt::format("{:.0f} %", percent)};
+  const auto share = percent > 0.0 && percent < 0.5 ? "<1" : fmt::format("{:.0f}", percent);
+  return {text, share + (language == Language::chinese ? "%" : " %")};
 }
 
 std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language) {

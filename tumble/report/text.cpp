@@ -8,6 +8,7 @@
 #include "tumble/core/said.hpp"
 #include "tumble/core/section_words.hpp"
 #include "tumble/report/in_language.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -91,8 +92,7 @@ std::string budget_text(const Estimate& estimate, const Words& words, std::size_
   for (const auto& part : budget_to_show(estimate, words.language)) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-      auto [sd, share] = budget_cell(estimate, part, i);
-      if (words.language == Language::chinese && share.ends_with(" %")) share.erase(share.size() - 2, 1);
+      const auto [sd, share] = budget_cell(estimate, part, i, words.language);
       column.cells.push_back(fmt::format("{} {:>5}", sd, share));
     }
   }
@@ -141,12 +141,15 @@ TextColumn table_column(const Table& table, std::size_t index, const std::vector
   return column;
 }
 
-std::string table_text(const Table& table, const Words& words, std::size_t width) {
+std::string table_text(const Table& table, const std::string& method, const Words& words, std::size_t width) {
   std::size_t left_out = 0;
   const auto rows = shown_rows(table.rows.size(), left_out);
   std::vector<TextColumn> columns;
   for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(table_column(table, i, rows));
-  const auto name = words.with("table", printable(result_words_in(words.language, table.name).value_or(table.name)));
+  const auto key = printable(table.name);
+  const bool english = words.language == Language::english;  // else by its name, with its key behind it
+  const auto name = words.with(
+      "table", english ? key : readable_name(words.language, key, method) + words.with("in_parentheses", key));
   std::string text =
       "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + words("colon"), printable(table.caption), width));
   text += text_table(columns, width);
@@ -194,7 +197,7 @@ std::string to_text(const Estimate& original, std::size_t width, Language langua
                      prior_text(estimate, words, width) + budget_text(estimate, words, width) +
                      fit_text(estimate.fit, words, width);
   for (const auto& table : estimate.tables)
-    if (!table.for_programs) text += table_text(table, words, width);
+    if (!table.for_programs) text += table_text(table, estimate.method, words, width);
   return text + findings_text(estimate.findings, words, width) + verdicts_text(estimate, words, width);
 }
 

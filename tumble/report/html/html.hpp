@@ -24,8 +24,6 @@ std::string unit(const Unit& unit);
 std::string symbol(std::string_view text);
 /// "angle random walk" and, where it is written differently in files, the name itself: "angle_random_walk".
 std::string name_html(std::string_view name, const Words& words, std::string_view method = {});
-/// What a source gives of a variance: "43 %", in Chinese "43%".
-std::string share_text(std::string share, const Words& words);
 
 /// The sections, empty where there is nothing to say.
 std::string verdicts(const Estimate& estimate, const Words& words);

@@ -38,8 +38,8 @@ std::string table_of_columns(const Estimate& estimate, const Words& words) {
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     text += head_of_row(estimate, i, words);
     for (const auto& part : estimate.budget) {
-      const auto [sd, share] = budget_cell(estimate, part, i);
-      text += fmt::format("<td class=\"n\">{}</td><td class=\"n share\">{}</td>", number(sd), share_text(share, words));
+      const auto [sd, share] = budget_cell(estimate, part, i, words.language);
+      text += fmt::format("<td class=\"n\">{}</td><td class=\"n share\">{}</td>", number(sd), escaped(share));
     }
     text += "</tr>\n";
   }
@@ -55,9 +55,9 @@ std::string sources_of(const Estimate& estimate, std::size_t i, const Words& wor
   std::ranges::stable_sort(parts, std::greater<>(), [&](const auto* part) { return part->variance(i); });
   std::string text;
   for (const auto* part : parts) {
-    const auto [sd, share] = budget_cell(estimate, *part, i);
+    const auto [sd, share] = budget_cell(estimate, *part, i, words.language);
     text += (text.empty() ? "" : words("next_source")) +
-            words.with("source_part", escaped(part->source), number(sd), share_text(share, words));
+            words.with("source_part", escaped(part->source), number(sd), escaped(share));
   }
   return text;
 }
@@ -91,7 +91,7 @@ std::string bar(const Estimate& estimate, std::size_t i, const Words& words) {
   for (std::size_t k = 0; k < estimate.budget.size(); ++k) {
     const double share = estimate.budget[k].variance(i) / whole;
     if (!(share > 0.001) || !std::isfinite(share)) continue;
-    const auto percent = share_text(budget_cell(estimate, estimate.budget[k], i).share, words);
+    const auto percent = escaped(budget_cell(estimate, estimate.budget[k], i, words.language).share);
     text += fmt::format("<span class=\"{}\" style=\"width:{:.1f}%\" title=\"{}: {}\">{}</span>", class_of(k),
                         100.0 * std::min(share, 1.0), escaped(estimate.budget[k].source), percent,
                         share > 0.09 ? percent : "");

@@ -89,16 +89,22 @@ std::vector<std::size_t> blocks_of(const std::vector<TableColumn>& columns) {
   return begins;
 }
 
-std::string table_html(const Table& table, std::size_t count, const Words& words) {
+/// In Chinese with its key, by which findings and programs call it.
+std::string table_name(const Table& table, const std::string& method, const Words& words) {
+  return words.language == Language::english ? escaped(readable_name(table.name))
+                                             : name_html(table.name, words, method);
+}
+
+std::string table_html(const Table& table, std::size_t count, const std::string& method, const Words& words) {
   std::vector<TableColumn> columns;
   std::size_t width = 0;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     columns.push_back(table_column(table, i));
     width += columns.back().width + between_columns;
   }
-  const auto caption = words.with("table_caption", words.with("table", std::to_string(count)),
-                                  escaped(readable_name(words.language, table.name)),
-                                  table.caption.empty() ? "" : words("colon") + escaped(table.caption));
+  const auto caption =
+      words.with("table_caption", words.with("table", std::to_string(count)), table_name(table, method, words),
+                 table.caption.empty() ? "" : words("colon") + escaped(table.caption));
   if (width > on_its_side)
     for (auto& column : columns) column.width = std::min(column.width, column.narrow);
   auto begins = blocks_of(columns);
@@ -119,7 +125,7 @@ std::string tables(const Estimate& estimate, const Words& words) {
     if (table.for_programs)
       for_programs += (for_programs.empty() ? "" : words("plot_next")) + escaped(table.name);
     else
-      text += table_html(table, ++count, words);
+      text += table_html(table, ++count, estimate.method, words);
   }
   if (!for_programs.empty()) text += "<p class=\"note\">" + words.with("tables_for_programs", for_programs) + "</p>\n";
   return text.empty() ? "" : "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n" + text + "</section>\n";

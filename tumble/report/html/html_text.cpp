@@ -62,11 +62,6 @@ std::string symbol(std::string_view text) {
   return "<var>" + escaped(text.substr(0, split)) + "</var><sub>" + escaped(text.substr(split + 1)) + "</sub>";
 }
 
-std::string share_text(std::string share, const Words& words) {
-  if (words.language == Language::chinese && share.ends_with(" %")) share.erase(share.size() - 2, 1);
-  return escaped(share);
-}
-
 std::string name_html(std::string_view name, const Words& words, std::string_view method) {
   const auto readable = readable_name(words.language, name, method);
   if (readable == name) return escaped(name);

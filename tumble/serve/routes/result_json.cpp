@@ -32,11 +32,11 @@ const char* word_of(Verdict::Outcome outcome) {
 
 Json both(const SplitNumber& number) { return {number.before, number.after}; }
 
-Json budget_of(const Estimate& estimate, std::size_t i) {
+Json budget_of(const Estimate& estimate, std::size_t i, Language language) {
   Json parts = Json::array();
   for (const auto& part : estimate.budget) {
     const double share = part.variance(i) / estimate.covariance(i, i);
-    const auto [sd, percent] = budget_cell(estimate, part, i);
+    const auto [sd, percent] = budget_cell(estimate, part, i, language);
     parts.push_back({{"sd", number_in_characters(sd)},
                      {"percent", percent},
                      {"share", std::isfinite(share) ? Json(share) : Json()}});
@@ -62,7 +62,7 @@ Json parameters_of(const Estimate& estimate, const Estimate& budget, Language la
                    {"lower", both(row.lower)},
                    {"upper", both(row.upper)},
                    {"degrees_of_freedom", number_in_characters(row.degrees_of_freedom)},
-                   {"budget", budget_of(budget, i)}});
+                   {"budget", budget_of(budget, i, language)}});
   }
   return all;
 }
