@@ -261,23 +261,27 @@ def arithmetic(large, processor):
 def reading(options, large, small):
     """Rows of the table of reading: seconds per million messages."""
     rows = []
+
+    def per_million(runs, column):
+        return statistics.median(row[column] for row in runs) / runs[0][2] * 1e6
+
     for name, (file, wanted) in FORMATS.items():
         warm(large / file), warm(small / file)
-        ours, theirs, others = [], [], []
+        whole, ours, theirs, others = [], [], [], []
         for _ in range(options.rounds):
-            ours.append(run([options.reader, large / file]))
+            whole.append(run([options.reader, large / file]))
+            ours.append(run([options.reader, "--stream", large / file]))
             theirs.append(run([sys.executable, "-c", ROSBAGS, small / file if not file.startswith("d/") else small / "d"]))
             if "MCAP" in name:
                 others.append(run([sys.executable, "-c", MCAP, small / file]))
-        small_sum = run([options.reader, small / file])
-        assert small_sum[2] == theirs[0][2] == options.peer_messages, name
-        assert abs(small_sum[3] / theirs[0][3] - 1) < 1e-9, name
-        wall = statistics.median(row[0] for row in ours) / ours[0][2] * 1e6
-        cpu = statistics.median(row[1] for row in ours) / ours[0][2] * 1e6
-        peer = statistics.median(row[0] for row in theirs) / theirs[0][2] * 1e6
-        other = f"{statistics.median(row[0] for row in others) / others[0][2] * 1e6:.1f}" if others else ""
-        rows.append(f"| {name} | {os.path.getsize(large / file) / 1e6:.0f} | {wall:.3f} | {cpu:.3f} | {peer:.2f} | {other} "
-                    f"| {peer / wall:.0f} | {wanted} |")
+        for way in ([], ["--stream"]):
+            small_sum = run([options.reader, *way, small / file])
+            assert small_sum[2] == theirs[0][2] == options.peer_messages, name
+            assert abs(small_sum[3] / theirs[0][3] - 1) < 1e-9, name
+        wall, peer = per_million(ours, 0), per_million(theirs, 0)
+        other = f"{per_million(others, 0):.1f}" if others else ""
+        rows.append(f"| {name} | {os.path.getsize(large / file) / 1e6:.0f} | {wall:.3f} | {per_million(ours, 1):.3f} "
+                    f"| {per_million(whole, 0):.3f} | {per_million(whole, 1):.3f} | {peer:.2f} | {other} | {peer / wall:.0f} | {wanted} |")
     return rows
 
 
@@ -321,11 +325,13 @@ def main():
     lines = ["# Logs of ROS", "", header + f" Load after the runs {load:.1f}.",
              f"{options.messages} messages of sensor_msgs/Imu ({options.messages / 400:.0f} s at 400 Hz), files in the page cache, "
              f"{options.rounds} rounds, medians. Written by `bench/imports_ros.py`.", "",
-             "## Reading", "", "Seconds for 10^6 messages, file to channels; ours while one processor computes the SHA-256 (decision 092), which is not waited for; rosbags (`AnyReader`, "
-             "`deserialize`) and mcap with mcap-ros2-support, in the same run, on a file of "
-             f"{options.peer_messages} messages. The sums of all values agree.", "",
-             "| file | MB | ours, wall | ours, processor | rosbags | mcap | rosbags / ours | wanted |",
-             "|---|---:|---:|---:|---:|---:|---:|---:|", *table, "",
+             "## Reading", "", "Seconds for 10^6 messages. Block after block: the messages are decoded into channels, summed and let go, as the loop of the "
+             "libraries does. Into memory: as `tumble identify` reads, all samples and stamps are kept, while one processor "
+             "computes the SHA-256 (decision 092), which is not waited for. rosbags (`AnyReader`, `deserialize`) and mcap with mcap-ros2-support "
+             f"read a file of {options.peer_messages} messages in the same run. The sums of all values agree.", "",
+             "| file | MB | block after block, wall | processor | into memory, wall | processor | rosbags | mcap "
+             "| rosbags / block after block | wanted |",
+             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|", *table, "",
              "## `tumble identify allan_noise`, file to result", "",
              "Whole processes: the six channels are read, hashed, checked and analysed, and the result is written.", "",
              "| file | wall median [s] | min | max | processor [s] | peak memory [MB] | wanted [s] |",

@@ -269,6 +269,9 @@ def main():
         server.process.wait()
     lines += live_run(os.path.abspath(arguments.program))
     lines.append("")
+    lines.append('"Of one processor" divides by the processor time of all threads, with the start of the program and as much of the SHA-256 as '
+                 'was done by then; "of the thread that builds" leaves out the threads that hash. Deflated chunks are unpacked on all processors.')
+    lines.append("")
     lines.append(f"Load at the end: {os.getloadavg()[0]:.1f}. The zoom round trip of the browser is measured by `script/browser`.")
     text = "\n".join(lines) + "\n"
     print(text)

@@ -10,14 +10,12 @@
 namespace tumble {
 namespace {
 
+using testing::bench_course;
 using testing::bench_segment;
 using testing::bench_station;
 using testing::BenchFault;
 using testing::ExecutiveBench;
-
-std::shared_ptr<const Course> course_at(Station station, Schedule schedule) {
-  return std::make_shared<const Course>(Course{.station = std::move(station), .schedule = std::move(schedule)});
-}
+using testing::warm_to;
 
 Schedule turning(double degrees_a_second, double duration) {
   return {bench_segment("turning", duration,
@@ -37,7 +35,7 @@ TEST(ExecutiveLimits, TheAccelerationOfTheStationGoesWithTheCommandsThatCarryIt)
   station.devices[0].takes = {{"rate", {"acceleration", "rate"}}, {"position", {"position", "rate"}}};
   Schedule schedule = turning(20.0, 5.0);
   schedule.push_back(bench_segment("held", 5.0, {{"table", {.value = 0.0}}}));
-  ExecutiveBench bench(course_at(station, schedule));
+  ExecutiveBench bench(bench_course(schedule, station));
   ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   EXPECT_EQ(requests_of(bench, "rate").at(0).values.at("acceleration"), si(5.0, "deg/s^2"));
   EXPECT_FALSE(requests_of(bench, "position").at(0).values.contains("acceleration")) << "the verb does not carry it";
@@ -47,7 +45,7 @@ TEST(ExecutiveLimits, AnAxisThatRunsOutOfItsTravelIsStopped) {
   Station station = bench_station();
   station.axes[0].highest = si(90.0, "deg");
   station.axes[0].lowest = si(-90.0, "deg");
-  ExecutiveBench bench(course_at(station, turning(20.0, 60.0)));
+  ExecutiveBench bench(bench_course(turning(20.0, 60.0), station));
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
   // 1.8 deg beyond, two readings of 0.1 s, and the way of the brakes: 20 deg/s at 2 rad/s^2 take 1.8 deg
   EXPECT_LT(bench.true_position("table"), si(90.0 + 1.8 + 20.0 * 0.3 + 2.0, "deg"));
@@ -58,7 +56,7 @@ TEST(ExecutiveLimits, AnAxisOutsideOfItsTravelMayComeBack) {
   Station station = bench_station();  // its offset is 0.3 rad: there the table stands
   station.axes[0].highest = si(-5.0, "deg");
   station.axes[0].lowest = si(-90.0, "deg");
-  ExecutiveBench bench(course_at(station, {bench_segment("back", 5.0, {{"table", {.value = si(-45.0, "deg")}}})}));
+  ExecutiveBench bench(bench_course({bench_segment("back", 5.0, {{"table", {.value = si(-45.0, "deg")}}})}, station));
   EXPECT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
 }
 
@@ -66,7 +64,7 @@ TEST(ExecutiveLimits, AlarmsOfADeviceAreAskedForAndStopTheRun) {
   Station station = bench_station();
   station.devices[1].verbs.push_back("alarm");
   Schedule schedule{bench_segment("warm", 300.0, {{"chamber", {.kind = Motion::Kind::dwell, .value = 293.15}}})};
-  ExecutiveBench bench(course_at(station, schedule));
+  ExecutiveBench bench(bench_course(schedule, station));
   ControllerReply alarm{"alarm"};
   bench.run(100.0);
   ASSERT_FALSE(requests_of(bench, "alarm").empty());
@@ -85,8 +83,7 @@ TEST(ExecutiveLimits, AlarmsOfADeviceAreAskedForAndStopTheRun) {
 
 /// The reply to a command repeats its value: the chamber is not there yet.
 TEST(ExecutiveLimits, TheEchoOfACommandIsNoReading) {
-  ExecutiveBench bench(course_at(
-      bench_station(), {bench_segment("hot", 60.0, {{"chamber", {.kind = Motion::Kind::dwell, .value = 333.15}}})}));
+  ExecutiveBench bench(bench_course({bench_segment("hot", 60.0, {{"chamber", warm_to(60.0)}})}));
   bench.run(10.0);
   auto state = bench.state;
   const auto before = state.axes[1].temperature;
@@ -102,7 +99,7 @@ TEST(ExecutiveLimits, TheEchoOfACommandIsNoReading) {
 }
 
 TEST(ExecutiveLimits, AStateThatIsANumberIsNoReadingOfARate) {
-  ExecutiveBench bench(course_at(bench_station(), turning(20.0, 60.0)));
+  ExecutiveBench bench(bench_course(turning(20.0, 60.0)));
   bench.run(0.5);
   auto state = bench.state;
   state.axes[0].rate = 0.0;

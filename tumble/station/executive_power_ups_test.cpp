@@ -12,15 +12,14 @@ namespace {
 using testing::bench_segment;
 using testing::bench_station;
 using testing::ExecutiveBench;
-
-Motion chamber_at(double celsius) { return {.kind = Motion::Kind::dwell, .value = 273.15 + celsius}; }
+using testing::warm_to;
 
 constexpr double off_time = 600.0, soak = 60.0;  // [s]
 
 std::shared_ptr<const Course> two_power_ups(bool supply) {
   Course course{.station = bench_station(supply),
-                .schedule = {bench_segment("cold", 100.0, {{"chamber", chamber_at(-20.0)}}, 1),
-                             bench_segment("hot", 100.0, {{"chamber", chamber_at(60.0)}}, 2)}};
+                .schedule = {bench_segment("cold", 100.0, {{"chamber", warm_to(-20.0)}}, 1),
+                             bench_segment("hot", 100.0, {{"chamber", warm_to(60.0)}}, 2)}};
   course.station.power.off_time = off_time;
   course.units = {{"1", "A"}};
   course.prompt_deadline = 7200.0;

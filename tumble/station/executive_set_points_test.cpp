@@ -13,6 +13,7 @@
 namespace tumble {
 namespace {
 
+using testing::asked_for;
 using testing::bench_segment;
 using testing::bench_station;
 using testing::BenchFault;
@@ -30,13 +31,6 @@ std::shared_ptr<Course> dwell_at(double temperature) {
   course->schedule = {bench_segment("warm", 60.0, {{"chamber", {.kind = Motion::Kind::dwell, .value = temperature}}})};
   course->units = {{"1", "S1"}};
   return course;
-}
-
-std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb) {
-  std::vector<ExecutiveBench::Asked> asked;
-  for (const auto& one : bench.asked)
-    if (one.ask.request.verb == verb) asked.push_back(one);
-  return asked;
 }
 
 TEST(SetPoint, IsReadBackBeforeTheRunGoesOn) {

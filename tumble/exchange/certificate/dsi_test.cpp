@@ -46,7 +46,9 @@ TEST(DsiUnit, EveryWordOfAUnitHasOneThatTheRulesAccept) {
     for (const auto& text : all) {
       const Unit unit = Unit::parse(text);
       EXPECT_TRUE(is_accepted(dsi_unit(unit.dimension()))) << text << " " << dsi_unit(unit.dimension());
-      if (const auto in_own = dsi_unit(unit)) EXPECT_TRUE(is_accepted(*in_own)) << text << " " << *in_own;
+      if (const auto in_own = dsi_unit(unit)) {
+        EXPECT_TRUE(is_accepted(*in_own)) << text << " " << *in_own;
+      }
     }
   }
 }

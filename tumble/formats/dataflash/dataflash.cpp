@@ -231,8 +231,8 @@ Log open(const std::string& path, const ReadOptions& options) {
 }
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  const Log log = open(path, options);
   auto checksum = sha256_in_background(path);
+  const Log log = open(path, options);
   Recording recording = topics::read(log, progress);
   recording.origin.checksum = std::move(checksum);
   return recording;

@@ -88,8 +88,11 @@ void append_burst(const Topic& topic, const char* message, Samples& to) {
 }
 
 void append(const Topic& topic, const char* message, Samples& to) {
-  each_stamp(topic, message, [&](double stamp) { to.stamps.push_back(stamp); });
-  if (topic.burst) return append_burst(topic, message, to);
+  if (topic.burst) {
+    each_stamp(topic, message, [&](double stamp) { to.stamps.push_back(stamp); });
+    return append_burst(topic, message, to);
+  }
+  to.stamps.push_back(stamp_of(topic, message));
   for (std::size_t i = 0; i < topic.columns.size(); ++i) {
     const Column& column = topic.columns[i];
     const Conversion& si = to.conversions[i];

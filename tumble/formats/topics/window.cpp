@@ -23,7 +23,7 @@ bool Window::refill(std::size_t count) {
   return available() >= count;
 }
 
-void Window::skip(std::size_t count) {
+void Window::skip_on(std::size_t count) {
   while (count > 0) {
     const std::size_t now = std::min(count, available());
     at_ += now;

@@ -22,12 +22,18 @@ class Window {
   /// Bytes at data() without reading on.
   std::size_t available() const { return static_cast<std::size_t>(end_ - at_); }
   /// Moves on by `count` bytes, or to the end of the file.
-  void skip(std::size_t count);
+  void skip(std::size_t count) {
+    if (count <= available()) [[likely]]
+      at_ += count;
+    else
+      skip_on(count);
+  }
   std::size_t position() const { return read_ - available(); }  ///< [bytes] of data() from the beginning
   std::size_t size() const { return file_.size(); }             ///< [bytes] of the file
 
  private:
   bool refill(std::size_t count);
+  void skip_on(std::size_t count);
 
   file::InputFile file_;
   std::vector<char> buffer_;

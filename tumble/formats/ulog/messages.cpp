@@ -1,6 +1,7 @@
 #include "tumble/formats/ulog/messages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "tumble/units/error.hpp"
@@ -8,7 +9,15 @@
 namespace tumble::ulog {
 namespace {
 
-constexpr std::string_view types = "BFIMPQARDLCSO";
+/// Whether messages of this type are known, by its letter.
+constexpr auto known_types = [] {
+  std::array<bool, 256> known{};
+  for (const char type : std::string_view("BFIMPQARDLCSO")) known[static_cast<unsigned char>(type)] = true;
+  return known;
+}();
+
+bool is_known(char type) { return known_types[static_cast<unsigned char>(type)]; }
+
 constexpr std::size_t longest_strange = 10000;  ///< [bytes] of a message of a type that is not known
 constexpr int chain = 3;                        ///< messages in a row that show where messages begin again
 constexpr std::size_t longest_message = message_head + 65535;
@@ -38,7 +47,7 @@ std::size_t least_size(char type) {
 bool plausible(const char* head, const Subscriptions& subscriptions) {
   const std::size_t size = size_at(head);
   const char type = head[2];
-  if (types.find(type) == types.npos) return type >= 'A' && type <= 'Z' && size > 0 && size <= longest_strange;
+  if (!is_known(type)) return type >= 'A' && type <= 'Z' && size > 0 && size <= longest_strange;
   if (size < least_size(type)) return false;
   if (type != 'D') return true;
   const Subscription& of = subscriptions.of(size_at(head + message_head));
@@ -123,7 +132,7 @@ class Walker {
     for (int k = 0; k < chain; ++k) {
       if (at == end || (k > 0 && end - at < static_cast<std::ptrdiff_t>(message_head + 2))) return k > 0;
       if (end - at < static_cast<std::ptrdiff_t>(message_head + 2)) return false;
-      if (!plausible(at, subscriptions_) || types.find(at[2]) == types.npos) return false;
+      if (!plausible(at, subscriptions_) || !is_known(at[2])) return false;
       const std::size_t size = message_head + size_at(at);
       if (static_cast<std::size_t>(end - at) < size) return k > 0;
       at += size;

@@ -263,4 +263,35 @@ Segment bench_segment(const std::string& label, double duration, std::map<std::s
   return {label, duration, run, std::move(axes)};
 }
 
+std::shared_ptr<const Course> bench_course(Schedule schedule, Station station) {
+  return std::make_shared<const Course>(Course{.station = std::move(station), .schedule = std::move(schedule)});
+}
+
+Schedule table_schedule() {
+  return {bench_segment("rest", 10.0, {{"table", hold_at(0.0)}}),
+          bench_segment("forwards", 10.0, {{"table", turn_at(20.0)}}),
+          bench_segment("backwards", 10.0, {{"table", turn_at(-20.0)}}),
+          bench_segment("90 deg", 10.0, {{"table", hold_at(90.0)}})};
+}
+
+Motion hold_at(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
+Motion turn_at(double degrees_per_second) {
+  return {.kind = Motion::Kind::rate, .value = si(degrees_per_second, "deg/s")};
+}
+Motion warm_to(double celsius) { return {.kind = Motion::Kind::dwell, .value = si(celsius, "degC")}; }
+
+std::vector<RunRow> rows_of_kind(const ExecutiveBench& bench, RunRow::Kind kind) {
+  std::vector<RunRow> rows;
+  for (const auto& row : bench.rows)
+    if (row.kind == kind) rows.push_back(row);
+  return rows;
+}
+
+std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb) {
+  std::vector<ExecutiveBench::Asked> asked;
+  for (const auto& one : bench.asked)
+    if (one.ask.request.verb == verb) asked.push_back(one);
+  return asked;
+}
+
 }  // namespace tumble::testing

@@ -113,5 +113,16 @@ class ExecutiveBench {
 /// A table with one axis and a chamber, a supply where `supply` is set; settling takes about 1 s at the table.
 Station bench_station(bool supply = false);
 Segment bench_segment(const std::string& label, double duration, std::map<std::string, Motion> axes, int run = 1);
+std::shared_ptr<const Course> bench_course(Schedule schedule, Station station = bench_station());
+/// Rest, two rates, rest at 90 deg; 10 s each.
+Schedule table_schedule();
+Motion hold_at(double degrees);             ///< [deg]
+Motion turn_at(double degrees_per_second);  ///< [deg/s]
+Motion warm_to(double celsius);             ///< [degC]
+
+/// The rows of one kind in the journal of the bench.
+std::vector<RunRow> rows_of_kind(const ExecutiveBench& bench, RunRow::Kind kind);
+/// What the bench was asked for with this verb.
+std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb);
 
 }  // namespace tumble::testing
