@@ -38,4 +38,8 @@ export function labelledTicks(ticks: number[]): (number | null)[] {
   return ticks.map((tick) => (labelled.has(tick) ? tick : null));
 }
 
-export const tickText = (tick: number | null): string | null => (tick === null ? null : String(Number(tick.toPrecision(6))));
+export function tickText(tick: number | null): string | null {
+  if (tick === null) return null;
+  const number = Number(tick.toPrecision(6));
+  return number >= 1e6 || number < 1e-4 ? number.toExponential().replace("e+", "e") : String(number);
+}
