@@ -87,6 +87,8 @@ TEST(Certificate, ComparesDueDatesWithTheEndOfTheTest) {
   details.equipment[0].due = day(2026, 11, 2);
   EXPECT_TRUE(
       speaks_of(problems_of(measured_estimate(), details), "valid to 2026-11-02, but the test ended on 2026-11-03"));
+  details.equipment[0].accepted_out_of_date = " \t";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "valid to 2026-11-02"));
   details.equipment[0].accepted_out_of_date = "checked against <C-78>";
   const auto page = certificate_html(certify(measured_estimate(), details, {}));
   EXPECT_NE(page.find("It was accepted: checked against &#60;C-78&#62;"), std::string::npos);
@@ -151,6 +153,10 @@ TEST(Certificate, RefusesAPredictionAndAValueWithoutUncertainty) {
   estimate = measured_estimate();
   estimate.covariance(2, 2) = 0.0;
   EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "A2_0 has no uncertainty"));
+  estimate = measured_estimate();
+  estimate.covariance(4, 1) = NAN;
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()),
+                        "the covariance of " + estimate.parameters[1].name + " and " + estimate.parameters[4].name));
 }
 
 TEST(Certificate, RefusesLimitsOfAnotherDimensionAndThoseThatNobodyCanRead) {

@@ -138,6 +138,7 @@ TEST(Export, ReversedAxisIsRefused) {
   ImuCalibration calibration = random_calibration(5, {});
   calibration.accelerometers.response.x = -calibration.accelerometers.response.x;
   EXPECT_NE(refusal("kalibr", calibration, request({{"rate", "200"}})).find("left-handed"), std::string::npos);
+  EXPECT_NE(refusal("px4", calibration, {}).find("CAL_ACC0_XSCALE would be -"), std::string::npos);
 }
 
 TEST(Export, InflateMultipliesTheNoiseAndIsStated) {
