@@ -38,11 +38,13 @@ void refuse_another_order(const std::string& what, const std::vector<std::string
                                                       word, what));
 }
 
-/// A plan is a file, a method a word.
+/// A plan is a file, a method a word, also where a folder has its name.
 Plan plan_of(const std::string& what, const tumble::Sets& sets) {
   const std::filesystem::path path(what);
-  if (path.extension() == ".toml" || path.has_parent_path() || std::filesystem::exists(path))
-    return tumble::load_plan(what, sets);
+  std::error_code failed;
+  const auto status = std::filesystem::status(path, failed);
+  const bool is_file = exists(status) && !is_directory(status);
+  if (path.extension() == ".toml" || path.has_parent_path() || is_file) return tumble::load_plan(what, sets);
   return tumble::plan_for_method(what, sets);
 }
 

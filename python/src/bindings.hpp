@@ -28,6 +28,13 @@ void bind_fleet_summary(nb::module_& module);
 void bind_compat_allantools(nb::module_& module);
 void bind_compat_imucal(nb::module_& module);
 
+/// Lets the interpreter end while other threads are in a call. CPython up to 3.13 ends a thread that asks for its lock
+/// then: it unwinds the stack, and C++ aborts a program where a destructor is unwound.
+void prepare_for_the_end();
+/// Called before this thread asks for the lock. Where the interpreter is ending, the thread waits for the end of the
+/// process, as CPython does from 3.14 on; except the main thread, which goes on.
+void wait_where_python_is_over();
+
 /// Looks for Ctrl+C, at most 20 times a second. Called without the interpreter's lock, which it takes.
 class CtrlC {
  public:
@@ -46,6 +53,9 @@ class Unlocked {
     if (ctrl_c_.is_due()) ctrl_c_.look();
   }};
   nb::gil_scoped_release released_;
+  struct Wait {
+    ~Wait() { wait_where_python_is_over(); }
+  } wait_;
 };
 
 /// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C,

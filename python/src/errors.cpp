@@ -53,6 +53,7 @@ bool CtrlC::is_due() {
 }
 
 void CtrlC::look() {
+  wait_where_python_is_over();
   const nb::gil_scoped_acquire lock;
   if (PyErr_CheckSignals() != 0) throw nb::python_error();
 }
@@ -60,6 +61,7 @@ void CtrlC::look() {
 void Listener::hear(double done, std::string_view what) {
   if (!ctrl_c_.is_due() && done < 1.0) return;
   ctrl_c_.look();
+  wait_where_python_is_over();
   const nb::gil_scoped_acquire lock;
   if (!call_.is_none()) call_(done, nb::str(what.data(), what.size()));
 }

@@ -216,6 +216,7 @@ void add(Deviations& to, double tau, double deviation, double error, std::size_t
 }  // namespace
 
 std::vector<std::size_t> factors_of(const Taus& taus, double rate, std::size_t points, double longest, bool even) {
+  require_rate(rate);
   const bool named = std::holds_alternative<std::string>(taus);
   const auto times = named ? times_of(std::get<std::string>(taus), points) : std::get<std::vector<double>>(taus);
   std::vector<std::size_t> factors;

@@ -6,6 +6,8 @@ NB_MODULE(_tumble, module) {
   module.doc() =
       "The C++ library of Tumble. The package `tumble` is made for people; this module may change at any time.";
   module.attr("version") = tumble::version;
+  prepare_for_the_end();
+  nb::set_leak_warnings(false);  // threads that are in a call when the interpreter ends keep their objects
   bind_errors(module);
   bind_units(module);
   bind_recordings(module);

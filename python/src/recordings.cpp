@@ -67,6 +67,9 @@ void bind_channel(nb::module_& module) {
       .def_prop_ro("times", &times, nb::rv_policy::automatic)
       .def_prop_ro("uniform", [](const Channel& channel) { return channel.timeline.uniform(); })
       .def_prop_ro("start", [](const Channel& channel) { return channel.values.empty() ? NAN : channel.time(0); })
+      .def_prop_ro(
+          "end",
+          [](const Channel& channel) { return channel.values.empty() ? NAN : channel.time(channel.values.size() - 1); })
       .def_prop_ro("rate", [](const Channel& channel) { return sampling_rate(channel); })
       .def_prop_ro("missing", &missing)
       .def("__len__", [](const Channel& channel) { return channel.values.size(); });

@@ -6,6 +6,7 @@ import datetime
 import decimal
 import fractions
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -45,7 +46,18 @@ def test_options_of_allan_deviation(options, error, says):
 
 
 def test_half_a_sampling_interval_is_one():
-    assert tumble.allan_deviation(X, 100.0, taus=[0.005]).taus == pytest.approx([0.01])
+    with pytest.warns(tumble.TumbleWarning, match=r"1 of 1 averaging times have no answer within 5 % \(0.005 s\)"):
+        assert tumble.allan_deviation(X, 100.0, taus=[0.005]).taus == pytest.approx([0.01])
+
+
+def test_averaging_times_that_have_no_answer_are_named():
+    with pytest.warns(tumble.TumbleWarning, match=r"3 of 5 .*\(0.015 s, 6 s, 1e\+06 s\): .* 0.01 s, up to 2 s"):
+        found = tumble.allan_deviation(X, 100.0, taus=[0.015, "2 s", 6.0, 1e6, 1.004])
+    np.testing.assert_allclose(found.taus, [0.02, 1.0, 2.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tumble.allan_deviation(X, 100.0, taus=[0.01, 0.102, 1.0049, "2 s"])  # within 5 %
+        tumble.allan_deviation(X, 100.0, taus=[0.1, 1.0], kind="theo1")  # strides
 
 
 @pytest.mark.parametrize("rate", [fractions.Fraction(100), decimal.Decimal(100), np.float32(100), np.array(100), "1e2"])

@@ -54,7 +54,7 @@ def test_frames_without_units_or_times_are_refused():
         tumble.from_pandas(frame(), rate=RATE)
     with pytest.raises(tumble.UsageError, match="the index only counts rows"):
         tumble.from_pandas(frame(), units={"acc": "m/s^2"})
-    with pytest.raises(tumble.UsageError, match="no column 't'"):
+    with pytest.raises(tumble.UsageError, match="argument time: 't' was given; there is no such column"):
         tumble.from_pandas(frame(), units={"acc": "m/s^2"}, time="t")
     with pytest.raises(tumble.ArgumentTypeError, match="accepted is a pandas DataFrame"):
         tumble.from_pandas([1, 2])

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
-from tumble._arrays import refuse_what_is_not_finite, samples_of, times_of
-from tumble._errors import DataError, UsageError, wrong_type
+from tumble._arrays import equal, refuse_what_is_not_finite, samples_of, times_of
+from tumble._errors import DataError, TumbleWarning, UsageError, wrong_value
 from tumble._read import _rate_of
 from tumble._recording import Channel
-from tumble._text import is_quantity, number_of, quantity_of, seconds_of
+from tumble._text import flag_of, is_quantity, number_of, one_of, quantity_of, seconds_of, whole_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,8 +56,15 @@ class AllanDeviation(NamedTuple):
     kind: str
     unit: str
 
+    def __eq__(self, other: object) -> bool:
+        return equal(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not equal(self, other)
+
     def __repr__(self) -> str:
-        return f"<AllanDeviation {self.kind}: {len(self.taus)} taus from {self.taus[0]:g} s to {self.taus[-1]:g} s>"
+        taus = f" from {self.taus[0]:g} s to {self.taus[-1]:g} s" if len(self.taus) else ""
+        return f"<AllanDeviation {self.kind}: {len(self.taus)} taus{taus}>"
 
 
 def allan_deviation(
@@ -79,7 +87,8 @@ def allan_deviation(
     Given     x                  samples, shape (n,), or a channel of a recording (its values are in SI)
               sample_rate        [Hz], or text such as "100 Hz"; of a channel None: its own
               taus               "octave" (1, 2, 4 ... samples), "log" (points_per_decade), "decade" (1, 2, 4, 10 ...),
-                                 "all" (every multiple of the sampling interval), or averaging times [s]
+                                 "all" (every multiple of the sampling interval), or averaging times [s], which are
+                                 rounded to multiples of it; of theo1 strides, 4/3 of the averaging times
               kind               overlapping, allan, modified, time, hadamard, overlapping_hadamard, total,
                                  modified_total, time_total, hadamard_total, parabolic, theo1, theoh, mtie, tierms;
                                  or adev, oadev ..., the words of the command line
@@ -90,28 +99,30 @@ def allan_deviation(
               remove_bias        of the total deviations
               mean_rate          of mtie and tierms: "subtract" the mean rate, or "keep" it
               missing            "nan": NaN means a missing sample; None: NaN is refused
-    Returned  AllanDeviation in the unit of the array, which is "1" but for channels and pint quantities
+    Returned  AllanDeviation in the unit of the array, which is "1" but for channels and pint quantities; a warning
+              names times of `taus` that have no answer within 5 %
     Raises    ArgumentTypeError, UsageError, DataError that name the argument
     Accuracy  1e-10 relative, also beside a large mean or drift
     Example   tumble.allan_deviation(rate, 100.0, taus="log").deviation
     """
-    word = _kind_of(kind)
-    if data not in DATA:
-        raise UsageError(f"argument data: {data!r} was given; accepted are {', '.join(DATA)}")
-    if mean_rate not in ("subtract", "keep"):
-        raise UsageError(f"argument mean_rate: {mean_rate!r} was given; accepted are 'subtract' and 'keep'")
-    phase = data in ("phase", "angle")
+    word = KINDS[one_of(kind, "kind", tuple(KINDS))]
+    one_of(mean_rate, "mean_rate", ("subtract", "keep"))
+    phase = one_of(data, "data", DATA) in ("phase", "angle")
     quick = word == "oadev" and not phase  # its sums show whether samples are missing, without a pass of their own
     values, rate, unit = _samples(x, sample_rate, missing, look=not quick)
     longest_fraction = number_of(longest_fraction, "longest_fraction")
+    if not 0.0 < longest_fraction <= 0.5:
+        raise wrong_value("longest_fraction", longest_fraction, "accepted are numbers above 0 and at most 0.5")
     points_per_decade = number_of(points_per_decade, "points_per_decade")
+    if not 0.0 <= points_per_decade <= 1e4:
+        raise wrong_value("points_per_decade", points_per_decade, "accepted are numbers from 0 (octaves) to 10 000")
     confidence = number_of(confidence, "confidence", "accepted are numbers between 0 and 1")
     options = (
         points_per_decade,
         longest_fraction,
         confidence,
         _noise_type(alpha),
-        bool(remove_bias),
+        flag_of(remove_bias, "remove_bias"),
         mean_rate == "subtract",
     )
     if data == "increment":
@@ -120,7 +131,8 @@ def allan_deviation(
         if quick and not isinstance(x, Channel):
             refuse_what_is_not_finite(values, "x", missing)
         return _every(values, rate, word, unit, options)
-    factors = _factors(taus, rate, len(values) - phase, points_per_decade, longest_fraction)
+    times = _listed(taus)
+    factors = _factors(times, rate, len(values) - phase, longest_fraction)
     if phase and not factors:
         import numpy as np
 
@@ -134,13 +146,9 @@ def allan_deviation(
         refuse_what_is_not_finite(values, "x", missing)
     if not len(columns[0]):
         raise DataError(f"argument x: {len(values)} samples are too few for {word} at these averaging times")
+    if not isinstance(times, str):
+        _warn_of_times_without_answer(times, columns[0] / rate, rate)
     return _deviation(columns, word, unit)
-
-
-def _kind_of(kind: object) -> str:
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise UsageError(f"argument kind: {kind!r} was given; accepted are {', '.join(KINDS)}")
-    return KINDS[kind]
 
 
 def _samples(x: Any, sample_rate: object, missing: str | None, look: bool) -> tuple[NDArray[np.float64], float, str]:
@@ -154,7 +162,7 @@ def _samples(x: Any, sample_rate: object, missing: str | None, look: bool) -> tu
     return samples_of(x, "x", missing, look=look), _rate_of(sample_rate, "sample_rate"), unit
 
 
-def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, longest_fraction: float) -> list[int]:
+def _factors(taus: Any, rate: float, samples: int, longest_fraction: float) -> list[int]:
     """Averaging factors; none where the library chooses them."""
     longest = max(1, int(longest_fraction * samples))
     if isinstance(taus, str):
@@ -167,20 +175,40 @@ def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, lon
             return [step for step in steps if step <= longest]
         if taus == "all":
             return list(range(1, longest + 1))
-        raise UsageError(f"argument taus: {taus!r} was given; accepted are octave, log, decade, all, and times [s]")
+        raise wrong_value("taus", taus, "accepted are octave, log, decade, all, and times [s]")
+    return sorted({_factor(time, rate) for time in taus})
+
+
+def _listed(taus: Any) -> Any:
+    """A word; or averaging times [s]."""
+    if isinstance(taus, str):
+        return taus
     listed = isinstance(taus, (list, tuple))
     times = [seconds_of(one, "taus") for one in taus] if listed else times_of(taus, "taus").tolist()
     if not times:
         raise UsageError("argument taus: an empty list was given; accepted are averaging times [s], and taus='log'")
-    return sorted({_factor(time, rate) for time in times})
+    return times
+
+
+def _warn_of_times_without_answer(times: Sequence[float], answered: NDArray[np.float64], rate: float) -> None:
+    """A TumbleWarning for times of which the answer has none within 5 %, by which no deviation changes much."""
+    import numpy as np
+
+    wanted, found = np.array(times), np.sort(answered)
+    after = np.searchsorted(found, wanted).clip(1, len(found) - 1) if len(found) > 1 else np.zeros(len(wanted), int)
+    distance = np.minimum(np.abs(found[after] - wanted), np.abs(found[after - 1] - wanted))
+    absent = wanted[distance > 0.05 * wanted]
+    if absent.size:
+        some = ", ".join(f"{time:g} s" for time in absent[:3]) + (" ..." if absent.size > 3 else "")
+        text = (
+            f"argument taus: {absent.size} of {wanted.size} averaging times have no answer within 5 % ({some}): it has "
+            f"multiples of the sampling interval, {1 / rate:g} s, up to {found[-1]:g} s; its taus says which"
+        )
+        warnings.warn(text, TumbleWarning, stacklevel=3)
 
 
 def _noise_type(alpha: object) -> int | None:
-    if alpha is None:
-        return None
-    if isinstance(alpha, bool) or not hasattr(alpha, "__index__") or not -4 <= alpha.__index__() <= 2:
-        raise wrong_type("alpha", alpha, "accepted are None and the whole numbers from -4 to 2")
-    return int(alpha.__index__())
+    return None if alpha is None else whole_of(alpha, "alpha", -4, 2)
 
 
 def _factor(time: float, rate: float) -> int:
@@ -207,8 +235,11 @@ def _every(values: Any, rate: float, word: str, unit: str, options: tuple[Any, .
     curve = _tumble.deviations(values, _tumble.Stability[word], rate, False, [], *options)
     at, log = np.log(curve[0]), np.log(factors)
     deviation, n, keep = deviation[:longest], n[:longest], n[:longest] > 0
-    lower = deviation * np.interp(log, at, curve[6] / curve[2])
-    upper = deviation * np.interp(log, at, curve[7] / curve[2])
+    known = curve[2] > 0  # of even integers, a deviation may be 0: its limits are 0, and say nothing of those beside it
+    lower, upper = (
+        deviation * np.interp(log, at[known], end[known] / curve[2][known]) if known.any() else deviation
+        for end in (curve[6], curve[7])
+    )
     below = np.searchsorted(curve[0], factors, side="right") - 1
     edf = np.interp(log, at, curve[5])
     times, types = factors / rate, curve[4][below]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tumble._errors import DataError, UsageError, wrong_type
-from tumble._text import is_quantity
+from tumble._errors import DataError, UsageError, wrong_type, wrong_value
+from tumble._text import is_quantity, is_real
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,8 +31,10 @@ def samples_of(
     """
     import numpy as np
 
-    if missing not in (None, "nan"):
-        raise UsageError(f"argument missing: {missing!r} was given; accepted are None and 'nan'")
+    if missing is not None and not (isinstance(missing, str) and missing == "nan"):
+        raise wrong_value("missing", missing, "accepted are None and 'nan'")
+    if is_quantity(values) or type(values).__module__.startswith(("astropy.units", "unyt")):
+        raise wrong_type(argument, values, f"{ACCEPTED}: these numbers have a unit of their own, which would be lost")
     array = _array_of(values, argument)
     if array.ndim != 1:
         raise UsageError(
@@ -92,7 +94,7 @@ def _dated(values: Any) -> Any:
 def _array_of(values: Any, argument: str) -> NDArray[Any]:
     import numpy as np
 
-    if isinstance(values, (str, bytes)) or values is None or isinstance(values, dict):
+    if isinstance(values, (str, bytes, bytearray)) or values is None or isinstance(values, dict):
         raise wrong_type(argument, values, ACCEPTED)
     if isinstance(values, np.ma.MaskedArray):
         if values.dtype.kind not in "iuf" or values.dtype.itemsize > 8:
@@ -100,13 +102,29 @@ def _array_of(values: Any, argument: str) -> NDArray[Any]:
         return np.ma.filled(values.astype(np.float64), np.nan)
     try:
         array = np.asarray(values)
-        if array.dtype == object and hasattr(values, "to_numpy"):  # numbers of pandas that may be absent
-            array = values.to_numpy(dtype=np.float64, na_value=np.nan)
-    except (ValueError, TypeError, NotImplementedError) as error:
+        if array.dtype == object and hasattr(values, "to_numpy") and all(map(_is_number_or_absent, array.flat)):
+            array = values.to_numpy(dtype=np.float64, na_value=np.nan)  # of pandas
+    except (ValueError, TypeError, NotImplementedError, OverflowError) as error:
         raise wrong_type(argument, values, f"{ACCEPTED} ({error})") from error
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
         raise wrong_type(argument, values, f"{ACCEPTED}, not of {array.dtype}")
     return array
+
+
+def equal(one: tuple[Any, ...], other: object) -> bool:
+    """Whether two named tuples with arrays are equal: of one type, with arrays of the same numbers; NaN equals NaN."""
+    import numpy as np
+
+    def same(a: Any, b: Any) -> bool:
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+            return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+        return not isinstance(a, np.ndarray) and not isinstance(b, np.ndarray) and bool(a == b)
+
+    return type(one) is type(other) and isinstance(other, tuple) and all(map(same, one, other))
+
+
+def _is_number_or_absent(cell: object) -> bool:
+    return cell is None or is_real(cell) or type(cell).__name__ == "NAType"
 
 
 def refuse_what_is_not_finite(
@@ -115,7 +133,8 @@ def refuse_what_is_not_finite(
     """Raises DataError for infinite values, for NaN unless missing="nan", and where all are NaN."""
     import numpy as np
 
-    total = np.add.reduce(numbers)
+    with np.errstate(all="ignore"):
+        total = np.add.reduce(numbers)
     if np.isfinite(total):  # one pass; a NaN or an infinite value anywhere would show
         return
     infinite = np.flatnonzero(np.isinf(numbers))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import reprlib
 from collections.abc import Sequence
 
 _LINE = re.compile(r"^(?P<file>[^\n:]+\.[A-Za-z0-9]+):(?P<line>\d+):")
@@ -86,11 +87,20 @@ def error_of(kind: str, problems: list[str]) -> TumbleError:
 
 def wrong_type(argument: str, given: object, accepted: str) -> ArgumentTypeError:
     """The exception for an argument of a wrong type. `accepted` says what would be right."""
-    return ArgumentTypeError(f"argument {argument}: {_described(given)} was given; {accepted}")
+    return ArgumentTypeError(
+        f"argument {argument}: {shown(given)} of type {type(given).__name__} was given; {accepted}"
+    )
 
 
-def _described(given: object) -> str:
-    text = repr(given)
-    if len(text) > 60:
-        text = text[:57] + "..."
-    return f"{text} of type {type(given).__name__}"
+def wrong_value(argument: str, given: object, accepted: str) -> UsageError:
+    """The exception for an argument of the right type with a wrong value. `accepted` says what would be right."""
+    return UsageError(f"argument {argument}: {shown(given, 300)} was given; {accepted}")
+
+
+def shown(given: object, most: int = 60) -> str:
+    """What was given, for a message: at most so many characters of its repr; the type of an object that has none."""
+    try:
+        text = reprlib.repr(given) if isinstance(given, (list, tuple, dict, set, frozenset)) else repr(given)
+    except Exception:  # of whoever wrote that type; and integers of more than 4300 digits have no text
+        return f"<{type(given).__name__}>"
+    return text if len(text) <= most else text[: most - 3] + "..."

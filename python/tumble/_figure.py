@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
-from tumble._errors import UsageError
+from tumble._arrays import equal
+from tumble._errors import wrong_value
 from tumble._text import path_text
 
 if TYPE_CHECKING:
@@ -43,6 +44,12 @@ class Series(NamedTuple):
     dashes: str
     z: NDArray[np.float64] | None = None
 
+    def __eq__(self, other: object) -> bool:
+        return equal(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not equal(self, other)
+
 
 class FigureMap(NamedTuple):
     """Cells of a map: edges of columns and rows in the units of the axes, values (rows, columns) in the unit of z.
@@ -53,6 +60,12 @@ class FigureMap(NamedTuple):
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     values: NDArray[np.float64]
+
+    def __eq__(self, other: object) -> bool:
+        return equal(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not equal(self, other)
 
 
 class Figure:
@@ -97,7 +110,7 @@ class Figure:
 
         text = path_text(path, "path")
         if not text.lower().endswith(".svg"):
-            raise UsageError(f"argument path: {text!r} was given; the name must end in .svg")
+            raise wrong_value("path", text, "the name must end in .svg")
         write_whole(text, self.to_svg())
 
     def _repr_svg_(self) -> str:

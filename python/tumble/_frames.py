@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from tumble._arrays import samples_of, times_of
-from tumble._errors import DataError, UsageError, wrong_type
+from tumble._errors import DataError, UsageError, wrong_type, wrong_value
 from tumble._text import need, units_of
 
 if TYPE_CHECKING:
@@ -101,9 +101,11 @@ def from_pandas(
     """
     from tumble._read import from_arrays
 
-    if not hasattr(df, "columns") or not hasattr(df, "index"):
+    if not hasattr(df, "columns") or not hasattr(df, "iloc") or isinstance(df, type):
         raise wrong_type("df", df, "accepted is a pandas DataFrame")
     known = {**units_of(df.attrs.get("units"), 'df.attrs["units"]'), **units_of(units)}
+    if time is not None and not isinstance(time, (str, int, tuple)):
+        raise wrong_type("time", time, "accepted is the name of a column")
     channels: dict[str, Any] = {}
     without = []
     for position, column in enumerate(df.columns):
@@ -135,7 +137,7 @@ def from_pandas(
 def _stamps(df: Any, time: str | None, rate: float | str | None) -> Any:
     """Stamps [s]; None with a rate, which the index must not contradict."""
     if time is not None and time not in df.columns:
-        raise UsageError(f"argument time: there is no column {time!r}; columns are {', '.join(map(str, df.columns))}")
+        raise wrong_value("time", time, f"there is no such column; columns are {', '.join(map(str, df.columns))}")
     index = df.index if time is None else df[time]
     numbers = getattr(index.dtype, "kind", "O") in "iuf" if hasattr(index, "dtype") else False
     counts = time is None and numbers and index.name is None and index.dtype.kind in "iu"

@@ -48,12 +48,17 @@ class Coverage(NamedTuple):
 def run(method: Method, recordings: Iterable[Recording], settings: Mapping[str, Any] | None) -> Result:
     """Runs a method and makes a result of its answer, checked as a result file is."""
     given = list(recordings)
+    for recording in given:
+        if not isinstance(recording, Recording):
+            raise wrong_type(f"recordings of method {method.name}", recording, "accepted are recordings")
     for name, function in (("identify", method.identify), ("trial", method.trial)):
         if not callable(function) and (name == "identify" or function is not None):
             raise wrong_type(f"{name} of method {method.name}", function, "accepted is a function")
     for one in (settings, method.options):
         if one is not None and not isinstance(one, Mapping):
             raise wrong_type("settings", one, 'accepted is a dict such as {"settling": "5 s"}')
+        for key in one or {}:
+            whole_text(key, "settings")
     method = method._replace(name=whole_text(method.name, "name"), options=method.options or {})
     unknown = set(settings or {}) - set(method.options)
     if unknown:
@@ -77,8 +82,10 @@ def _document(
     if not isinstance(parameters, Mapping) or not parameters:
         raise wrong_type(f"parameters of method {method.name}", parameters, 'accepted is {"bias": (value, "deg/h")}')
     try:
+        if np.iscomplexobj(covariance):
+            raise TypeError("complex numbers")
         matrix = np.asarray(covariance, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise wrong_type(f"covariance of method {method.name}", covariance, "accepted is a matrix (p, p)") from error
     if matrix.shape != (len(parameters), len(parameters)):
         raise UsageError(
@@ -157,12 +164,13 @@ def coverage(method: Method, *, seeds: int = 100, settings: Mapping[str, Any] | 
         raise wrong_type("method", method, "accepted is a tumble.Method")
     if method.trial is None:
         raise UsageError(f"method {method.name} has no trial: coverage needs recordings whose truth is known")
-    if count_of(seeds, "seeds") < 20:
+    if (seeds := count_of(seeds, "seeds")) < 20:
         raise UsageError(f"argument seeds: {seeds} was given; accepted are 20 or more")
     held: dict[str, int] = {}
     for seed in range(1, seeds + 1):
         drawn = method.trial(seed)
-        if not isinstance(drawn, tuple) or len(drawn) != 2 or not isinstance(drawn[1], Mapping):
+        known = isinstance(drawn, tuple) and len(drawn) == 2 and isinstance(drawn[1], Mapping)
+        if not known or not isinstance(drawn[0], (Recording, list, tuple)):
             raise wrong_type(f"trial of method {method.name}", drawn, "accepted is (recordings, {name: truth})")
         recordings, truth = drawn
         if isinstance(recordings, Recording):
@@ -172,6 +180,7 @@ def coverage(method: Method, *, seeds: int = 100, settings: Mapping[str, Any] | 
             if name not in result.parameters:
                 raise UsageError(f"method {method.name}: the trial names {name!r}, which identify does not return")
             low, high = result.parameters[name].interval
-            held[name] = held.get(name, 0) + (low <= value <= high)
+            truly = number_of(value, f"truth of {name!r} of method {method.name}")
+            held[name] = held.get(name, 0) + (low <= truly <= high)
     width = 4.0 * math.sqrt(0.95 * 0.05 / seeds)
     return [Coverage(name, count / seeds, (0.95 - width, 0.95 + width)) for name, count in held.items()]

@@ -101,6 +101,12 @@ class Plan:
         """Files that the plan names."""
         return tuple(self._core.recordings)
 
+    def __copy__(self) -> Plan:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Plan:
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self._what, self._sets, self._core.sha256)
 
@@ -129,7 +135,7 @@ def plan_of(what: object, settings: Mapping[str, object] | None) -> Plan:
     if not isinstance(what, (str, bytes, os.PathLike)):
         raise wrong_type("plan", what, "accepted are a Plan, the path of a plan, and the name of a method")
     text = path_text(what, "plan")
-    if text.endswith(".toml") or os.path.dirname(text) or os.path.exists(text):
+    if text.endswith(".toml") or os.path.dirname(text) or (os.path.exists(text) and not os.path.isdir(text)):
         return load_plan(text, settings)
     sets = sets_of(settings)
     return Plan(text, sets, _tumble.plan_for_method(text, sets))

@@ -9,12 +9,14 @@ from typing import IO, TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._arrays import samples_of, times_of
-from tumble._errors import FileError, TumbleError, UsageError, wrong_type
+from tumble._errors import FileError, TumbleError, UsageError, wrong_type, wrong_value
 from tumble._progress import listener
 from tumble._recording import SIGNED, Mark, Recording, _rebuild
 from tumble._text import (
     count_of,
     is_quantity,
+    is_unit,
+    listed,
     number_of,
     path_text,
     quantity_of,
@@ -72,7 +74,7 @@ def read(
     Example   tumble.read("data.csv", rate=100, units={"gyro.x": "deg/s"})
     """
     given: dict[str, Any] = {
-        "format": format,
+        "format": None if format is None else whole_text(format, "format"),
         "channels": None if channels is None else words_of(channels, "channels"),
         "topics": None if topics is None else words_of(topics, "topics"),
         "rate": rate,
@@ -90,8 +92,6 @@ def read(
     if hasattr(path, "read"):
         return _read_open_file(path, given, progress)
     text = path_text(path, "path")
-    if format is not None:
-        whole_text(format, "format")
     if (imported := _imported(text, given)) is not None:
         return imported
     with listener(progress) as call:
@@ -116,7 +116,7 @@ def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
     importer = importer_of(path) if name is None else next((one for one in importers() if one.name == name), None)
     if importer is None:
         return None
-    missing = "nan" if (given["missing"] or "").lower() == "nan" else None
+    missing = "nan" if str(given["missing"]).lower() == "nan" else None
     request = Request(given["channels"], given["rate"], given["units"] or {}, missing)
     try:
         recording = importer.read(path, request)
@@ -147,7 +147,7 @@ def _read_open_file(file: Any, given: Mapping[str, Any], progress: object) -> Re
 
     try:
         content = file.read()
-    except (OSError, ValueError) as error:
+    except Exception as error:  # of whatever unpacks it
         raise FileError(f"argument path: the open file cannot be read: {error}") from error
     if isinstance(content, str):
         content = content.encode()
@@ -221,15 +221,13 @@ def from_arrays(
 def _marks_of(marks: object) -> list[Mark]:
     """Marks in order of time. Raises ArgumentTypeError."""
     accepted = "accepted is a list of (label, begin [s]), (label, begin, power-up) or tumble.Mark"
-    if isinstance(marks, (str, bytes, Mapping)) or not isinstance(marks, Iterable):
-        raise wrong_type("marks", marks, accepted)
     made = []
-    for one in marks:
+    for one in listed(marks, "marks", accepted):
         if not isinstance(one, (tuple, list)) or not 2 <= len(one) <= 4 or not isinstance(one[0], str):
             raise wrong_type("marks", one, accepted)
         label, begin = one[0], one[1]
         run, end = one[2] if len(one) > 2 else 1, one[3] if len(one) > 3 else math.inf
-        until = math.inf if end == math.inf else seconds_of(end, "marks")
+        until = math.inf if isinstance(end, float) and end == math.inf else seconds_of(end, "marks")
         made.append(Mark(whole_text(label, "marks"), seconds_of(begin, "marks"), count_of(run, "marks", 1), until))
     return sorted(made, key=lambda mark: mark.begin)
 
@@ -243,8 +241,8 @@ def _rate_of(rate: object, argument: str = "rate") -> float:
         hertz = si_of(f"{text} Hz" if bare else text, "Hz", argument)
     else:
         hertz = number_of(rate, argument, accepted)
-    if not 0.0 < hertz <= 1e10:
-        raise UsageError(f"argument {argument}: {rate!r} was given; accepted are rates above 0 Hz and at most 1e10 Hz")
+    if not 1e-10 <= hertz <= 1e10:
+        raise wrong_value(argument, rate, "accepted are rates above 0 Hz, from 1e-10 Hz to 1e10 Hz")
     return hertz
 
 
@@ -256,8 +254,12 @@ def _with_unit(key: object, given: Any) -> tuple[str, Any, str]:
     if is_quantity(given):
         return key, *quantity_of(given)
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        if is_quantity(given[0]):
+            raise wrong_value(
+                f"channels[{key!r}]", given, "a quantity has its unit already: give it without another one"
+            )
         return key, given[0], whole_text(given[1], f"channels[{key!r}]")
-    if isinstance(given, tuple) and len(given) == 2 and hasattr(given[1], "dimensionality"):
+    if isinstance(given, tuple) and len(given) == 2 and is_unit(given[1]):
         return key, *quantity_of(given[0] * given[1])
     name, bracket, unit = key.partition("[")
     if name and bracket and unit.endswith("]"):

@@ -110,6 +110,12 @@ class Channel:
 
         return np.asarray(self.values, dtype=dtype) if copy is None else np.array(self.values, dtype=dtype, copy=copy)
 
+    def __copy__(self) -> Channel:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Channel:
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         return _channel_of, (self._parts(),)
 
@@ -194,8 +200,8 @@ class Recording(Mapping[str, Channel]):
     @property
     def duration(self) -> float:
         """From the first sample to the last of any channel [s]."""
-        spans = [channel.times[[0, -1]] for channel in self.values() if len(channel)]
-        return float(max(span[1] for span in spans) - min(span[0] for span in spans)) if spans else 0.0
+        spans = [(channel.start, channel._core.end) for channel in self.values() if len(channel)]
+        return max(end for _, end in spans) - min(start for start, _ in spans) if spans else 0.0
 
     def check(self) -> tuple[Finding, ...]:
         """Findings of the reader and of all checks: gaps, outliers, stuck outputs ... (docs/checks.md)"""
@@ -206,10 +212,7 @@ class Recording(Mapping[str, Channel]):
 
         Text such as "2 min" and quantities of pint are accepted, too; and so is `recording["1 min":"2 min"]`.
         """
-        bounds = (
-            -math.inf if begin is None or begin == -math.inf else seconds_of(begin, "begin"),
-            math.inf if end is None or end == math.inf else seconds_of(end, "end"),
-        )
+        bounds = _bound(begin, -math.inf, "begin"), _bound(end, math.inf, "end")
         part = Recording(self._core.between(*bounds))
         if not any(len(channel) for channel in part.values()):
             raise DataError(f"there is no sample from {bounds[0]:g} s to {bounds[1]:g} s in {self!r}")
@@ -240,6 +243,12 @@ class Recording(Mapping[str, Channel]):
 
         return recording_to_xarray(self)
 
+    def __copy__(self) -> Recording:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Recording:
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         if self._source is not None:
             return _read_again, (*self._source, self.sha256)
@@ -255,6 +264,12 @@ class Recording(Mapping[str, Channel]):
         from tumble._html import recording_table
 
         return recording_table(self)
+
+
+def _bound(time: float | str | None, all_of_it: float, argument: str) -> float:
+    """A time [s]; `all_of_it` for None, and for itself."""
+    unbounded = time is None or (isinstance(time, float) and time == all_of_it)
+    return all_of_it if unbounded else seconds_of(time, argument)
 
 
 Parts = Sequence[tuple[str, str, Any, float, float, Any]]

@@ -10,7 +10,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
-from tumble._errors import LimitError, UsageError, wrong_type
+from tumble._errors import LimitError, wrong_type, wrong_value
 from tumble._figure import Figure, figures_of
 from tumble._finding import Finding, findings_of
 from tumble._named import Named
@@ -166,7 +166,7 @@ class Result:
         elif text.lower().endswith((".html", ".htm")):
             write_whole(text, self.to_html())
         else:
-            raise UsageError(f"argument path: {text!r} was given; the name must end in .json or .html")
+            raise wrong_value("path", text, "the name must end in .json or .html")
 
     def to_uncertainties(self) -> dict[str, Any]:
         """Parameters as correlated numbers of the package uncertainties, each in the unit of its parameter."""
@@ -185,6 +185,12 @@ class Result:
         from tumble._html import result_table
 
         return result_table(self)
+
+    def __copy__(self) -> Result:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Result:
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _from_text, (self.to_json(), "pickled result")
@@ -213,8 +219,8 @@ def result_of(given: object) -> Result:
     """A result, or the path of a result file."""
     if isinstance(given, Result):
         return given
-    if isinstance(given, (str, os.PathLike)):
-        return load_result(given)
+    if isinstance(given, (str, bytes, os.PathLike)):
+        return load_result(path_text(given, "result"))
     raise wrong_type("result", given, "accepted are a Result and the path of a result file")
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
+from tumble._arrays import equal
 from tumble._errors import UsageError
 from tumble._named import Document, Named
 from tumble._text import unit_of
@@ -300,6 +301,12 @@ class Axis(NamedTuple):
     unit: str
     values: NDArray[np.float64]
 
+    def __eq__(self, other: object) -> bool:
+        return equal(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not equal(self, other)
+
 
 class Curve(NamedTuple):
     """A curve of the report. `lower` and `upper` [unit of y] are the band that `band` names; None: no band."""
@@ -314,6 +321,12 @@ class Curve(NamedTuple):
     logarithmic: bool
     logarithmic_x: bool
     points: bool
+
+    def __eq__(self, other: object) -> bool:
+        return equal(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not equal(self, other)
 
 
 def curve_of(document: Mapping[str, Any]) -> Curve:

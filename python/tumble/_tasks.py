@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from tumble import _finding, _tumble
-from tumble._errors import UsageError, wrong_type
+from tumble._errors import wrong_type, wrong_value
 from tumble._method import Method
 from tumble._method import run as run_method
 from tumble._plan import Plan, plan_of
 from tumble._progress import listener
 from tumble._recording import Recording
 from tumble._result import Result, result_of
-from tumble._text import count_of, number_of, path_text, sets_of, si_of, text_of, words_of
+from tumble._text import count_of, number_of, one_of, path_text, sets_of, si_of, text_of, whole_of, words_of
 
 if TYPE_CHECKING:
     from tumble.archive import Archive
@@ -49,7 +49,7 @@ def identify(
     for recording in recordings:
         if isinstance(recording, Recording):
             in_memory.append(recording._core)
-        elif isinstance(recording, (str, os.PathLike)):
+        elif isinstance(recording, (str, bytes, os.PathLike)):
             files.append(path_text(recording, "recordings"))
         else:
             raise wrong_type("recordings", recording, _accepted_recordings(recording))
@@ -67,8 +67,8 @@ def _all_read(recordings: Iterable[object]) -> list[Recording]:
 
     made = []
     for recording in recordings:
-        if isinstance(recording, (str, os.PathLike)):
-            made.append(read(recording))
+        if isinstance(recording, (str, bytes, os.PathLike)):
+            made.append(read(path_text(recording, "recordings")))
         elif isinstance(recording, Recording):
             made.append(recording)
         else:
@@ -78,6 +78,8 @@ def _all_read(recordings: Iterable[object]) -> list[Recording]:
 
 def _accepted_recordings(given: object) -> str:
     text = "accepted are recordings (tumble.read, tumble.from_arrays, tumble.from_pandas) and paths"
+    if isinstance(given, (list, tuple)) and given and isinstance(given[0], (Recording, str, os.PathLike)):
+        return text + ", one argument each: identify(plan, *recordings)"
     if hasattr(given, "dtype") or isinstance(given, (list, tuple)):
         text += "; samples alone have no unit and no rate: tumble.from_arrays({'gyro.x': (array, 'deg/s')}, rate=100)"
     return text
@@ -98,16 +100,10 @@ def simulate(
     Raises    UsageError with all that the plan lacks
     Example   tumble.simulate("plans/fog_thermal_bias.toml", seed=7).save("test.h5")
     """
-    number = _seed(seed)
+    number = whole_of(seed, "seed", 0, (1 << 64) - 1)
     made = plan_of(plan, settings)
     with listener(progress) as call:
         return Recording(_tumble.simulate(made._core, number, call))
-
-
-def _seed(seed: object) -> int:
-    if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= seed.__index__() < 1 << 64:
-        raise wrong_type("seed", seed, "accepted are whole numbers from 0 to 2^64 - 1")
-    return int(seed.__index__())
 
 
 def predict(
@@ -143,8 +139,7 @@ def optimise(
               terms       only these terms of the model; empty: all
     Returned  what is predicted for the schedule found, and the text of the plan with this schedule
     """
-    if criterion not in ("A", "D"):
-        raise UsageError(f"argument criterion: {criterion!r} was given; accepted are 'A' and 'D'")
+    one_of(criterion, "criterion", ("A", "D"))
     made = plan_of(plan, settings)
     time = None if total_time is None else si_of(text_of(total_time, "total_time"), "h", "total_time")
     angle = None if step is None else si_of(text_of(step, "step"), "deg", "step")
@@ -219,7 +214,7 @@ def report(result: Result | str | os.PathLike[str], path: str | os.PathLike[str]
     Example   tumble.report(result, "fog.html")
     """
     if not path_text(path, "path").lower().endswith((".html", ".htm")):
-        raise UsageError(f"argument path: {path!r} was given; the name must end in .html")
+        raise wrong_value("path", path, "the name must end in .html")
     result_of(result).save(path)
 
 

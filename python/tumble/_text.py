@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tumble import _tumble
-from tumble._errors import UsageError, wrong_type
+from tumble._errors import UsageError, wrong_type, wrong_value
 
 Sets = list[tuple[str, str]]
 
@@ -30,8 +31,14 @@ def text_of(value: object, argument: str) -> str:
         magnitude, unit = quantity_of(value)
         return f"{number_text(magnitude, argument)} {unit}"
     if isinstance(value, (list, tuple)):
-        return ",".join(text_of(one, argument) for one in value)
+        return ",".join(_text_of_element(one, value, argument) for one in value)
     return number_text(value, argument)
+
+
+def _text_of_element(one: object, values: object, argument: str) -> str:
+    if isinstance(one, (list, tuple)):
+        raise wrong_type(argument, values, f"accepted are {ACCEPTED}")
+    return text_of(one, argument)
 
 
 def whole_text(value: object, argument: str) -> str:
@@ -41,39 +48,83 @@ def whole_text(value: object, argument: str) -> str:
     try:
         value.encode()
     except UnicodeEncodeError as error:
-        raise UsageError(f"argument {argument}: {value!r} was given; accepted is text that UTF-8 can hold") from error
+        raise wrong_value(argument, value, "accepted is text that UTF-8 can hold") from error
     return value
+
+
+def one_of(value: object, argument: str, words: Sequence[str]) -> str:
+    """One of these words. Raises UsageError, ArgumentTypeError."""
+    if isinstance(value, str) and value in words:
+        return value
+    accepted = f"accepted are {', '.join(words)}"
+    raise wrong_value(argument, value, accepted) if isinstance(value, str) else wrong_type(argument, value, accepted)
 
 
 def words_of(values: object, argument: str) -> list[str]:
     """Names: one text, or several in a list. Raises ArgumentTypeError."""
     if isinstance(values, str):
         return [whole_text(values, argument)]
-    if not isinstance(values, Iterable) or isinstance(values, (bytes, Mapping)):
-        raise wrong_type(argument, values, "accepted are a name and a list of names")
-    return [whole_text(one, argument) for one in values]
+    return [whole_text(one, argument) for one in listed(values, argument, "accepted are a name and a list of names")]
+
+
+def listed(values: Any, argument: str, accepted: str) -> list[Any]:
+    """The elements of a list, an array or a generator. Raises ArgumentTypeError, also for texts and mappings."""
+    try:
+        if not isinstance(values, (str, bytes, Mapping)):
+            return list(values)
+    except TypeError:  # also of arrays and quantities without dimensions, which only look iterable
+        pass
+    raise wrong_type(argument, values, accepted)
 
 
 def is_real(value: Any) -> bool:
     """Whether this is a real number of Python, NumPy, decimal or fractions."""
-    return hasattr(value, "as_integer_ratio") and not isinstance(value, bool) and not is_quantity(value)
+    return hasattr(value, "as_integer_ratio") and not isinstance(value, (bool, type)) and not is_quantity(value)
+
+
+def _plain(value: Any) -> Any:
+    """The number in a scalar, or in an array without dimensions, of NumPy."""
+    scalar = hasattr(value, "item") and not isinstance(value, type) and getattr(value, "ndim", None) == 0
+    return value.item() if scalar else value
 
 
 def number_of(value: Any, argument: str, accepted: str = "accepted is a number") -> float:
     """A finite number. Raises ArgumentTypeError, UsageError."""
-    plain = value.item() if hasattr(value, "item") and getattr(value, "ndim", 0) == 0 else value
+    plain = _plain(value)
     if not is_real(plain):
         raise wrong_type(argument, value, accepted)
-    if not math.isfinite(number := float(plain)):
-        raise UsageError(f"argument {argument}: {value!r} was given; {accepted}")
+    try:
+        number = float(plain)
+    except (OverflowError, ValueError):  # an integer or a fraction beyond all floats; sNaN of decimal
+        number = math.inf
+    if not math.isfinite(number):
+        raise wrong_value(argument, value, accepted)
     return number
+
+
+def whole_of(value: Any, argument: str, least: int, most: int) -> int:
+    """A whole number from `least` to `most`. Raises ArgumentTypeError."""
+    try:
+        number = None if isinstance(value, bool) else operator.index(value)
+    except Exception:  # TypeError, and what __index__ of a type of yours raises
+        number = None
+    if number is None or not least <= number <= most:
+        to = f"from {least} on" if most >= (1 << 63) - 1 else f"from {least} to {most}"
+        raise wrong_type(argument, value, f"accepted are whole numbers {to}")
+    return number
+
+
+def flag_of(value: object, argument: str) -> bool:
+    """True or False. Raises ArgumentTypeError."""
+    plain = _plain(value)
+    if not isinstance(plain, (bool, int)):
+        raise wrong_type(argument, value, "accepted are True and False")
+    return bool(plain)
 
 
 def count_of(value: Any, argument: str, least: int = 0) -> int:
     """A whole number, at least `least`. Raises ArgumentTypeError."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= value.__index__() < 1 << 63:
-        raise wrong_type(argument, value, f"accepted are whole numbers from {least} on")
-    return int(value.__index__())
+    return whole_of(value, argument, least, (1 << 63) - 1)
 
 
 def seconds_of(value: Any, argument: str) -> float:
@@ -93,18 +144,25 @@ def si_of(text: str, unit: str, argument: str) -> float:
 
 def number_text(value: Any, argument: str) -> str:
     """All digits of a number of Python or NumPy."""
-    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:
-        value = value.item()
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if not is_real(value):
+    plain = _plain(value)
+    if isinstance(plain, bool):
+        return "true" if plain else "false"
+    if not is_real(plain):
         raise wrong_type(argument, value, f"accepted are {ACCEPTED}")
-    return repr(value) if isinstance(value, (int, float)) else repr(float(value))
+    try:
+        return repr(plain) if isinstance(plain, (int, float)) else repr(float(plain))
+    except (OverflowError, ValueError) as error:  # a number beyond all floats, or of more than 4300 digits
+        raise wrong_value(argument, value, f"accepted are {ACCEPTED}") from error
 
 
 def is_quantity(value: object) -> bool:
     """Whether this is a quantity of pint."""
     return hasattr(value, "magnitude") and hasattr(value, "units")
+
+
+def is_unit(value: object) -> bool:
+    """Whether this is a unit of pint."""
+    return hasattr(value, "dimensionality") and not hasattr(value, "magnitude")
 
 
 def quantity_of(quantity: Any) -> tuple[Any, str]:
@@ -140,7 +198,7 @@ def unit_of(unit: object, argument: str) -> _tumble.Unit:
     """A unit of text or of pint. Raises ArgumentTypeError, UsageError."""
     if isinstance(unit, str):
         text = whole_text(unit, argument)
-    elif hasattr(unit, "dimensionality"):
+    elif is_unit(unit):
         text = quantity_of(1.0 * unit)[1]  # type: ignore[operator]
         if text != unit_text(unit):
             raise UsageError(f"argument {argument}: {unit} is not a unit here; {text} is")
@@ -180,9 +238,13 @@ def path_text(path: object, argument: str) -> str:
     """The text of a path. Raises ArgumentTypeError, and UsageError for what cannot be the name of a file."""
     if not isinstance(path, (str, bytes, os.PathLike)):
         raise wrong_type(argument, path, "accepted is a path: text, bytes or pathlib.Path")
-    text = whole_text(os.fsdecode(path), argument)
+    try:
+        name = os.fsdecode(path)
+    except TypeError as error:  # __fspath__ of a type of yours
+        raise wrong_type(argument, path, "accepted is a path: text, bytes or pathlib.Path") from error
+    text = whole_text(name, argument)
     if "\0" in text:
-        raise UsageError(f"argument {argument}: {text!r} was given; a name cannot hold the character NUL")
+        raise wrong_value(argument, text, "a name cannot hold the character NUL")
     return text
 
 

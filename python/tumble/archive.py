@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from tumble import _tumble
-from tumble._errors import FileError, UsageError, wrong_type
+from tumble._errors import FileError, UsageError, wrong_type, wrong_value
 from tumble._result import Result, _from_text
 from tumble._text import path_text, whole_text
 
@@ -142,10 +142,10 @@ class Archive:
                     files.append(path)
             else:
                 raise wrong_type("what", one, "accepted are Results and paths of files")
-        model, slash, serial = (unit or "/").partition("/")
+        model, slash, serial = whole_text(unit or "/", "unit").partition("/")
         if not slash:
-            raise UsageError(f"argument unit: {unit!r} was given; accepted is MODEL/SERIAL")
-        who = whole_text(by or getpass.getuser(), "by")
+            raise wrong_value("unit", unit, "accepted is MODEL/SERIAL")
+        who = name_of_user(by)
         results = [(*text, model, serial) for text in texts]
         return dict(self._opened().put(results, files, model, serial, who, _now()))
 
@@ -182,8 +182,18 @@ def make(address: str | os.PathLike[str], *, files: str = "", by: str | None = N
     Raises    UsageError where there is one already
     """
     text = path_text(address, "address")
-    _tumble.make_archive(text, whole_text(files, "files"), whole_text(by or getpass.getuser(), "by"), _now())
+    _tumble.make_archive(text, whole_text(files, "files"), name_of_user(by), _now())
     return open(text)
+
+
+def name_of_user(by: str | None) -> str:
+    """The one who archives. Raises UsageError where nobody is given and the login has no name, as in a container."""
+    if by:
+        return whole_text(by, "by")
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError) as error:
+        raise UsageError("argument by: nothing was given, and this login has no name; accepted is a name") from error
 
 
 def _now() -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation
-from tumble._errors import DataError, FileError, UsageError, wrong_type
+from tumble._errors import DataError, FileError, UsageError, wrong_type, wrong_value
 from tumble._figure import Figure, FigureAxis, Series
 from tumble._recording import Channel, Recording
 from tumble._result import Result, result_of
@@ -205,7 +205,7 @@ def save(axes: Axes | Sequence[Axes], path: str | os.PathLike[str], **options: A
     except OSError as error:
         raise FileError(f"{text}: {error}") from error
     except ValueError as error:
-        raise UsageError(f"argument path: {text!r} was given; {error}") from error
+        raise wrong_value("path", text, str(error)) from error
 
 
 def _figures(result: Result | str | os.PathLike[str]) -> tuple[Figure, ...]:
@@ -393,7 +393,7 @@ def _channel(recording: Recording, name: str | None, hot: bool, argument: str) -
     fitting = [one for one in recording.values() if (one.kind == "temperature") == hot]
     chosen = [one for one in recording.values() if one.name == name] if name is not None else fitting[:1]
     if not chosen:
-        raise UsageError(f"argument {argument}: {name!r} was given; there are {', '.join(recording)}")
+        raise wrong_value(argument, name, f"there are {', '.join(recording)}")
     return chosen[0]
 
 

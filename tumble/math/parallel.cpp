@@ -1,9 +1,12 @@
 #include "tumble/math/parallel.hpp"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -52,16 +55,44 @@ class Processors {
     }
     changed_.notify_all();
   }
+  void begin_background() {
+    const std::lock_guard lock(guard_);
+    ++background_;
+  }
+  void end_background() {
+    {
+      const std::lock_guard lock(guard_);
+      --background_;
+    }
+    changed_.notify_all();
+  }
+  /// Waits until nothing works in the background, and keeps it so until the fork is done.
+  void before_fork() {
+    std::unique_lock lock(guard_);
+    changed_.wait(lock, [&] { return background_ == 0; });
+    lock.release();
+  }
+  void after_fork() { guard_.unlock(); }
 
  private:
   std::mutex guard_;
   std::condition_variable changed_;
-  std::size_t busy_ = 0;  ///< threads
+  std::size_t busy_ = 0;        ///< threads
+  std::size_t background_ = 0;  ///< threads of in_background
 };
 
+Processors* all_processors = nullptr;  ///< outlive every thread
+
+void count_anew_in_child();
+
 Processors& processors() {
-  static Processors& all = *new Processors;  // outlives every thread
-  return all;
+  static const bool once = [] {
+    all_processors = new Processors;
+    pthread_atfork([] { all_processors->before_fork(); }, [] { all_processors->after_fork(); }, count_anew_in_child);
+    return true;
+  }();
+  static_cast<void>(once);
+  return *all_processors;
 }
 
 /// This thread is counted as long as the object lives, once.
@@ -78,12 +109,17 @@ class AtWork {
     counted_ = false;
     processors().release();
   }
+  static void here(const std::function<void()>& work) {
+    const AtWork at_work;
+    work();
+  }
   /// A helper, whose processor was taken.
   static void help(const std::function<void()>& work) {
     counted_ = true;
     work();
     processors().release();
   }
+  static bool is_counted() { return counted_; }
 
  private:
   static thread_local bool counted_;
@@ -91,6 +127,12 @@ class AtWork {
 };
 
 thread_local bool AtWork::counted_ = false;
+
+/// The child of a fork has one thread: locks, and who waited for them, are those of threads that it does not have.
+void count_anew_in_child() {
+  all_processors = new Processors;
+  if (AtWork::is_counted()) all_processors->occupy();
+}
 
 }  // namespace
 
@@ -135,15 +177,30 @@ void parallel_pieces(std::size_t count, std::size_t length, const std::function<
                [&](std::size_t k) { body(k * length, std::min(count, (k + 1) * length)); });
 }
 
+/// Whoever gives up what is returned waits for the work, and so does a fork(): the child, which does not have the
+/// thread, finds the work done.
 std::future<void> in_background(std::function<void()> work) {
+  std::promise<void> promise;
+  const auto done = promise.get_future().share();
+  processors().begin_background();
   try {
-    return std::async(std::launch::async, [work] {
-      const AtWork at_work;
-      work();
-    });
+    std::thread([work, promise = std::move(promise)]() mutable {
+      try {
+        AtWork::here(work);
+        promise.set_value();
+      } catch (...) {
+        promise.set_exception(std::current_exception());
+      }
+      work = nullptr;
+      processors().end_background();  // a fork may be waiting: nobody waits for this thread any more
+    }).detach();
   } catch (const std::system_error&) {
+    processors().end_background();
     return std::async(std::launch::deferred, std::move(work));
   }
+  // Whoever gives the future up waits for the work as well.
+  const std::shared_ptr<void> waits(nullptr, [done](void*) { done.wait(); });
+  return std::async(std::launch::deferred, [done, waits] { done.get(); });
 }
 
 }  // namespace tumble

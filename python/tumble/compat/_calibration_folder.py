@@ -9,7 +9,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from tumble._errors import DataError, TumbleWarning, UsageError
+from tumble._errors import DataError, TumbleWarning, wrong_type, wrong_value
+from tumble._text import one_of, path_text, whole_text
 from tumble.compat._calibration_info import CalibrationInfo
 
 STAMP = "%Y-%m-%d_%H-%M"
@@ -33,10 +34,14 @@ def save_calibration_info(
               cal_time          when the calibration was made, to the minute
               folder_structure  subfolders, with {sensor_id}, {cal_info.ATTRIBUTE} and the names of kwargs
     """
-    if not sensor_id.isalnum():
-        raise UsageError(f"argument sensor_id: {sensor_id!r} was given; accepted are letters and digits")
+    if not whole_text(sensor_id, "sensor_id").isalnum():
+        raise wrong_value("sensor_id", sensor_id, "accepted are letters and digits")
+    if not hasattr(cal_time, "strftime"):
+        raise wrong_type("cal_time", cal_time, "accepted is a datetime")
     sensor = sensor_id.lower()
-    place = Path(folder) / folder_structure.format(sensor_id=sensor_id, cal_info=cal_info, **kwargs)
+    place = Path(path_text(folder, "folder")) / folder_structure.format(
+        sensor_id=sensor_id, cal_info=cal_info, **kwargs
+    )
     place.mkdir(parents=True, exist_ok=True)
     path = place / f"{sensor}_{cal_time.strftime(STAMP)}.json"
     cal_info.to_json_file(path)
@@ -47,12 +52,10 @@ def load_calibration_info(
     path: str | os.PathLike[str], file_type: str | None = None, base_class: type[CalibrationInfo] = CalibrationInfo
 ) -> CalibrationInfo:
     """The calibration of a file of to_json_file or to_hdf5; file_type "json" or "hdf", None: by the end of the name."""
-    suffix = Path(path).suffix[1:].lower()
+    suffix = Path(path_text(path, "path")).suffix[1:].lower()
     kind = {"json": "json", "hdf": "hdf", "h5": "hdf", "hdf5": "hdf"}.get(suffix) if file_type is None else file_type
     if kind not in ("json", "hdf"):
-        raise UsageError(
-            f"argument file_type: {file_type!r} was given for {os.fspath(path)}; accepted are json and hdf"
-        )
+        raise wrong_value("file_type", file_type, f"accepted for {os.fspath(path)!r} are json and hdf")
     return base_class.from_json_file(path) if kind == "json" else base_class.from_hdf5(path)
 
 
@@ -70,8 +73,11 @@ def find_calibration_info_for_sensor(
               custom_validator  only calibrations for which it is true
     Raises    DataError where there are none, unless ignore_file_not_found
     """
-    pattern = f"{sensor_id.lower()}_*.json"
-    found = sorted(Path(folder).rglob(pattern) if recursive else Path(folder).glob(pattern), key=lambda one: one.name)
+    pattern, place = f"{whole_text(sensor_id, 'sensor_id').lower()}_*.json", Path(path_text(folder, "folder"))
+    try:
+        found = sorted(place.rglob(pattern) if recursive else place.glob(pattern), key=lambda one: one.name)
+    except (ValueError, NotImplementedError) as error:  # of a pattern such as "**a"
+        raise wrong_value("sensor_id", sensor_id, "accepted are letters and digits") from error
     found = [one for one in found if _date_of(one) is not None]
     if filter_cal_type is not None or custom_validator is not None:
         read = [(one, load_calibration_info(one)) for one in found]
@@ -105,8 +111,10 @@ def find_closest_calibration_info_to_date(
     Returned  None where there is none and ignore_file_not_found is true
     Raises    DataError where there is none
     """
-    if before_after not in (None, "before", "after"):
-        raise UsageError(f"argument before_after: {before_after!r} was given; accepted are 'before', 'after' and None")
+    if before_after is not None:
+        one_of(before_after, "before_after", ("before", "after"))
+    if not isinstance(cal_time, datetime):
+        raise wrong_type("cal_time", cal_time, "accepted is a datetime")
     paths = find_calibration_info_for_sensor(
         sensor_id, folder, recursive, filter_cal_type, custom_validator, ignore_file_not_found
     )

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from tumble import _tumble
 from tumble._arrays import _array_of
-from tumble._errors import DataError, FileError, UsageError
-from tumble._text import need
+from tumble._errors import DataError, FileError, UsageError, wrong_type
+from tumble._text import need, path_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,38 +87,49 @@ class CalibrationInfo:
         """Writes the text of to_json, whole or not at all."""
         from tumble._result import write_whole
 
-        write_whole(os.fspath(path), self.to_json())
+        write_whole(path_text(path, "path"), self.to_json())
 
     def to_hdf5(self, path: str | os.PathLike[str]) -> None:
         """Writes the calibration as imucal does, with the package h5py."""
-        with need("h5py", "import").File(path, "w") as file:
-            for name, value in self._document().items():
-                if name in self._cal_paras or value:
-                    file[name] = value
+        text = path_text(path, "path")
+        try:
+            with need("h5py", "import").File(text, "w") as file:
+                for name, value in self._document().items():
+                    if name in self._cal_paras or value:
+                        file[name] = value
+        except OSError as error:
+            raise FileError(f"{text}: {error}") from error
 
     @classmethod
     def from_json(cls, json_str: str) -> CalibrationInfo:
         """A calibration from the text of to_json, also of imucal's. Raises DataError with what is wrong."""
         try:
             document = json.loads(json_str)
-        except ValueError as error:
+        except TypeError as error:
+            raise wrong_type("json_str", json_str, "accepted is the text of to_json") from error
+        except (ValueError, RecursionError) as error:
             raise DataError(f"argument json_str: {error}") from error
         return cls._from_document(document)
 
     @classmethod
     def from_json_file(cls, path: str | os.PathLike[str]) -> CalibrationInfo:
         """A calibration from a file of to_json_file, also of imucal's. Raises FileError with what is wrong."""
+        text = path_text(path, "path")
         try:
-            return cls.from_json(Path(path).read_text(encoding="utf8"))
+            return cls.from_json(Path(text).read_text(encoding="utf8"))
         except (OSError, UnicodeDecodeError, DataError) as error:
-            raise FileError(f"{os.fspath(path)}: {error}") from error
+            raise _file_error(text, error) from error
 
     @classmethod
     def from_hdf5(cls, path: str | os.PathLike[str]) -> CalibrationInfo:
         """A calibration from a file of to_hdf5, also of imucal's."""
-        with need("h5py", "import").File(path, "r") as file:
-            document = {name: one[()] for name, one in file.items()}
-        return cls._from_document({k: v.decode() if isinstance(v, bytes) else v for k, v in document.items()})
+        text = path_text(path, "path")
+        try:
+            with need("h5py", "import").File(text, "r") as file:
+                document = {name: one[()] for name, one in file.items()}
+            return cls._from_document({k: v.decode() if isinstance(v, bytes) else v for k, v in document.items()})
+        except (OSError, UnicodeDecodeError, TypeError, DataError) as error:  # TypeError: a group where data should be
+            raise _file_error(text, error) from error
 
     @classmethod
     def _from_document(cls, document: Any) -> CalibrationInfo:
@@ -200,6 +211,15 @@ class TurntableCalibrationInfo(FerrarisCalibrationInfo):
     """The matrices of a calibration whose turns a table made."""
 
     CAL_TYPE: ClassVar[str | None] = "Turntable"
+
+
+class AbsentFileError(FileError, FileNotFoundError):
+    """There is no such file. It is a FileNotFoundError too, which imucal raises here."""
+
+
+def _file_error(path: str, error: Exception) -> FileError:
+    kind = AbsentFileError if isinstance(error, FileNotFoundError) else FileError
+    return kind(f"{path}: {error}")
 
 
 def _floats(values: Any, name: str) -> Array:

@@ -59,12 +59,12 @@ def tau_generator(
     """The data, the averaging factors of these taus [s], and the times [s] of these. `v` has no effect."""
     import numpy as np
 
-    from tumble.compat.allantools import _taus, _values
+    from tumble.compat.allantools import _number, _taus, _values
 
-    values = _values(data, "data")
-    longest = float(len(values) if maximum_m == -1 else maximum_m)
-    factors = _tumble.clock_factors(_taus(taus), float(rate), len(values), longest, even)
-    return values, np.array(factors, dtype=np.float64), np.array(factors) / float(rate)
+    values, hertz, most = _values(data, "data"), _number(rate, "rate"), _number(maximum_m, "maximum_m")
+    longest = float(len(values)) if most == -1 else most
+    factors = np.array(_tumble.clock_factors(_taus(taus), hertz, len(values), longest, bool(even)), dtype=np.float64)
+    return values, factors, factors / hertz
 
 
 def tau_reduction(ms: ArrayLike, rate: float, n_per_decade: int) -> tuple[NDArray[np.int64], Array]:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._arrays import _array_of
-from tumble._errors import DataError, UsageError
+from tumble._errors import DataError, UsageError, wrong_type
+from tumble._text import one_of
 from tumble.compat._dataset import Dataset
 from tumble.compat._glue import (
     frequency2fractional,
@@ -181,9 +182,11 @@ def gradev(
               arguments, so its limits are NaN unless edf is below 3; these are equal to them. For limits:
               tumble.allan_deviation(..., missing="nan")
     """
-    alpha = {"wp": 2, "wf": 0, "fp": -2}.get(noisetype, 9)
+    alpha = {"wp": 2, "wf": 0, "fp": -2}.get(str(noisetype), 9)
     values = _values(data, "data")
-    columns, upper = _tumble.clock_gap_robust(values, float(rate), _of_phase(data_type), _taus(taus), float(ci), alpha)
+    columns, upper = _tumble.clock_gap_robust(
+        values, _number(rate, "rate"), _of_phase(data_type), _taus(taus), _number(ci, "ci"), alpha
+    )
     found, deviations, lower, terms = _some(columns, values)
     return found, deviations, [lower, upper], terms
 
@@ -193,7 +196,7 @@ def gcodev(
 ) -> Answer:
     """Groslambert codeviation of two series of one length. Arguments and answer as of adev."""
     one, two = _values(data_1, "data_1"), _values(data_2, "data_2")
-    return _some(_tumble.clock_codeviation(one, two, float(rate), _of_phase(data_type), _taus(taus)), one)
+    return _some(_tumble.clock_codeviation(one, two, _number(rate, "rate"), _of_phase(data_type), _taus(taus)), one)
 
 
 def three_cornered_hat_phase(
@@ -219,21 +222,36 @@ def three_cornered_hat_phase(
     return pairs[0][0], deviations, list(deviations / np.sqrt(pairs[0][3])), pairs[0][3]
 
 
-def confidence_interval(dev: float, edf: float, ci: float = 0.6826894921370859) -> tuple[float, float]:
-    """Limits of a deviation by chi-square with edf degrees of freedom; ci 0.683 is one sigma."""
-    lower, upper = _tumble.chi_square_limits(float(dev), float(edf), float(ci))
-    return lower, upper
+def confidence_interval(dev: Any, edf: float, ci: float = 0.6826894921370859) -> tuple[Any, Any]:
+    """Limits of a deviation, or of an array of them, by chi-square with edf degrees of freedom; ci 0.683: one sigma."""
+    import numpy as np
+
+    lower, upper = _tumble.chi_square_limits(1.0, _number(edf, "edf"), _number(ci, "ci"))
+    size = np.abs(dev)
+    return size * lower, size * upper
 
 
-def edf_simple(N: float, m: float, alpha: int) -> float:  # noqa: N803
-    """Equivalent degrees of freedom of oadev by the simple formulas: N phase points, factor m, noise alpha -2 ... 2."""
-    return _tumble.simple_edf(float(N), float(m), int(alpha))
+def edf_simple(N: Any, m: Any, alpha: int) -> Any:  # noqa: N803
+    """Equivalent degrees of freedom of oadev by the simple formulas.
+
+    Given     N      phase points; m  averaging factor: numbers, or arrays of them
+              alpha  noise, from 2 (white phase) to -2 (random walk of frequency); else none is known
+    """
+    import numpy as np
+
+    named = _number(alpha, "alpha")
+    kind = int(named) if named in (-2.0, -1.0, 0.0, 1.0, 2.0) else 9
+    if np.ndim(N) == np.ndim(m) == 0:
+        return _tumble.simple_edf(_number(N, "N"), _number(m, "m"), kind)
+    pairs = np.broadcast(np.asarray(N, dtype=np.float64), np.asarray(m, dtype=np.float64))
+    return np.array([_tumble.simple_edf(float(n), float(k), kind) for n, k in pairs]).reshape(pairs.shape)
 
 
 def _deviations(measure: str, data: Any, rate: float, data_type: str, taus: Taus) -> Answer:
     values = _values(data, "data")
     return _some(
-        _tumble.clock_deviations(values, _measure(measure), float(rate), _of_phase(data_type), _taus(taus)), values
+        _tumble.clock_deviations(values, _measure(measure), _number(rate, "rate"), _of_phase(data_type), _taus(taus)),
+        values,
     )
 
 
@@ -255,10 +273,19 @@ def _values(data: Any, argument: str) -> Array:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def _number(value: Any, argument: str) -> float:
+    """A number, or the only one of an array; NaN is one. Raises ArgumentTypeError."""
+    alone = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
+    if isinstance(alone, (str, bytes)):
+        raise wrong_type(argument, value, "accepted is a number")
+    try:
+        return float(alone)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise wrong_type(argument, value, "accepted is a number") from error
+
+
 def _of_phase(data_type: str) -> bool:
-    if data_type not in ("phase", "freq"):
-        raise UsageError(f"argument data_type: {data_type!r} was given; accepted are 'phase' and 'freq'")
-    return data_type == "phase"
+    return one_of(data_type, "data_type", ("phase", "freq")) == "phase"
 
 
 def _taus(taus: Taus) -> str | Array:

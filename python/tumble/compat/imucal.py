@@ -11,12 +11,13 @@ docs/imucal.md has more on the differences.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from tumble import _tumble
 from tumble._arrays import _array_of
-from tumble._errors import DataError, UsageError, wrong_type
+from tumble._errors import DataError, UsageError, wrong_type, wrong_value
+from tumble._text import number_of
 from tumble.compat._calibration_folder import (
     CalibrationWarning,
     find_calibration_info_for_sensor,
@@ -122,18 +123,20 @@ class FerrarisCalibration:
         Raises    DataError for a section without samples, and where the poses do not show three axes
         Accuracy  1e-9 of imucal, which the tests compare with
         """
-        if not sampling_rate_hz > 0:
-            raise UsageError(
-                f"argument sampling_rate_hz: {sampling_rate_hz!r} was given; accepted are rates above 0 Hz"
-            )
-        if self.grav == 0 or self.expected_angle == 0:
+        rate = number_of(sampling_rate_hz, "sampling_rate_hz", "accepted are rates above 0 Hz")
+        gravity, angle = number_of(self.grav, "grav"), number_of(self.expected_angle, "expected_angle")
+        if rate <= 0:
+            raise wrong_value("sampling_rate_hz", sampling_rate_hz, "accepted are rates above 0 Hz")
+        if gravity == 0 or angle == 0:
             raise UsageError("arguments grav and expected_angle: 0 was given; accepted are other numbers")
+        if not isinstance(signal_regions, tuple) or not hasattr(signal_regions, "acc_x_p"):
+            raise wrong_type("signal_regions", signal_regions, "accepted is what ferraris_regions_from_df returns")
         k_a, r_a, b_a, k_g, r_g, k_ga, b_g = _tumble.ferraris(
             [_region(getattr(signal_regions, f"acc_{name}"), f"acc_{name}") for name in self.FERRARIS_SECTIONS],
             [_region(getattr(signal_regions, f"gyr_{name}"), f"gyr_{name}") for name in self.FERRARIS_SECTIONS],
-            float(sampling_rate_hz),
-            float(self.grav),
-            float(self.expected_angle),
+            rate,
+            gravity,
+            angle,
         )
         units: dict[str, Any] = {"acc_unit": self.OUT_ACC_UNIT, "gyr_unit": self.OUT_GYR_UNIT}
         info = self.calibration_info_class(from_acc_unit=from_acc_unit, from_gyr_unit=from_gyr_unit, **units, **kwargs)
@@ -191,6 +194,8 @@ def ferraris_regions_from_section_list(
     Example   ferraris_regions_from_section_list(df, pd.read_csv("sections.csv", index_col=0))
     """
     force, rate = _columns(data, acc_cols, "acc_cols"), _columns(data, gyr_cols, "gyr_cols")
+    if not hasattr(section_list, "columns") or not {"start", "end"} <= set(section_list.columns):
+        raise wrong_type("section_list", section_list, "accepted is a DataFrame with the columns start and end")
     _require_sections([str(label) for label in section_list.index])
     regions = {}
     for label, start, end in zip(section_list.index, section_list["start"], section_list["end"], strict=True):
@@ -203,8 +208,12 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
     """Three columns, shape (n, 3)."""
     import numpy as np
 
+    if not hasattr(df, "columns"):
+        raise wrong_type("df", df, "accepted is a pandas DataFrame")
+    if not isinstance(names, Iterable) or isinstance(names, (str, bytes)):
+        raise wrong_type(argument, names, "accepted are the names of three columns")
     wanted = list(names)
-    absent = [name for name in wanted if name not in df.columns]
+    absent = [name for name in wanted if not isinstance(name, Hashable) or name not in df.columns]
     if absent or len(wanted) != 3:
         raise UsageError(
             f"argument {argument}: {wanted} was given; accepted are three of the columns "
@@ -212,7 +221,10 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
         )
     columns = np.empty((len(df), 3), order="F")  # each column in one piece
     for index, name in enumerate(wanted):
-        columns[:, index] = df[name].to_numpy()
+        column = _array_of(df[name], f"df[{name!r}]")
+        if column.ndim != 1:
+            raise UsageError(f"argument {argument}: {name!r} names several columns; accepted are different names")
+        columns[:, index] = column
     return columns
 
 

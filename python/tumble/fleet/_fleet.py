@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import getpass
 import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -212,7 +211,7 @@ class Fleet:
                     )
                     for row in rows[first : first + BATCH]
                 ]
-                done = target._ingest_results(results, by or getpass.getuser())
+                done = target._ingest_results(results, archive.name_of_user(by))
                 for name in total:
                     total[name] += done[name]
         return total
@@ -253,6 +252,8 @@ class _Local:
 
 def _limit_sets(limits: Mapping[str, object] | None) -> list[tuple[str, str]]:
     sets: dict[str, object] = {}
+    if limits is not None and not isinstance(limits, Mapping):
+        raise wrong_type("limits", limits, 'accepted is a dict such as {"x.bias": ("-1 mg", "1 mg")}')
     for name, both in (limits or {}).items():
         if not isinstance(both, (tuple, list)) or len(both) != 2:
             raise wrong_type(f"limits[{name!r}]", both, "accepted is (lower, upper), with None for no limit")

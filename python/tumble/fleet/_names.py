@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
-from tumble._errors import UsageError, wrong_type
-from tumble._text import path_text
+from tumble._errors import UsageError, wrong_type, wrong_value
+from tumble._text import path_text, whole_text
 from tumble.archive import ArchivedRecording
 from tumble.fleet._store import filesystem_of, is_local
 from tumble.fleet._task import ARCHIVE, Task, name_in_archive
@@ -99,9 +99,9 @@ def _pattern(serial: str | None) -> re.Pattern[str] | None:
     if serial is None:
         return None
     try:
-        return re.compile(serial)
+        return re.compile(whole_text(serial, "serial"))
     except re.error as error:
-        raise UsageError(f"argument serial: {serial!r} is no regular expression: {error}") from error
+        raise wrong_value("serial", serial, f"accepted is a regular expression ({error})") from error
 
 
 def _serial(name: str, pattern: re.Pattern[str] | None) -> str:

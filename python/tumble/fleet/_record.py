@@ -60,9 +60,9 @@ def record(
     if listed:
         order = {path_text(one, "files"): number for number, one in enumerate(files)}
         names.sort(key=lambda name: order.get(name, len(order)))
-    store = Store(path_text(out, "out"))
+    store, again = Store(path_text(out, "out")), count_of(retries, "retries")
     job = _job_of_record(store, made)
-    work = _Work(job, engine_of(executor, None if workers is None else count_of(workers, "workers", 1)), retries)
+    work = _Work(job, engine_of(executor, None if workers is None else count_of(workers, "workers", 1)), again)
     try:
         with listener(progress) as call:
             return work.result(store, made, names, call)

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tumble._errors import DataError, TumbleWarning, UsageError
+from tumble._errors import DataError, TumbleError, TumbleWarning, UsageError
 
 if TYPE_CHECKING:
     from tumble._recording import Recording
@@ -103,18 +103,27 @@ def recording_of(
     rate = None if request.rate is None else _rate_of(request.rate)
     parts = []
     for column in wanted:
-        times = None if column.times is None else times_of(column.times, f"times of {column.source!r}")
+        times = None if column.times is None else _named(path, times_of, column.times, f"times of {column.source!r}")
         hertz = column.rate or rate
         if times is None and hertz is None:
             raise UsageError(f"{path}: column {column.source!r} has no times; accepted is rate=...")
         unit = request.units.get(column.name) or request.units.get(column.source) or column.unit or "1"
-        values = samples_of(column.values, column.source, request.missing)
+        values = _named(path, samples_of, column.values, column.source, request.missing)
         parts.append((column.name, unit, values, column.start, 0.0 if hertz is None else hertz, times))
     others = [column.source for column in columns if column not in wanted]
     meta = {"importer": importer, **{f"source.{column.name}": column.source for column in wanted}}
     if skipped or others:
         meta["skipped"] = ", ".join([*others, *skipped])
     return rebuilt(parts, path, meta)
+
+
+def _named(path: str, arrays: Callable[..., Any], *arguments: Any) -> Any:
+    """What the function of _arrays returns, or its problems with the name of the file."""
+    try:
+        return arrays(*arguments)
+    except TumbleError as error:
+        problems = [one.replace("argument ", "column ", 1) for one in error.problems]
+        raise type(error)([f"{path}: {one}" for one in problems]) from error
 
 
 def _selected(path: str, columns: Sequence[Column], request: Request) -> list[Column]:

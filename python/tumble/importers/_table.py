@@ -16,7 +16,7 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> tu
     """Columns of numbers with their times, and the names of those that hold none.
 
     Given     named  header and values (array) of each column
-              units  of headers without one, as the file says
+              units  of headers without one, as the file or the user says
     """
     import numpy as np
 
@@ -30,9 +30,16 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> tu
             times = array
         elif array.dtype.kind not in "iuf":
             skipped.append(header)
-        elif name.lower() in ("time", "t", "timestamp") and times is None and unit:
-            seconds = Unit.parse(unit)
-            times = array.astype(np.float64) * seconds.factor
+        elif times is None and (seconds := _seconds(name, unit)):
+            times = array.astype(np.float64) * seconds
         else:
             numbers.append((name, unit, header, array))
     return [Column(*one, times) for one in numbers], skipped
+
+
+def _seconds(name: str, unit: str | None) -> float | None:
+    """The unit of a column of times [s]; None for another column, such as a temperature that is called T."""
+    if name.lower() not in ("time", "t", "timestamp") or not unit:
+        return None
+    found = Unit.parse(unit)
+    return found.factor if found.dimension == "s" else None

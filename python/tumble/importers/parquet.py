@@ -26,7 +26,7 @@ def read(path: str, request: Request) -> Recording:
         if field.metadata and b"unit" in field.metadata
     }
     named = ((name, table[name].to_numpy()) for name in table.column_names)
-    columns, skipped = columns_of(named, units)
+    columns, skipped = columns_of(named, {**units, **request.units})
     return recording_of(path, importer.name, columns, request, skipped)
 
 

@@ -24,7 +24,7 @@ def read(path: str, request: Request) -> Recording:
         rows.pop()
     if len(rows) < 2:
         raise DataError(f"{path}: the sheet {sheet.title!r} holds no rows below a header")
-    columns, skipped = columns_of(_named(rows), {})
+    columns, skipped = columns_of(_named(rows), request.units)
     return recording_of(path, importer.name, columns, request._replace(missing="nan"), skipped)
 
 
@@ -32,7 +32,7 @@ def _named(rows: Sequence[Sequence[Any]]) -> Iterator[tuple[str, Any]]:
     import numpy as np
 
     for k, header in enumerate(rows[0]):
-        cells = [row[k] for row in rows[1:]]
+        cells = [row[k] if k < len(row) else None for row in rows[1:]]
         if header is None:
             continue
         if all(cell is None or (isinstance(cell, (int, float)) and not isinstance(cell, bool)) for cell in cells):

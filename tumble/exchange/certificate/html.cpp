@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/report/markup.hpp"
@@ -93,6 +94,12 @@ std::string title(const Certificate& certificate, const Words& words) {
   return text;
 }
 
+/// The key of the method, in Chinese with its name before it.
+std::string method_html(const std::string& method, const Words& words) {
+  const auto name = result_words_in(words.language, method);
+  return (name ? escaped(*name) + " " : "") + "<code>" + escaped(method) + "</code>";
+}
+
 std::string parties(const Certificate& certificate, const Words& words) {
   const auto& details = certificate.details;
   const auto& item = details.item;
@@ -109,7 +116,7 @@ std::string parties(const Certificate& certificate, const Words& words) {
           date("issued", details.issued) +
           entry(words("place"),
                 words(("place_" + details.place).c_str()) + ", " + escaped(details.laboratory.contact.city));
-  text += entry(words("method"), "<code>" + escaped(certificate.estimate.method) + "</code>") +
+  text += entry(words("method"), method_html(certificate.estimate.method, words)) +
           entry(words("norm"), escaped(details.norm)) + entry(words("software"), fmt::format("Tumble {}", version));
   return text + "</dl>\n";
 }

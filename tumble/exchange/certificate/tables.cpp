@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/exchange/certificate/work.hpp"
 #include "tumble/report/markup.hpp"
@@ -56,10 +57,12 @@ std::string result_row(const Estimate& estimate, std::size_t index, const Words&
   return fmt::format(
       "<tr><td class=\"symbol\">{}</td><th scope=\"row\">{}{}</th><td class=\"n\">{}</td><td class=\"n\">{}</td>"
       "<td class=\"k\">{}</td><td class=\"unit\">{}</td></tr>\n",
-      parameter.symbol.empty() ? "" : words.symbol(parameter.symbol), words.name(parameter.name),
+      parameter.symbol.empty() ? "" : words.symbol(parameter.symbol), words.name(parameter.name, estimate.method),
       parameter.description.empty() || parameter.description == parameter.name
           ? ""
-          : "<span class=\"description\">" + escaped(parameter.description) + "</span>",
+          : "<span class=\"description\">" +
+                escaped(result_words_in(words.language, parameter.description).value_or(parameter.description)) +
+                "</span>",
       rounded_to(parameter.unit.from_si(parameter.value), rounding), cells.u, cells.k, words.unit(parameter.unit));
 }
 
@@ -106,7 +109,7 @@ std::string statement_row(const Statement& statement, const Estimate& estimate, 
   return fmt::format(
       "<tr><th scope=\"row\">{}{}</th><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
       "<td class=\"outcome {}\">{}</td></tr>\n",
-      words.name(statement.parameter), measured_below(statement, estimate, words),
+      words.name(statement.parameter, estimate.method), measured_below(statement, estimate, words),
       limit_text(statement, estimate, words), acceptance_text(statement, estimate),
       std::isfinite(ratio) ? fmt::format("{:.3g}", ratio) : "–",
       decision ? escaped(percent(decision->conformance)) + (words.language == Language::chinese ? "%" : " %") : "–",

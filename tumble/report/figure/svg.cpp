@@ -5,6 +5,7 @@
 #include <limits>
 #include <string_view>
 
+#include "tumble/core/section_words.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/figure/colours.hpp"
 #include "tumble/report/figure/frame.hpp"
@@ -205,13 +206,26 @@ std::string legend(const Figure& figure, const Frame& frame, double& height) {
 
 /// The plot in words, for readers who do not see it.
 std::string in_words(const Figure& figure) {
-  std::string text = fmt::format("Plot of {} over {}{}:", figure.y.name, figure.x.name,
-                                 figure.y.logarithmic   ? ", logarithmic axes"
-                                 : figure.x.logarithmic ? ", logarithmic x axis"
-                                                        : "");
-  for (const auto& series : figure.series) text += (&series == &figure.series.front() ? " " : ", ") + series.name;
-  if (figure.z) text += (figure.series.empty() ? " " : ", ") + figure.z->name + " as colours";
-  return text;
+  const SectionWords words{figure.language, "report"};
+  const auto text = words.with("plot_of", figure.y.name, figure.x.name,
+                               figure.y.logarithmic   ? words("plot_logarithmic")
+                               : figure.x.logarithmic ? words("plot_logarithmic_x")
+                                                      : "");
+  std::string names;
+  const auto add = [&](const std::string& name) { names += (names.empty() ? "" : words("plot_next")) + name; };
+  for (const auto& series : figure.series) add(series.name);
+  if (figure.z) add(words.with("plot_colours", figure.z->name));
+  return text + names;
+}
+
+/// Letters of the page; in Chinese those of mainland China.
+std::string letters_of(Language language) {
+  constexpr const char* latin = "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial";
+  if (language == Language::english) return fmt::format("font-family=\"{}, sans-serif\"", latin);
+  return fmt::format(
+      "lang=\"zh-CN\" font-family=\"{}, 'PingFang SC', 'Microsoft YaHei', 'Noto Sans CJK SC', 'Source Han Sans SC', "
+      "sans-serif\"",
+      latin);
 }
 
 }  // namespace
@@ -259,12 +273,12 @@ std::string to_svg(const Figure& figure, Drawing drawing) {
   if (figure.map) lines += figure::cells(*figure.map, frame, scale);
   for (std::size_t i = 0; i < figure.series.size(); ++i) lines += drawn(figure.series[i], i, frame, scale);
   return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" "
-      "font-family=\"system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial, sans-serif\" "
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" {} "
       "font-size=\"{}\" fill=\"none\">\n<title>{}</title>\n<g transform=\"translate({:.1f} {})\">\n{}"
       "<svg width=\"{:.1f}\" height=\"{}\">\n{}</svg>\n{}</g>\n</svg>\n",
-      size.width, height + top, escaped(in_words(figure)), size_of_text, escaped(figure.name), frame.left, top,
-      axes(figure, frame, size), frame.plot_width, frame.plot_height, lines, below);
+      size.width, height + top, escaped(in_words(figure)), letters_of(figure.language), size_of_text,
+      escaped(figure.name), frame.left, top, axes(figure, frame, size), frame.plot_width, frame.plot_height, lines,
+      below);
 }
 
 }  // namespace tumble

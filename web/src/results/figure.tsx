@@ -256,9 +256,9 @@ export function FigureView(props: Props & { drawing: string }) {
       {canBeLive(figure) ? <Live {...props} /> : <img class="figure" src={props.drawing} alt={figure.name} />}
       <Legend {...props} />
       <figcaption>
-        <strong>{props.names ? figure.y.name : figure.name}.</strong>
-        {bands.length > 0 && ` ${t("results_bands", { what: [...new Set(bands.map((series) => series.band))].join(", ") })}`}
-        {!props.names && figure.notes.map((note) => ` ${note}.`)}
+        <strong>{t("results_caption", { name: props.names ? figure.y.name : figure.name })}</strong>
+        {bands.length > 0 && ` ${t("results_bands", { what: [...new Set(bands.map((series) => series.band))].join(t("results_next")) })}`}
+        {!props.names && figure.notes.map((note) => ` ${t("results_note", { note })}`)}
         {zoom ? <button class="quiet" onClick={() => onZoom(null)}>{t("show_all")}</button> : canBeLive(figure) && <small> {t("results_zoom_hint")}</small>}
       </figcaption>
     </figure>
