@@ -65,6 +65,7 @@ def allan(
         return (_allan_curve(result, ax),)
     found = [one for one in _figures(result) if one.name.startswith("allan deviation")]
     if channel is not None:
+        whole_text(channel, "channel")
         found = [one for one in found if one.name == f"allan deviation {channel}"]
     return _draw(_some(found, "Allan deviation" + (f" of {channel!r}" if channel else ""), result), ax)
 
@@ -97,7 +98,7 @@ def polar(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> tu
     Raises    UsageError where the result has no figure over an angle
     """
     found = [one for one in _figures(result) if _dimension(one.x.unit) == "rad"]
-    if ax is not None and ax.name != "polar":
+    if ax is not None and getattr(ax, "name", "") != "polar":
         raise UsageError("argument ax: rectangular axes were given; accepted are axes with projection='polar'")
     _some(found, "plot over an angle", result)
     with _style(ax):
@@ -159,10 +160,10 @@ def thermal(
     )
     degrees = _channel(recording, temperature, True, "temperature")
     signal = _channel(recording, channel, False, "channel")
-    count_of(cells, "cells", 1)
+    count_of(cells, "cells", 2)
     both = [_channel(one, signal.name, False, "channel" if one is recording else "compensated") for _, one in maps]
     heat, signals = degrees.in_("degC"), [one.in_(signal.shown_unit) for one in both]
-    blocks = max(1, round(seconds_of(block, "block") * degrees.rate))
+    blocks = max(1, round(min(seconds_of(block, "block") * degrees.rate, 1e18)))
     over, times = _means(heat, blocks), _means(degrees.times, blocks)
     rate = np.gradient(over, times) * 60.0
     means = [_means(one, blocks)[: len(over)] for one in signals]
@@ -390,6 +391,8 @@ def _colours() -> int:
 def _channel(recording: Recording, name: str | None, hot: bool, argument: str) -> Channel:
     if not isinstance(recording, Recording):
         raise wrong_type("recording", recording, "accepted is a Recording")
+    if name is not None:
+        whole_text(name, argument)
     fitting = [one for one in recording.values() if (one.kind == "temperature") == hot]
     chosen = [one for one in recording.values() if one.name == name] if name is not None else fitting[:1]
     if not chosen:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from tumble import _tumble
 from tumble._arrays import _array_of
 from tumble._errors import DataError, UsageError, wrong_type, wrong_value
-from tumble._text import number_of
+from tumble._text import listed, number_of
 from tumble.compat._calibration_folder import (
     CalibrationWarning,
     find_calibration_info_for_sensor,
@@ -210,9 +210,7 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
 
     if not hasattr(df, "columns"):
         raise wrong_type("df", df, "accepted is a pandas DataFrame")
-    if not isinstance(names, Iterable) or isinstance(names, (str, bytes)):
-        raise wrong_type(argument, names, "accepted are the names of three columns")
-    wanted = list(names)
+    wanted = listed(names, argument, "accepted are the names of three columns")
     absent = [name for name in wanted if not isinstance(name, Hashable) or name not in df.columns]
     if absent or len(wanted) != 3:
         raise UsageError(

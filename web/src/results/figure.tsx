@@ -133,8 +133,9 @@ function options(props: () => Props, width: number): uPlot.Options {
     font: "12px system-ui, sans-serif",
     labelSize: 20,
   };
-  // A long name has smaller letters: it must fit along its axis.
-  const labelFont = (axis: Axis) => `${titleOf(axis).length > 40 ? 10 : 12}px system-ui, sans-serif`;
+  // A long name has smaller letters: it must fit along its axis. A Chinese letter is as wide as two others.
+  const widthOf = (text: string) => text.length + (text.match(/[\u2e80-\uffef]/g)?.length ?? 0);
+  const labelFont = (axis: Axis) => `${widthOf(titleOf(axis)) > 40 ? 10 : 12}px system-ui, sans-serif`;
   const bands = figure.series.flatMap((series, k) =>
     series.lower && !series.points ? [{ series: [columns[k]! + 2, columns[k]! + 1] as [number, number], fill: () => pen(series) + "30" }] : []);
   return {
