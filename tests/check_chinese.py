@@ -11,6 +11,8 @@
   said          the key of a sentence in [said] consists of pieces that the sources say, and its text has each value of the
                 key, numbered in order, except an ending as in "sample{}". How many of the sentences with which the sources refuse have their
                 Chinese is printed: the others are said in English
+  result        the words of a key in [result] stand in the sources, and its text has each value of the key
+                (tests/chinese_results_test.cpp asks the other way: has every name and sentence of a result its Chinese?)
   verbs         every verb of apps/cli has its line in [verb]
 
     check_chinese.py REPOSITORY         exit 1 and one line a fault
@@ -24,7 +26,10 @@ import check_tools
 
 SECTIONS = ["finding", "phrase", "certificate", "report", "terminal", "archive", "list"]
 NEED_NO_HAN = {"finding.parameter_not_summarised", "phrase.axis_x", "phrase.axis_y", "report.next_pair", "report.findings_note",
-               "certificate.coverage_factor", "certificate.ratio", "report.measured", "terminal.measured_apart",
+               "certificate.coverage_factor", "certificate.colon", "certificate.comma", "certificate.rule_named",
+               "certificate.ratio", "report.measured", "report.colon",
+               "report.figure_caption", "report.figure_note", "report.next_source", "report.plot_next", "report.source_part",
+               "report.table_caption", "terminal.measured_apart",
                "terminal.colon", "terminal.comma",
                "terminal.in_parentheses", "terminal.severity_before", "archive.comma", "archive.semicolon", "list.comma", "list.colon"}
 PLACEHOLDER = re.compile(r"(?<!\{)\{(\w+)(?::([^}]*))?\}(?!\})")
@@ -136,22 +141,36 @@ def is_said(piece, sources):
     return True
 
 
+def faults_of_values(section, key, text):
+    """Each value of the key stands in its text, except an ending as in "sample{}"."""
+    values = {int(value) for value in re.findall(r"\{(\d+)\}", text)}
+    pieces = pieces_of(key)
+    plural = {k for k, piece in enumerate(pieces[:-1]) if section != "result" and piece[-1:].isalpha()}
+    faults = faults_of_typography(f"{section}.'{key}'", text)
+    if values | plural != set(range(len(pieces) - 1)) | plural:
+        faults.append(f"text/zh.toml: {section}.'{key}' has other values than its key: {text}")
+    return faults
+
+
 def faults_of_said(root, chinese):
     every, refusals = sentences_of_sources(root)
     sources = " ".join(" ".join(" ".join(pieces_of(said)) for said in every).split())
+    words = set(re.findall(r"[A-Za-z]+", sources + (root / "text/en.toml").read_text(encoding="utf-8")))
+    words.update(word for path in (root / "tumble").rglob("*.cpp") for word in path.stem.split("_"))
     faults, spoken = [], set()
     for key, text in chinese.get("said", {}).items():
         pieces = pieces_of(key)
         faults += [f"text/zh.toml: said.'{key}': no source says '{piece}'" for piece in pieces if not is_said(piece, sources)]
         spoken.update(piece.strip() for piece in pieces)
-    for section in ("said", "said_by_libraries"):
+    looked_up = {}
+    for key in chinese.get("result", {}):
+        if (other := looked_up.setdefault(key.replace("_", " "), key)) != key:
+            faults.append(f"text/zh.toml: result.'{key}' is the same as '{other}': names are looked up without underscores")
+        faults += [f"text/zh.toml: result.'{key}': no source says '{word}'"
+                   for piece in pieces_of(key) for word in re.findall(r"[A-Za-z]+", piece) if word not in words]
+    for section in ("said", "said_by_libraries", "result"):
         for key, text in chinese.get(section, {}).items():
-            values = {int(value) for value in re.findall(r"\{(\d+)\}", text)}
-            pieces = pieces_of(key)
-            plural = {k for k, piece in enumerate(pieces[:-1]) if piece[-1:].isalpha()}
-            if values | plural != set(range(len(pieces) - 1)) | plural:
-                faults.append(f"text/zh.toml: {section}.'{key}' has other values than its key: {text}")
-            faults += faults_of_typography(f"{section}.'{key}'", text)
+            faults += faults_of_values(section, key, text)
     done = sum(max((piece.strip() for piece in pieces_of(said)), key=len) in spoken for said in refusals)
     return faults, f"{done} of {len(refusals)} sentences that refuse have Chinese"
 
@@ -165,12 +184,12 @@ def check(root):
 SOUND_ENGLISH = ('[finding]\ngap.one = "{lost:sample} lost at {first}"\ngap.other = "{lost:sample} lost, most at {worst}"\n'
                  'slow = "{length:duration}"\n')
 SOUND_CHINESE = ('[finding]\ngap = "丢失 {lost} 个采样点，最多在 {worst}"\nslow = "长 {length:duration}"\n[verb]\nlist = "列出"\n'
-                 '[said]\n"no file {}, {}" = "没有文件 {0}、{1}"\n')
+                 '[said]\n"no file {}, {}" = "没有文件 {0}、{1}"\n[result]\n"file over {}" = "文件随 {0}"\n')
 SOUND = {
     "text/en.toml": SOUND_ENGLISH,
     "text/zh.toml": SOUND_CHINESE,
     "apps/cli/list.cpp": 'Verb list_verb() {\n  auto a = 1;\n  return {"list",\n "List"};\n}\n',
-    "tumble/core/find.cpp": 'throw Error("no file {}"\n ", {}");\n',
+    "tumble/core/find.cpp": 'throw Error("no file {}"\n ", {}");\n say("file over {}");\n',
 }
 
 
@@ -191,6 +210,9 @@ TAMPERED = {
     "a plus-minus sign": (*changed("长 {", "长 ± {"), "a plus-minus sign"),
     "a sentence that nothing says": (*changed("no file {}", "no such file {}"), "no source says 'no such file '"),
     "a value that is lost": (*changed("{0}、{1}", "{1}"), "other values than its key"),
+    "a word that nothing says": (*changed("file over", "folder over"), "no source says 'folder'"),
+    "a name that is there twice": (*changed('"file over {}" =', '"file_over {}" = "文件随 {0}"\n"file over {}" ='), "is the same as"),
+    "a value of a result that is lost": (*changed("文件随 {0}", "文件"), "other values than its key"),
     "a verb without its line": ("apps/cli/init.cpp", 'Verb init_verb() {\n  return {"init", "Write"};\n}\n', "[verb] lacks init"),
     "a line without its verb": (*changed("[verb]", '[verb]\ninit = "写"'), "no verb init"),
 }

@@ -17,7 +17,8 @@ import tomllib
 
 import check_tools
 
-NEED_NO_HAN = {"key_left_right", "key_zero", "key_z", "key_escape", "key_n_p", "key_a_b"}
+NEED_NO_HAN = {"key_left_right", "key_zero", "key_z", "key_escape", "key_n_p", "key_a_b", "results_caption", "results_note",
+                "results_next"}
 HAN = re.compile(r"[\u4e00-\u9fff]")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")
 WORD = re.compile(r"""["'`]([a-z][a-z0-9_]*)["'`]""")

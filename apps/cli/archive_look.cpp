@@ -51,7 +51,7 @@ void show_answer(const Estimate& estimate, const ArchiveArguments& arguments, co
   Estimate shown = estimate;
   shown.budget.clear();
   print(arguments.json ? to_json(estimate) : to_text(shown, terminal.width, terminal.language));
-  if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments.figure, terminal);
+  if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments.figure, terminal.language, terminal);
 }
 
 void check_figure(const ArchiveArguments& arguments) {

@@ -47,7 +47,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const Comparison comparison = compare(std::move(results));
   const auto figures = arguments.figure.empty() ? std::vector<Figure>{} : figures_for(comparison, arguments);
   print(arguments.json ? to_json(comparison) : to_text(comparison, terminal.width, terminal.language));
-  write_figures(figures, arguments.figure, terminal);
+  write_figures(figures, arguments.figure, terminal.language, terminal);
   const auto changed = [](const ResultPair& pair) {
     return std::ranges::any_of(pair.differences, [](const Difference& one) { return std::abs(one.e_n) > 1.0; });
   };

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "tumble/exchange/exports/export.hpp"
@@ -41,9 +42,19 @@ std::vector<std::string> first_words_of(const Verb& verb) {
   if (verb.name == "list") words = catalogue_kinds();
   if (verb.name == "identify" || verb.name == "init")
     for (const auto* method : method_catalogue()) words.emplace_back(method->name);
-  if (verb.name == "archive") words = {"init", "ingest", "list", "show", "history", "due", "verify"};
+  if (verb.name == "archive")
+    words = {"init", "ingest", "list",      "show", "history",  "chart",  "summary",
+             "due",  "verify", "recompute", "note", "withdraw", "export", "import"};
+  if (verb.name == "fleet") words = {"run", "record", "status", "compact", "summary"};
+  if (verb.name == "station") words = {"check"};
+  for (const auto& argument : verb.arguments)
+    if (!argument.name.starts_with('-')) {
+      words.insert(words.end(), argument.words.begin(), argument.words.end());
+      break;
+    }
   if (verb.name == "init")
-    for (const auto& plan : ready_plans()) words.emplace_back(plan.name);
+    for (const auto& plan : ready_plans())
+      if (std::ranges::find(words, plan.name) == words.end()) words.emplace_back(plan.name);
   return words;
 }
 
@@ -90,7 +101,9 @@ std::string bash(const std::vector<Verb>& verbs) {
       "  case \"$word\" in\n"
       "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
       "    *) [ \"$COMP_CWORD\" -eq 2 ] || words=\"\"\n"
-      "       COMPREPLY=($(compgen -W \"$words\" -- \"$word\") $(compgen -f -- \"$word\")) ;;\n"
+      "       COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
+      "       local IFS=$'\\n'\n"
+      "       COMPREPLY+=($(compgen -f -- \"$word\")) ;;\n"
       "  esac\n}}\ncomplete -o filenames -F _tumble tumble\n",
       fmt::join(verb_names(verbs), " "), cases);
 }

@@ -32,6 +32,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   {
     ProgressLine line(terminal);
     const auto path = readable(arguments.recording);
+    tumble::require_channels(path, options);
     if (arguments.from.empty() && arguments.to.empty())
       tumble::convert(path, arguments.output, options, line.progress());
     else

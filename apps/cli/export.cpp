@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -26,13 +28,21 @@ double factor_of(const std::string& text) {
   return value;
 }
 
+/// "-" and "gyro_y=-" are standard input.
+ExportSource source_of(const std::string& argument) {
+  if (argument != "-" && !argument.ends_with("=-")) return export_source(argument);
+  const std::string axis = argument.substr(0, argument.size() - std::min<std::size_t>(argument.size(), 2));
+  const bool named = axis.empty() || axis.starts_with("gyro_") || axis.starts_with("accelerometer_");
+  return named ? ExportSource{"standard input", read_text_file(readable("-")), axis} : export_source(argument);
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   const ExportWish wish{arguments.to, parse_sets(arguments.sets), arguments.drop, factor_of(arguments.inflate)};
   find_export(wish.to);
   std::vector<ExportSource> sources;
   std::vector<std::string> files;
   for (const auto& argument : arguments.results) {
-    sources.push_back(export_source(argument));
+    sources.push_back(source_of(argument));
     files.push_back(sources.back().file);
   }
   const bool to_file = !arguments.output.empty() && arguments.output != "-";
@@ -46,32 +56,33 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb export_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"export",
-          "Write a calibration and its noise for the software that uses them next",
-          {{"RESULT", &arguments->results,
-            "results (.json) of identify: a calibration, noise, or both; of a single sensor its axis may be named: "
-            "gyro_y=RESULT",
-            true},
-           {.name = "--to",
-            .value = &arguments->to,
-            .description = "consumer; `tumble list exports` names them",
-            .required = true,
-            .type = "NAME"},
-           {"-o,--output", &arguments->output, "file to write (default: standard output)"},
-           sets_argument(arguments->sets, "setting of the consumer (`tumble list exports NAME`); repeatable"),
-           {.name = "--drop",
-            .value = &arguments->drop,
-            .description = "term that the consumer cannot carry and that may be lost; repeatable",
-            .type = "TERM"},
-           {.name = "--inflate",
-            .value = &arguments->inflate,
-            .description = "factor on the noise, for filters that need it larger than it is (default: 1)",
-            .type = "FACTOR"}},
-          "Examples:\n"
-          "  tumble export calibration.json noise.json --to kalibr --set rate=200 -o imu.yaml\n"
-          "  tumble export calibration.json --to px4 --set accelerometer_id=1310988 --set gyro_id=1310988 \\\n"
-          "      --drop accelerometer_misalignment -o imu.params\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "export",
+      "Write a calibration and its noise for the software that uses them next",
+      {{"RESULT", &arguments->results,
+        "results (.json) of identify: a calibration, noise, or both; of a single sensor\n"
+        "its axis may be named: gyro_y=RESULT; - reads standard input",
+        true},
+       {.name = "--to",
+        .value = &arguments->to,
+        .description = "consumer; `tumble list exports` names them",
+        .required = true,
+        .type = "NAME"},
+       {"-o,--output", &arguments->output, "file to write (default: standard output)"},
+       sets_argument(arguments->sets, "setting of the consumer (`tumble list exports NAME`); repeatable"),
+       {.name = "--drop",
+        .value = &arguments->drop,
+        .description = "term that the consumer cannot carry and that may be lost; repeatable",
+        .type = "TERM"},
+       {.name = "--inflate",
+        .value = &arguments->inflate,
+        .description = "factor on the noise, for filters that need it larger than it is (default: 1)",
+        .type = "FACTOR"}},
+      "Examples:\n"
+      "  tumble export calibration.json --to c -o calibration.c\n"
+      "  tumble export calibration.json noise.json --to kalibr --set accelerometer_walk=\"50 ug/sqrt(h)\" -o imu.yaml\n"
+      "  tumble export calibration.json --to imu_tk --drop gyro_acceleration_sensitivity -o imu.calib\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -105,7 +105,7 @@ int summary(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.output.ends_with(".json"))
     write_output(terminal, arguments.output, to_json(estimate));
   else if (!arguments.output.empty() && arguments.output != "-")
-    write_output(terminal, arguments.output, to_html(estimate));
+    write_output(terminal, arguments.output, to_html(estimate, {.language = terminal.language}));
   print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width, terminal.language));
   return 0;
 }

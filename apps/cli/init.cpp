@@ -13,6 +13,17 @@ struct Arguments {
   std::string name, output;
 };
 
+/// The plans that this one names, into its folder; one that is there stays as it is.
+void write_plans_beside(const ReadyPlan& plan, const std::string& output, const Terminal& terminal) {
+  for (const auto& file : plan.beside) {
+    const auto path = (std::filesystem::path(output).parent_path() / file).string();
+    if (std::filesystem::exists(path)) continue;
+    const auto& other = find_ready_plan(std::filesystem::path(file).stem().string());
+    write_file_atomically(path, std::string(other.text));
+    note(terminal, "wrote " + path + ": " + other.title);
+  }
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   const ReadyPlan& plan = find_ready_plan(arguments.name);
   if (arguments.output.empty()) {
@@ -24,6 +35,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     throw Error(Error::Kind::bad_input, "-o " + arguments.output + ": the file is there already; choose another name");
   write_file_atomically(arguments.output, std::string(plan.text));
   note(terminal, "wrote " + arguments.output + ": " + plan.title);
+  write_plans_beside(plan, arguments.output, terminal);
   return 0;
 }
 

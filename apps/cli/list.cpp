@@ -57,12 +57,13 @@ std::string accepted(const Json& option) {
 
 /// "heading:" and one item a line, its description below where both do not fit.
 template <class Said>
-std::string items(const Json& entry, const char* list, const std::string& heading, const Said& said) {
+std::string items(const Json& entry, const char* list, const std::string& heading, std::size_t width,
+                  const Said& said) {
   if (!entry.contains(list) || entry[list].empty()) return "";
   std::string text = "\n" + heading + "\n";
   for (const auto& item : entry[list])
     text += fmt::format("  {}  {}\n{}", item["name"].get<std::string>(), said(item),
-                        item["description"] == "" ? "" : wrapped("      ", item["description"]));
+                        item["description"] == "" ? "" : wrapped("      ", item["description"], width));
   return text;
 }
 
@@ -78,50 +79,51 @@ std::string values_of_command(const Json& command) {
 }
 
 /// "key: value" on lines of their own, for what the entry has.
-std::string facts(const Json& entry, const SectionWords& words) {
+std::string facts(const Json& entry, const SectionWords& words, std::size_t width) {
   const auto joined = [&](const char* key) {
     return fmt::format("{}", fmt::join(entry[key].get<std::vector<std::string>>(), words("comma")));
   };
   const auto has = [&](const char* key) { return entry.contains(key) && !entry[key].empty() && entry[key] != ""; };
   const auto line = [&](const char* key) { return words(key) + entry[key].get<std::string>() + "\n"; };
   std::string text;
-  if (entry.contains("source")) text += wrapped(words("source"), entry["source"]);
+  if (entry.contains("source")) text += wrapped(words("source"), entry["source"], width);
   if (entry.contains("certainty")) text += line("certainty");
-  if (has("note")) text += wrapped(words("note"), entry["note"]);
-  if (has("variants")) text += wrapped(words("variants"), joined("variants"));
+  if (has("note")) text += wrapped(words("note"), entry["note"], width);
+  if (has("variants")) text += wrapped(words("variants"), joined("variants"), width);
   if (entry.contains("method") && !entry["method"].is_null()) text += line("method");
   if (has("with_prefixes")) text += words("also") + joined("with_prefixes") + "\n";
   if (entry.contains("extensions"))
     text += words.with("extensions", joined("extensions"), directions(entry, words)) + "\n";
   for (const char* key : {"formula", "units", "frame"})
-    if (entry.contains(key)) text += wrapped(words(key), entry[key]);
+    if (entry.contains(key)) text += wrapped(words(key), entry[key], width);
   for (const char* key : {"carries", "estimates"})
-    if (has(key)) text += wrapped(words(key), joined(key));
+    if (has(key)) text += wrapped(words(key), joined(key), width);
   if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += words("needs_plan") + "\n";
   return text;
 }
 
 /// All that one entry says of itself.
-std::string page(const Json& entry, const SectionWords& words) {
+std::string page(const Json& entry, const SectionWords& words, std::size_t width) {
   const auto colon = [&](const char* key) { return words(key) + words("colon"); };
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
-  text += facts(entry, words);
-  text += items(entry, "roles", colon("channels"), [&](const Json& role) {
+  text += facts(entry, words, width);
+  text += items(entry, "roles", colon("channels"), width, [&](const Json& role) {
     return fmt::format("[{}]{}", role["unit"].get<std::string>(),
                        role["required"].get<bool>() ? "" : words("optional"));
   });
-  text += items(entry, "channels", colon("channels"),
+  text += items(entry, "channels", colon("channels"), width,
                 [](const Json& channel) { return fmt::format("[{}]", channel["unit"].get<std::string>()); });
   if (entry.contains("link")) text += words("link") + entry["link"].get<std::string>() + "\n";
-  if (entry.contains("lost_link") && entry["lost_link"] != "") text += wrapped(words("lost_link"), entry["lost_link"]);
-  text += items(entry, "settings", colon("settings"),
+  if (entry.contains("lost_link") && entry["lost_link"] != "")
+    text += wrapped(words("lost_link"), entry["lost_link"], width);
+  text += items(entry, "settings", colon("settings"), width,
                 [](const Json& setting) { return "= " + setting["default"].get<std::string>(); });
-  text += items(entry, "commands", colon("commands"), values_of_command);
-  text += items(entry, "axes", colon("axes"), [](const Json& axis) {
+  text += items(entry, "commands", colon("commands"), width, values_of_command);
+  text += items(entry, "axes", colon("axes"), width, [](const Json& axis) {
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
   });
-  return text + items(entry, "options", colon("options"), accepted);
+  return text + items(entry, "options", colon("options"), width, accepted);
 }
 
 const Json& find(const Json& entries, const std::string& kind, const std::string& name) {
@@ -160,7 +162,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   }
   const bool own = arguments.kind == "controllers" && arguments.name.ends_with(".toml");
   const auto entry = own ? Json::parse(controller_json(arguments.name)) : find(entries, arguments.kind, arguments.name);
-  print(arguments.json ? entry.dump(2) + "\n" : page(entry, words));
+  print(arguments.json ? entry.dump(2) + "\n" : page(entry, words, terminal.width));
   return 0;
 }
 

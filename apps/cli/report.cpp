@@ -16,16 +16,22 @@ struct Arguments {
   std::string result, page, figure, title, logo, language;
 };
 
+/// That of the page, else that of the terminal.
+Language language_of(const Arguments& arguments, const Terminal& terminal) {
+  if (arguments.language.empty()) return terminal.language;
+  return arguments.language == "zh" ? Language::chinese : Language::english;
+}
+
 void write_figures_of(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
   const auto figures = figures_of(estimate);
   if (figures.empty())
     throw Error(Error::Kind::unsupported, arguments.result + ": a result of " + estimate.method + " has no figure");
-  write_figures(figures, arguments.figure, terminal);
+  write_figures(figures, arguments.figure, language_of(arguments, terminal), terminal);
 }
 
-PageOptions page_of(const Arguments& arguments) {
+PageOptions page_of(const Arguments& arguments, const Terminal& terminal) {
   return {arguments.title, arguments.logo.empty() ? "" : data_uri_of_image_file(arguments.logo),
-          arguments.language == "zh" ? Language::chinese : Language::english};
+          language_of(arguments, terminal)};
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -35,7 +41,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.figure.empty()) check_output(arguments.figure, {arguments.result}, {".svg"});
   const auto estimate = read_result(arguments.result);
   if (!arguments.page.empty()) {
-    write_output(terminal, arguments.page, to_html(estimate, page_of(arguments)));
+    write_output(terminal, arguments.page, to_html(estimate, page_of(arguments, terminal)));
   }
   if (!arguments.figure.empty()) write_figures_of(estimate, arguments, terminal);
   return 0;
@@ -51,7 +57,8 @@ Verb report_verb() {
            {"-o,--output", &arguments->page, "page to write (.html); - writes to standard output"},
            {"--title", &arguments->title, "title of the page (default: that of the plan)"},
            {"--logo", &arguments->logo, "picture at the top of the page (.png, .jpg, .svg)"},
-           {"--language", &arguments->language, "of the page (default: en)", false, "", language_codes()},
+           {"--language", &arguments->language, "of the page and of figures (default: that of the program)", false, "",
+            language_codes()},
            {"--figure", &arguments->figure,
             "drawing to write (.svg); a result of several figures gives FIGURE-1.svg, FIGURE-2.svg, ..."}},
           "Examples:\n  tumble report fog.json -o fog.html\n  tumble report noise.json --figure noise.svg\n",

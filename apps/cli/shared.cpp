@@ -6,6 +6,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -60,7 +61,9 @@ void write_output(const Terminal& terminal, const std::string& path, const std::
   note(terminal, "wrote " + path);
 }
 
-void write_figures(const std::vector<Figure>& figures, const std::string& path, const Terminal& terminal) {
+void write_figures(const std::vector<Figure>& originals, const std::string& path, Language language,
+                   const Terminal& terminal) {
+  const auto figures = in_language(language, originals);
   const fs::path all(path);
   for (std::size_t i = 0; i < figures.size(); ++i) {
     const auto one = figures.size() == 1 ? all

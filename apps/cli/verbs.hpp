@@ -85,7 +85,8 @@ Estimate read_result(const std::string& path);
 void write_output(const Terminal& terminal, const std::string& path, const std::string& content);
 /// To `path`, "noise.svg", or to "noise-1.svg", "noise-2.svg", ... where there are several; each is noted.
 /// Throws Error::bad_file.
-void write_figures(const std::vector<Figure>& figures, const std::string& path, const Terminal& terminal);
+void write_figures(const std::vector<Figure>& figures, const std::string& path, Language language,
+                   const Terminal& terminal);
 
 /// Throws Error::bad_input when `output` is one of `inputs`, has none of the `extensions`, or lies in a folder that is
 /// not there: before any work is done.

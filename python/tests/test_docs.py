@@ -18,6 +18,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 PAGES = ["README.md", "docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md", "docs/fleet.md"]
+NEEDED = {"tumble.plot": ["matplotlib"], "import fleet": ["fsspec", "pyarrow"]}
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -28,8 +29,10 @@ def test_examples_run(page, tree, tmp_path, monkeypatch):
     names: dict[str, object] = {}
     blocks = BLOCK.findall((tree / page).read_text())
     assert blocks
-    if any("tumble.plot" in block for block in blocks):
-        pytest.importorskip("matplotlib")
+    for part, needed in NEEDED.items():
+        if any(part in block for block in blocks):
+            for module in needed:
+                pytest.importorskip(module)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", tumble.TumbleWarning)
         for block in blocks:

@@ -5,7 +5,9 @@
 
 #include "readers.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/wire/controllers.hpp"
@@ -139,6 +141,23 @@ std::string run_plan(std::string_view bytes, const std::string& path) {
                                                         : outcome(load, Error::Kind::unsupported);
 }
 
+/// A result that can be read can be written, as JSON and as a page; no drawing of it has a coordinate that is none.
+std::string read_and_show(std::string_view bytes) {
+  const Estimate estimate = estimate_from_json(std::string(bytes), "r.json");
+  to_json(estimate), to_html(estimate), to_text(estimate);
+  for (const Figure& figure : figures_of(estimate)) {
+    std::string svg = to_svg(figure);
+    for (std::size_t at = 0; (at = svg.find(" d=\"", at)) != svg.npos;) {
+      const auto end = svg.find('"', at + 4);
+      const auto path = std::string_view(svg).substr(at, end - at);
+      if (path.find("nan") != path.npos || path.find("inf") != path.npos)
+        return "a drawing has the path" + std::string(path);
+      at = end;
+    }
+  }
+  return "";
+}
+
 void add_small_files(const fs::path& folder, std::vector<fs::path>& files) {
   if (!fs::exists(folder)) return;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -180,7 +199,7 @@ std::string run_target(const std::string& name, std::string_view bytes, const st
   if (name == "declaration") return run_declaration(bytes);
   if (name == "frame_stream") return run_frame_stream(bytes);
   if (name == "plan") return run_plan(bytes, path);
-  if (name == "result") return outcome([&] { return estimate_from_json(std::string(bytes), "r.json"), std::string(); });
+  if (name == "result") return outcome([&] { return read_and_show(bytes); });
   return "there is no target " + name;
 }
 
@@ -205,6 +224,7 @@ std::vector<std::string> seeds_of(const std::string& name, const std::string& ro
     add_small_files(fs::path(root) / "tests", files);
     std::erase_if(files, [](const fs::path& file) { return file.extension() != ".json"; });
     seeds.emplace_back(R"({"format": 1})");
+    seeds.push_back(to_json(testing::estimate()));
   }
   for (const fs::path& file : files) seeds.push_back(read_text_file(file.string()));
   for (std::size_t i = 0; i < all_controllers().size() && name == "controller_bytes"; ++i) {

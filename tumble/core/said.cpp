@@ -1,10 +1,8 @@
 #include "tumble/core/said.hpp"
 
-#include <fmt/args.h>
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <optional>
+#include <functional>
+#include <map>
 
 #include "tumble/core/texts.hpp"
 
@@ -88,36 +86,143 @@ void add_findings(std::vector<SaidPattern>& patterns, Language language) {
   }
 }
 
-std::vector<SaidPattern> patterns_of(Language language) {
+/// A table of sentences: those without values by themselves, the others as patterns.
+struct SaidTable {
+  std::map<std::string, std::string, std::less<>> whole;
   std::vector<SaidPattern> patterns;
-  for (const char* section : {"said", "said_by_libraries"})
-    for (auto& [english, text] : texts_of(language, section)) patterns.emplace_back(english, text);
-  add_findings(patterns, language);
-  return patterns;
+  bool words = false;  ///< of names: a value that is one word is looked up, too, and "_" is the same as a blank
+
+  void add(const std::string& english, const std::string& text) {
+    SaidPattern pattern(looked_up(english), text);
+    if (pattern.pieces.size() == 1)
+      whole.emplace(pattern.pieces.front(), text);
+    else
+      patterns.push_back(std::move(pattern));
+  }
+
+  /// As the table has it; the letters keep their places.
+  std::string looked_up(std::string_view english) const {
+    std::string text(english);
+    if (words) std::ranges::replace(text, '_', ' ');
+    return text;
+  }
+};
+
+const SaidTable& said_table() {
+  static const SaidTable table = [] {
+    SaidTable all;
+    for (const char* section : {"said", "said_by_libraries"})
+      for (const auto& [english, text] : texts_of(Language::chinese, section)) all.add(english, text);
+    add_findings(all.patterns, Language::chinese);
+    return all;
+  }();
+  return table;
 }
 
-std::optional<std::string> translated(std::string_view english, int depth);
+const SaidTable& result_table() {
+  static const SaidTable table = [] {
+    SaidTable all{.whole = {}, .patterns = {}, .words = true};
+    for (const auto& [english, text] : texts_of(Language::chinese, "result")) all.add(english, text);
+    return all;
+  }();
+  return table;
+}
+
+std::optional<std::string> translated(const SaidTable& table, std::string_view english, int depth);
 
 /// A name in a sentence is said as it is, a sentence in it is translated.
-std::string value_in_language(std::string_view value, int depth) {
-  if (depth < deepest && value.find(' ') != value.npos)
-    if (auto text = translated(value, depth + 1)) return *text;
+std::string value_in_language(const SaidTable& table, std::string_view value, int depth) {
+  if (depth < deepest && (table.words || value.find(' ') != value.npos))
+    if (auto text = translated(table, value, depth + 1)) return *text;
   return std::string(value);
 }
 
+bool is_han(std::string_view letter) {
+  return letter.size() == 3 && static_cast<unsigned char>(letter[0]) >= 0xe3 &&
+         static_cast<unsigned char>(letter[0]) <= 0xe9;
+}
+
+std::string_view last_letter(std::string_view text) {
+  auto begin = text.size();
+  while (begin > 0 && (static_cast<unsigned char>(text[--begin]) & 0xc0) == 0x80) {
+  }
+  return text.substr(begin);
+}
+
+/// Appends what follows. A blank stands between Chinese and Latin letters alone: where a value turned out to be
+/// Chinese, it goes.
+void append(std::string& text, std::string_view more) {
+  const bool ends = text.ends_with(' ') && is_han(last_letter(std::string_view(text).substr(0, text.size() - 1)));
+  if (ends && is_han(more.substr(0, 3))) text.pop_back();
+  if (more.starts_with(' ') && is_han(more.substr(1, 3)) && is_han(last_letter(text))) more.remove_prefix(1);
+  text += more;
+}
+
+/// The values at {0}, {1}, ...
+std::string filled(std::string_view translation, const std::vector<std::string>& values) {
+  std::string text;
+  for (std::size_t begin = 0; begin < translation.size();) {
+    const auto brace = std::min(translation.find_first_of("{}", begin), translation.size());
+    if (brace > begin) append(text, translation.substr(begin, brace - begin));
+    if (brace == translation.size()) break;
+    const auto end = translation[brace] == '{' ? translation.find('}', brace) : translation.npos;
+    const auto number = end == translation.npos ? "" : translation.substr(brace + 1, end - brace - 1);
+    if (!number.empty() && number.find_first_not_of("0123456789") == number.npos) {
+      const auto index = std::stoul(std::string(number));
+      if (index < values.size() && !values[index].empty()) append(text, values[index]);
+      begin = end + 1;
+    } else {  // a brace that is written twice
+      text += translation[brace];
+      begin = brace + 2;
+    }
+  }
+  return text;
+}
+
+/// Whether a pattern is short and between two values, "{} over {}": it is taken for one only where the values have no
+/// English words.
+bool is_loose(const SaidPattern& pattern) {
+  return pattern.letters < 7 && pattern.pieces.front().empty() && pattern.pieces.back().empty();
+}
+
+/// Whether a value that is no number has three small letters in a row.
+bool is_english(std::string_view value) {
+  const auto is_small = [](char c) { return c >= 'a' && c <= 'z'; };
+  if (value.empty() || std::string_view("+-.0123456789").find(value[0]) != std::string_view::npos) return false;
+  return std::ranges::search_n(value, 3, true, {}, is_small).size() == 3;
+}
+
+std::optional<std::string> whole_translated(const SaidTable& table, std::string_view english, int depth);
+
+/// Two descriptions in one, "drift per f_S; means D_S + 2 D_SS".
+std::optional<std::string> halves_translated(const SaidTable& table, std::string_view english, int depth) {
+  const auto between = table.words ? english.find("; ") : english.npos;
+  if (between == english.npos) return std::nullopt;
+  auto first = whole_translated(table, english.substr(0, between), depth);
+  auto second = first ? whole_translated(table, english.substr(between + 2), depth) : std::nullopt;
+  if (!second) return std::nullopt;
+  return *first + "；" + *second;
+}
+
 /// A sentence that has a pattern as a whole: that with the most letters.
-std::optional<std::string> whole_translated(std::string_view english, int depth) {
-  static const std::vector<SaidPattern> patterns = patterns_of(Language::chinese);
+std::optional<std::string> whole_translated(const SaidTable& table, std::string_view english, int depth) {
+  const std::string looked = table.looked_up(english);
+  if (const auto found = table.whole.find(looked); found != table.whole.end()) return filled(found->second, {});
+  if (auto text = halves_translated(table, english, depth)) return text;
   const SaidPattern* best = nullptr;
   std::vector<std::string_view> values;
-  for (const SaidPattern& pattern : patterns) {
+  for (const SaidPattern& pattern : table.patterns) {
     if (best && pattern.letters <= best->letters) continue;
-    if (auto found = pattern.values_in(english)) best = &pattern, values = std::move(*found);
+    if (auto found = pattern.values_in(looked)) best = &pattern, values = std::move(*found);
   }
   if (!best) return std::nullopt;
-  fmt::dynamic_format_arg_store<fmt::format_context> store;
-  for (const auto value : values) store.push_back(value_in_language(value, depth));
-  return fmt::vformat(best->translation, store);
+  std::vector<std::string> said;
+  for (const auto value : values) {
+    const auto begin = value.empty() ? 0 : static_cast<std::size_t>(value.data() - looked.data());
+    said.push_back(value_in_language(table, english.substr(begin, value.size()), depth));
+    if (table.words && is_loose(*best) && is_english(said.back())) return std::nullopt;
+  }
+  return filled(best->translation, said);
 }
 
 std::string with_full_colons(std::string text) {
@@ -126,11 +231,11 @@ std::string with_full_colons(std::string text) {
 }
 
 /// "plan.toml:12: sentence": what stands before the sentence is kept.
-std::optional<std::string> translated(std::string_view english, int depth) {
-  if (auto text = whole_translated(english, depth)) return text;
+std::optional<std::string> translated(const SaidTable& table, std::string_view english, int depth) {
+  if (auto text = whole_translated(table, english, depth)) return text;
   for (auto colon = english.find(": "); colon != english.npos; colon = english.find(": ", colon + 1))
-    if (auto text = whole_translated(english.substr(colon + 2), depth))
-      return with_full_colons(value_in_language(english.substr(0, colon), depth)) + "：" + *text;
+    if (auto text = whole_translated(table, english.substr(colon + 2), depth))
+      return with_full_colons(value_in_language(table, english.substr(0, colon), depth)) + "：" + *text;
   return std::nullopt;
 }
 
@@ -144,7 +249,7 @@ std::string said_in(Language language, std::string_view english) {
     const auto begin = std::min(english.find_first_not_of(' '), end);
     const auto line = english.substr(begin, end - begin);
     text += english.substr(0, begin);
-    text += translated(line, 0).value_or(std::string(line));
+    text += translated(said_table(), line, 0).value_or(std::string(line));
     if (end == english.size()) return text;
     text += '\n';
     english.remove_prefix(end + 1);
@@ -154,6 +259,11 @@ std::string said_in(Language language, std::string_view english) {
 std::vector<std::string> said_in(Language language, std::vector<std::string> english) {
   for (auto& sentence : english) sentence = said_in(language, sentence);
   return english;
+}
+
+std::optional<std::string> result_words_in(Language language, std::string_view english) {
+  if (language == Language::english) return std::nullopt;
+  return translated(result_table(), english, 0);
 }
 
 }  // namespace tumble

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,5 +18,10 @@ std::string said_in(Language language, std::string_view english);
 
 /// Each of them.
 std::vector<std::string> said_in(Language language, std::vector<std::string> english);
+
+/// A name or a sentence of a result: a description of a parameter, a source of a budget, a caption, a column, an axis
+/// of a figure. The patterns are in [result] of text/<code>.toml, and a value is looked up there even if it is one
+/// word, "gain over {}". Absent: the table lacks it, or the language is English.
+std::optional<std::string> result_words_in(Language language, std::string_view english);
 
 }  // namespace tumble

@@ -42,6 +42,40 @@ TEST(Said, AFindingThatIsTheReasonOfARefusalIsTranslated) {
   EXPECT_EQ(chinese("x.raw: " + finding.message), "x.raw：" + message_in(Language::chinese, finding));
 }
 
+std::string result(const std::string& english) {
+  return result_words_in(Language::chinese, english).value_or("nothing");
+}
+
+TEST(ResultWords, AreNoneInEnglish) { EXPECT_EQ(result_words_in(Language::english, "output noise"), std::nullopt); }
+
+TEST(ResultWords, AValueOfOneWordIsTranslatedAndANameIsKept) {
+  EXPECT_EQ(result("wobble of inner once per turn, cosine"), "内轴轴系晃动一次谐波（余弦）");
+  EXPECT_EQ(result("output noise of gyro_x"), "gyro_x 输出噪声");
+  EXPECT_EQ(result("gain over frequency"), "增益随频率的变化");
+}
+
+TEST(ResultWords, ABlankStandsBesideLatinLettersAlone) {
+  EXPECT_EQ(result("index zero of arm"), "转臂零位");
+  EXPECT_EQ(result("index zero of C"), "C 零位");
+}
+
+TEST(ResultWords, NamesAreFoundWithBlanksAndWithUnderscores) {
+  EXPECT_EQ(result("gyro_x_scale_factor_error"), "gyro_x 标度因数误差");
+  EXPECT_EQ(result("gyro x scale factor error"), "gyro x 标度因数误差");
+  EXPECT_EQ(result("whole_minus_split.gyro_x_bias"), "整机减单通道：gyro_x 零偏");
+}
+
+TEST(ResultWords, BothHalvesOfADescriptionAreTranslatedOrNone) {
+  EXPECT_EQ(result("drift per f_S (mass offset along I); means D_S + 2 D_SS"),
+            "与 f_S 成比例的漂移（沿 I 的质量偏心）；代表 D_S + 2 D_SS");
+  EXPECT_EQ(result("output noise; and colourless ideas"), "nothing");
+}
+
+TEST(ResultWords, AShortPatternIsNotTakenForAnythingBetweenTwoWords) {
+  EXPECT_EQ(result("0.6 to 6 deg/h"), "0.6～6 deg/h");
+  EXPECT_EQ(result("colourless ideas over sleep"), "nothing");
+}
+
 TEST(Said, BracesInAValueAreKept) { EXPECT_EQ(chinese("wrote {0}.h5"), "已写入 {0}.h5"); }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/core/text.hpp"
 
 namespace tumble {
 
@@ -32,9 +33,10 @@ struct Figure {
   std::string name;  ///< never empty
   Axis x, y;
   std::vector<Series> series;
-  std::vector<std::string> notes;  ///< sentences on what the plot does not show
-  std::optional<Axis> z = {};      ///< what colours show; linear; absent: nothing
-  std::optional<Map> map = {};     ///< only with z
+  std::vector<std::string> notes;         ///< sentences on what the plot does not show
+  std::optional<Axis> z = {};             ///< what colours show; linear; absent: nothing
+  std::optional<Map> map = {};            ///< only with z
+  Language language = Language::english;  ///< of its words: see in_language.hpp
 };
 
 /// The plots of a result: the curves of one figure and of the same dimensions in one plot, in the units of the first.

@@ -9,13 +9,24 @@ namespace {
 
 constexpr std::size_t largest_image = 1'000'000;
 
+/// The first element of a document of XML is an svg: declarations, comments and blanks may stand before it.
+bool is_svg(std::string_view text) {
+  if (text.find('\0') != text.npos) return false;
+  for (auto at = text.find('<'); at != text.npos; at = text.find('<', at + 1)) {
+    const auto rest = text.substr(at);
+    if (rest.starts_with("<svg")) return true;
+    if (!rest.starts_with("<?") && !rest.starts_with("<!")) return false;
+    at = text.find(rest.starts_with("<!--") ? "-->" : ">", at);
+    if (at == text.npos) return false;
+  }
+  return false;
+}
+
 const char* kind_of_image(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return "image/png";
   if (bytes.starts_with("\xff\xd8\xff")) return "image/jpeg";
   if (bytes.starts_with("GIF8")) return "image/gif";
-  const auto text = bytes.substr(0, 1000);
-  if (text.find("<svg") != std::string_view::npos && bytes.find('\0') == std::string_view::npos) return "image/svg+xml";
-  return nullptr;
+  return is_svg(bytes) ? "image/svg+xml" : nullptr;
 }
 
 }  // namespace

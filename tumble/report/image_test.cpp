@@ -14,7 +14,10 @@ TEST(Image, IsKnownByItsFirstBytes) {
   EXPECT_EQ(data_uri_of_image("\xff\xd8\xff"), "data:image/jpeg;base64,/9j/");
   EXPECT_TRUE(data_uri_of_image("\x89PNG\r\n\x1a\nxx").starts_with("data:image/png;base64,iVBORw0KGgp4e"));
   EXPECT_TRUE(data_uri_of_image("<?xml version=\"1.0\"?><svg/>").starts_with("data:image/svg+xml;base64,"));
+  EXPECT_TRUE(
+      data_uri_of_image("\xef\xbb\xbf<!-- > <svg> -->\n<!DOCTYPE svg>\n<svg a=\"1\">").starts_with("data:image/svg"));
   EXPECT_EQ(data_uri_of_image("<html>"), "");
+  EXPECT_EQ(data_uri_of_image("<!DOCTYPE html><html><svg></svg></html>"), "");
   EXPECT_EQ(data_uri_of_image(""), "");
 }
 

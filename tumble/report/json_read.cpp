@@ -86,6 +86,21 @@ void check_sd(const std::vector<Node>& parameters, const Matrix& covariance) {
   }
 }
 
+/// A covariance is symmetric, and no correlation is beyond 1; to seven digits.
+void check_pairs(const Node& node, const Matrix& covariance) {
+  for (std::size_t i = 0; i < covariance.rows; ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const double one = covariance(i, j), other = covariance(j, i);
+      const double most = std::sqrt(covariance(i, i)) * std::sqrt(covariance(j, j));
+      if (std::abs(one - other) > 1e-6 * most)
+        return node.complain(
+            fmt::format("is not symmetric: [{0}][{1}] is {2}, but [{1}][{0}] is {3}", i, j, one, other));
+      if (std::abs(one) > (1.0 + 1e-6) * most)
+        return node.complain(
+            fmt::format("[{}][{}] is {}, beyond the {} that a correlation of 1 gives", i, j, one, most));
+    }
+}
+
 /// A name stands once: what follows asks for parameters by name.
 void check_names(const std::vector<Node>& nodes, const std::vector<Parameter>& parameters) {
   std::set<std::string_view> names;
@@ -278,6 +293,7 @@ void read_numbers(const Node& top, Estimate& estimate) {
   check_names(parameters, estimate.parameters);
   estimate.covariance = matrix_of(top["covariance"], parameters.size());
   check_sd(parameters, estimate.covariance);
+  check_pairs(top["covariance"], estimate.covariance);
   covariance_to_si(estimate.covariance, estimate.parameters);
   read_budget(top["budget"], estimate);
 }
@@ -340,6 +356,8 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
+    if (!file.ends_with(".json") && file.find('.') != std::string::npos)
+      throw Error{Error::Kind::bad_file, fmt::format("{}: not JSON: a result of identify is expected here", file)};
     throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: no valid value here, or the file ends too early",
                                                    file, line_and_column(text, error.byte))};
   } catch (const nlohmann::json::exception&) {

@@ -234,6 +234,16 @@ TEST(ResultJson, RefusesAnSdThatTheCovarianceContradicts) {
   EXPECT_TRUE(problems[0].starts_with("result.json: parameters[7].sd: is 0.001, but covariance[7][7] gives 0.018"));
 }
 
+TEST(ResultJson, RefusesACovarianceThatIsNone) {
+  const auto whole = nlohmann::json::parse(to_json(testing::estimate()));
+  auto one_sided = whole, too_close = whole;
+  const double most = whole["parameters"][7]["sd"].get<double>() * whole["parameters"][2]["sd"].get<double>();
+  one_sided["covariance"][7][2] = 0.5 * most, one_sided["covariance"][2][7] = -0.5 * most;
+  too_close["covariance"][7][2] = too_close["covariance"][2][7] = 1.1 * most;
+  EXPECT_TRUE(problems_of(one_sided.dump()).at(0).starts_with("result.json: covariance: is not symmetric: [7][2]"));
+  EXPECT_TRUE(problems_of(too_close.dump()).at(0).starts_with("result.json: covariance: [7][2] is "));
+}
+
 TEST(ResultJson, SaysWhereTheTextStopsBeingJson) {
   for (const std::string text : {"", "{\"tumble\": ", "{\n  \"a\": 1,\n  b\n}", "\xFF\xFE"}) {
     const auto problems = problems_of(text);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "tumble/core/said.hpp"
+#include "tumble/core/texts.hpp"
+
 namespace tumble {
 namespace {
 
@@ -39,6 +42,13 @@ std::string readable_name(std::string_view name) {
     begin = end + 1;
   }
   return text;
+}
+
+std::string readable_name(Language language, std::string_view name, std::string_view method) {
+  if (language == Language::english) return readable_name(name);
+  if (!method.empty())
+    if (auto text = find_text(language, "result", std::string(method) + " " + std::string(name))) return *text;
+  return result_words_in(language, name).value_or(readable_name(name));
 }
 
 }  // namespace tumble

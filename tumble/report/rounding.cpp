@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
 #include "tumble/core/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
@@ -160,20 +161,22 @@ std::string measured_text(const Estimate& estimate, std::string_view name, Langu
   const auto halves = value_and_sd(value, sd);
   if (language == Language::english || halves.sd.empty())
     return with_uncertainty(value, sd) + unit_after(parameter->unit);
-  return words.with("measured_apart", halves.value, halves.sd, unit_after(parameter->unit));
+  const auto sd_text = result_words_in(language, halves.sd).value_or(halves.sd);  // "unknown"
+  return words.with("measured_apart", halves.value, sd_text, unit_after(parameter->unit));
 }
 
-BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {
+BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index, Language language) {
   const double whole = shown(estimate, index).sd;
   const double sd = estimate.parameters[index].unit.difference_from_si(std::sqrt(part.variance(index)));
   if (!std::isfinite(sd)) return {"–", "–"};
   const auto text = sd == 0.0 ? "0" : rounded(sd, rounding_for(0.0, whole));
   const double percent = 100.0 * (sd / whole) * (sd / whole);
   if (!std::isfinite(percent)) return {text, "–"};
-  return {text, percent > 0.0 && percent < 0.5 ? "<1 %" : fmt::format("{:.0f} %", percent)};
+  const auto share = percent > 0.0 && percent < 0.5 ? "<1" : fmt::format("{:.0f}", percent);
+  return {text, share + (language == Language::chinese ? "%" : " %")};
 }
 
-std::vector<Contribution> budget_to_show(const Estimate& estimate) {
+std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language) {
   std::vector<Contribution> out;
   Contribution rest{"", {}, Matrix(estimate.parameters.size(), 0)};
   std::size_t small = 0;
@@ -192,6 +195,7 @@ std::vector<Contribution> budget_to_show(const Estimate& estimate) {
     rest.factor.columns += part.factor.columns;
   }
   rest.source = fmt::format("{} sources below 1 %", small);
+  if (auto said = result_words_in(language, rest.source)) rest.source = std::move(*said);
   if (small == 1) out.push_back(*last);
   if (small > 1) out.push_back(rest);
   return out;

@@ -65,14 +65,15 @@ struct ValueAndSd {
 ValueAndSd value_and_sd(double value, double sd);  ///< [unit shown]
 
 /// What a source gives to the standard uncertainty of a parameter: its sd in the displayed unit at the rounding of the
-/// whole sd, and its share of the variance ("43 %", "<1 %", a dash where the variance is not known).
+/// whole sd, and its share of the variance ("43 %", in Chinese "43%", "<1 %", a dash where the variance is not known).
 struct BudgetCell {
   std::string sd, share;
 };
-BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index);
+BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index,
+                       Language language = Language::english);
 
 /// The budget with all sources that give every parameter less than 1 % of its variance in one line. The result file
 /// keeps them apart.
-std::vector<Contribution> budget_to_show(const Estimate& estimate);
+std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language = Language::english);
 
 }  // namespace tumble

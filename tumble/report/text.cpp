@@ -5,7 +5,10 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/core/section_words.hpp"
+#include "tumble/report/in_language.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -22,8 +25,10 @@ using Words = SectionWords;
 std::string unit_text(const Unit& unit) { return unit.text() == "1" ? "" : printable(unit.text()); }
 
 std::string heading(const Estimate& estimate, const Words& words) {
-  std::string text = printable(estimate.title.empty() ? estimate.method : estimate.title) + "\n";
-  std::string below = estimate.title.empty() ? "" : words.with("method_is", printable(estimate.method));
+  const auto method = result_words_in(words.language, estimate.method);  // by its Chinese name, its key behind it
+  const auto key = method ? *method + words.with("in_parentheses", estimate.method) : estimate.method;
+  std::string text = printable(estimate.title.empty() ? key : estimate.title) + "\n";
+  std::string below = estimate.title.empty() ? "" : words.with("method_is", printable(key));
   const auto add = [&](const std::string& part) { below += (below.empty() ? "" : " · ") + part; };
   if (!estimate.instrument_model.empty()) add(words.with("instrument_is", printable(estimate.instrument_model)));
   if (!estimate.instrument_serial.empty()) add(words.with("serial_is", printable(estimate.instrument_serial)));
@@ -46,7 +51,7 @@ std::vector<TextColumn> value_columns(const Estimate& estimate, const Words& wor
     const auto known = shown(estimate, i);
     const auto halves = value_and_sd(known.value, known.sd);
     value.cells.push_back(apart ? halves.value : with_uncertainty(known.value, known.sd));
-    sd.cells.push_back(halves.sd);
+    sd.cells.push_back(result_words_in(words.language, halves.sd).value_or(halves.sd));
   }
   if (!apart) line_up_signs(value.cells);
   value.align = apart ? Align::right : Align::left;
@@ -84,11 +89,10 @@ std::string budget_text(const Estimate& estimate, const Words& words, std::size_
     columns[0].cells.push_back(printable(parameter.name));
     columns[1].cells.push_back(printable(parameter.unit.text()));
   }
-  for (const auto& part : budget_to_show(estimate)) {
+  for (const auto& part : budget_to_show(estimate, words.language)) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-      auto [sd, share] = budget_cell(estimate, part, i);
-      if (words.language == Language::chinese && share.ends_with(" %")) share.erase(share.size() - 2, 1);
+      const auto [sd, share] = budget_cell(estimate, part, i, words.language);
       column.cells.push_back(fmt::format("{} {:>5}", sd, share));
     }
   }
@@ -137,14 +141,17 @@ TextColumn table_column(const Table& table, std::size_t index, const std::vector
   return column;
 }
 
-std::string table_text(const Table& table, const Words& words, std::size_t width) {
+std::string table_text(const Table& table, const std::string& method, const Words& words, std::size_t width) {
   std::size_t left_out = 0;
   const auto rows = shown_rows(table.rows.size(), left_out);
   std::vector<TextColumn> columns;
   for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(table_column(table, i, rows));
-  const auto name = words.with("table", printable(table.name));
+  const auto key = printable(table.name);
+  const bool english = words.language == Language::english;  // else by its name, with its key behind it
+  const auto name = words.with(
+      "table", english ? key : readable_name(words.language, key, method) + words.with("in_parentheses", key));
   std::string text =
-      "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + ": ", printable(table.caption), width));
+      "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + words("colon"), printable(table.caption), width));
   text += text_table(columns, width);
   if (left_out > 0) {
     text += "  " + words.with("rows_not_shown", left_out, table.rows.size()) + "\n";
@@ -180,14 +187,17 @@ std::string verdicts_text(const Estimate& estimate, const Words& words, std::siz
 
 }  // namespace
 
-std::string to_text(const Estimate& estimate, std::size_t width, Language language) {
-  require_shape(estimate);
+std::string to_text(const Estimate& original, std::size_t width, Language language) {
+  require_shape(original);
+  const bool english = language == Language::english;
+  const Estimate translated = english ? Estimate() : in_language(language, original);
+  const Estimate& estimate = english ? original : translated;
   const Words words{language};
   std::string text = heading(estimate, words) + parameters_text(estimate, words("parameters"), words, width) +
                      prior_text(estimate, words, width) + budget_text(estimate, words, width) +
                      fit_text(estimate.fit, words, width);
   for (const auto& table : estimate.tables)
-    if (!table.for_programs) text += table_text(table, words, width);
+    if (!table.for_programs) text += table_text(table, estimate.method, words, width);
   return text + findings_text(estimate.findings, words, width) + verdicts_text(estimate, words, width);
 }
 

@@ -117,4 +117,24 @@ std::size_t display_width(std::string_view text) {
   return width;
 }
 
+std::string without_middle(std::string_view text, std::size_t columns) {
+  std::size_t excess = display_width(text);
+  if (excess <= columns) return std::string(text);
+  excess -= columns;
+  ++excess;  // for the dots
+  std::vector<std::string_view> characters;
+  for (std::string_view rest = text; !rest.empty(); rest.remove_prefix(characters.back().size()))
+    characters.push_back(rest.substr(0, first_character(rest).bytes));
+  std::size_t begin = characters.size() / 2, end = begin, removed = 0;
+  while (removed < excess && (begin > 0 || end < characters.size())) {
+    const bool before = end == characters.size() || (begin > 0 && (end - begin) % 2 == 1);
+    removed += display_width(before ? characters[--begin] : characters[end++]);
+  }
+  std::string result;
+  for (std::size_t i = 0; i < begin; ++i) result += characters[i];
+  result += "…";
+  for (std::size_t i = end; i < characters.size(); ++i) result += characters[i];
+  return result;
+}
+
 }  // namespace tumble

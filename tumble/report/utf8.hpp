@@ -13,6 +13,9 @@ std::string printable(std::string_view text);
 /// Columns a terminal gives to printable text: 0 for combining marks, 2 for East Asian wide characters, else 1.
 std::size_t display_width(std::string_view text);
 
+/// Printable text that takes at most so many columns of a terminal: what is longer has "…" in place of its middle.
+std::string without_middle(std::string_view text, std::size_t columns);
+
 /// A word in parts between which a line may break: beside East Asian wide characters, but not before closing
 /// punctuation and not behind opening punctuation (GB/T 15834). A word without such characters is one part.
 std::vector<std::string> breakable_parts(std::string_view word);

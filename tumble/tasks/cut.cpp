@@ -1,6 +1,7 @@
 #include "tumble/tasks/cut.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 
 namespace tumble {
 namespace {
@@ -61,7 +63,31 @@ bool is_empty(const Recording& part) {
   return std::ranges::all_of(part.channels, [](const Channel& channel) { return channel.values.empty(); });
 }
 
+/// Thrown to end the reading of a recording after its first block.
+struct Seen {};
+
 }  // namespace
+
+void require_channels(const std::string& path, ReadOptions options) {
+  const auto wanted = std::exchange(options.only, {});
+  if (wanted.empty()) return;
+  std::vector<std::string> names;
+  try {
+    stream_recording(format_of(path, options), path, options, samples_at_a_time,
+                     [&](const Recording& block) {
+                       for (const Channel& channel : block.channels) names.push_back(channel.name);
+                       throw Seen{};
+                     },
+                     {});
+  } catch (const Seen&) {
+  }
+  std::vector<std::string> problems;
+  for (const auto& name : wanted)
+    if (std::ranges::find(names, name) == names.end())
+      problems.push_back(fmt::format("'{}' has no channel '{}'{} (channels: {})", path, name, did_you_mean(name, names),
+                                     fmt::join(names, ", ")));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
 
 void cut(const std::string& from, const std::string& to, const ReadOptions& options, const TimeSpan& span,
          const Progress& progress) {

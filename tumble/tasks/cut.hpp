@@ -13,6 +13,9 @@ struct TimeSpan {
   double from = -std::numeric_limits<double>::infinity(), to = std::numeric_limits<double>::infinity();
 };
 
+/// Throws Error::bad_input for each channel of `options.only` that the recording does not have, with those that it has.
+void require_channels(const std::string& path, ReadOptions options);
+
 /// A part of a recording in a file of its own, block after block: the samples of the span, of the channels that
 /// `options.only` names (empty: all), and the marks of the segments that reach into it.
 /// Throws Error::bad_data where no channel has a sample in it; else as convert().

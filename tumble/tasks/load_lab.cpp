@@ -8,6 +8,7 @@
 #include "tumble/core/tables/section.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/image.hpp"
+#include "tumble/report/utf8.hpp"
 #include "tumble/tasks/certificate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -38,11 +39,12 @@ std::optional<Date> date_of(const toml::node& node) {
   return date.ok() ? std::optional(date) : std::nullopt;
 }
 
-/// Text with the blanks at its ends removed: the schema of the DCC refuses them.
-std::string trimmed(std::string text) {
-  const auto begin = text.find_first_not_of(" \t\r\n");
+/// Text as it is printed, with the blanks at its ends removed: the schema of the DCC refuses them.
+std::string trimmed(std::string_view raw) {
+  const std::string text = printable(raw);
+  const auto begin = text.find_first_not_of(' ');
   if (begin == std::string::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
+  return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
 }
 
 std::string text_in(Section& section, std::string_view key) { return trimmed(section.text(key).value_or("")); }
@@ -146,7 +148,8 @@ void read_certificate(Section& section, CertificateDetails& details) {
   details.norm = text_in(section, "norm");
   details.replaces = text_in(section, "replaces"), details.replaces_reason = text_in(section, "replaces_reason");
   details.rule_agreed_with = text_in(section, "rule_agreed_with");
-  details.remarks = section.texts("remarks");
+  for (const auto& remark : section.texts("remarks"))
+    if (auto text = trimmed(remark); !text.empty()) details.remarks.push_back(std::move(text));
   const auto place = text_in(section, "signatures");
   if (!place.empty() && place != "archive" && place != "hand")
     section.problem_at("signatures", "'" + place + "' is not known: archive or hand is expected");

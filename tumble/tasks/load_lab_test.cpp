@@ -56,6 +56,16 @@ TEST_F(LabFile, ValuesOfTheCommandLineReplaceThoseOfTheFile) {
   EXPECT_EQ(details.rule->amount, 0.05);
 }
 
+TEST_F(LabFile, TextThatNobodyCanSeeIsNone) {
+  write(
+      "[laboratory]\nname = \"\\u0000\\u202e \\u000b\"\ncity = \" a\\u0001b \"\n"
+      "[certificate]\nremarks = [\"\", \" \\u0007\", \"one\"]\n");
+  const auto details = load_lab(file, {});
+  EXPECT_EQ(details.laboratory.contact.name, "");
+  EXPECT_EQ(details.laboratory.contact.city, "a b");
+  EXPECT_EQ(details.remarks, std::vector<std::string>{"one"});
+}
+
 TEST_F(LabFile, EveryProblemIsNamedWithItsLine) {
   const auto found = problems(
       "[laboratory]\nnam = \"x\"\n[certificate]\nbegun = 2026-13-01\nended = \"yesterday\"\nissued = 2026-02-30\nrule "

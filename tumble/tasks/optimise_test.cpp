@@ -77,7 +77,7 @@ double number(const Estimate& estimate, const std::string& row, const std::strin
 }
 
 std::string told(const Estimate& estimate, const std::string& row) {
-  return std::get<std::string>(cell(estimate, "schedules", row, "told"));
+  return std::get<std::string>(cell(estimate, "schedules", row, "determined"));
 }
 
 TEST_F(Predict, SaysEverythingThatAPlanLacks) {

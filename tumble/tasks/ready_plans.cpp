@@ -20,7 +20,12 @@ namespace {
 
 ReadyPlan ready_plan(std::string_view name, std::string_view text) {
   const auto table = toml::parse(text, name);
-  return {name, table["method"].value_or(std::string()), table["title"].value_or(std::string()), text};
+  ReadyPlan plan{name, table["method"].value_or(std::string()), table["title"].value_or(std::string()), text, {}};
+  if (const auto* recordings = table["recording"].as_array())
+    for (const auto& recording : *recordings)
+      if (const auto* one = recording.as_table(); one && one->contains("plan"))
+        plan.beside.push_back((*one)["plan"].value_or(std::string()));
+  return plan;
 }
 
 std::vector<ReadyPlan> all_plans() {

@@ -12,6 +12,8 @@ struct ReadyPlan {
   std::string method;     ///< empty: a recording for several methods
   std::string title;
   std::string_view text;  ///< TOML with comments
+  std::vector<std::string>
+      beside;  ///< files of other ready plans that its recordings name: they belong into its folder
 };
 
 /// All of them by name.

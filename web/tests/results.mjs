@@ -276,3 +276,26 @@ test("results in Chinese, on a phone, in the dark and on paper", async () => {
   await wide.emulateMedia({ media: "print" });
   await wide.screenshot({ path: join(pictures, "results-print.png"), fullPage: true });
 });
+
+test("figures, parameters and sources of a result are in Chinese, its files in English", async () => {
+  const page = await newPage({ locale: "zh-CN", viewport: { width: 1200, height: 850 } }, true);
+  await openResult(page, "noise.json");
+  const han = /\p{Script=Han}/u, english = /[a-z]{3,} [a-z]{3,}/;
+  const figures = page.locator("[data-part=figures]");
+  for (const name of await figures.locator("select option").allInnerTexts()) assert.match(name, han);
+  assert.match(await figures.locator("figcaption strong").innerText(), /^Allan 标准差（全部）。$/);
+  assert.equal(await figures.locator(".figure-plot").getAttribute("aria-label"), (await page.evaluate(async () => (await (await fetch("/api/texts?language=zh")).json()).results_plot_of)).replace("{y}", "Allan 标准差").replace("{x}", "平均时间"));
+  for (const name of await figures.locator(".figure-legend button").allInnerTexts()) assert.match(name, /Allan 标准差/);
+  const drawing = await page.evaluate(async (address) => (await fetch(address)).text(), await figures.getByRole("link", { name: "SVG" }).getAttribute("href"));
+  assert.match(drawing, /lang="zh-CN"[^]*>平均时间 \[s\]</);
+  const table = await page.evaluate(async (address) => (await fetch(address)).text(), await figures.getByRole("link", { name: "CSV" }).getAttribute("href"));
+  assert.match(table, /^averaging time\[s\],/);
+  const rows = page.getByTestId("parameters").locator("tbody th");
+  for (const row of await rows.all()) {
+    assert.match(await row.locator("small").innerText(), han);
+    assert.doesNotMatch((await row.innerText()).replace(await row.locator("code").innerText(), ""), english);
+  }
+  assert.match(await rows.filter({ hasText: "gyro.x.angle_random_walk" }).innerText(), /gyro\.x 角度随机游走 gyro\.x\.angle_random_walk\s*角速率白噪声/);
+  assert.match(await page.getByTestId("budget").innerText(), /输出噪声|gyro\.x 角度随机游走/);
+  await picture(page, "results-zh");
+});

@@ -87,6 +87,8 @@ TEST(Certificate, ComparesDueDatesWithTheEndOfTheTest) {
   details.equipment[0].due = day(2026, 11, 2);
   EXPECT_TRUE(
       speaks_of(problems_of(measured_estimate(), details), "valid to 2026-11-02, but the test ended on 2026-11-03"));
+  details.equipment[0].accepted_out_of_date = " \t";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "valid to 2026-11-02"));
   details.equipment[0].accepted_out_of_date = "checked against <C-78>";
   const auto page = certificate_html(certify(measured_estimate(), details, {}));
   EXPECT_NE(page.find("It was accepted: checked against &#60;C-78&#62;"), std::string::npos);
@@ -151,6 +153,10 @@ TEST(Certificate, RefusesAPredictionAndAValueWithoutUncertainty) {
   estimate = measured_estimate();
   estimate.covariance(2, 2) = 0.0;
   EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "A2_0 has no uncertainty"));
+  estimate = measured_estimate();
+  estimate.covariance(4, 1) = NAN;
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()),
+                        "the covariance of " + estimate.parameters[1].name + " and " + estimate.parameters[4].name));
 }
 
 TEST(Certificate, RefusesLimitsOfAnotherDimensionAndThoseThatNobodyCanRead) {
@@ -240,6 +246,33 @@ TEST(Certificate, WritesChineseUnitsAsTheNationalStandardDoes) {
   const auto page = certificate_html(certify(measured_estimate(), details, {}));
   for (const char* text :
        {"lang=\"zh-CN\"", "校准证书", "2026年11月2日", "(°)/(h·K)", "(°)/h<sup>1/2</sup>", "10<sup>−6</sup>", "″"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+}
+
+TEST(Certificate, SaysWhatGIsWhereAUnitHasIt) {
+  const auto says = [](const char* unit) {
+    auto estimate = measured_estimate();
+    estimate.parameters = {estimate.parameters.front()};
+    estimate.covariance = Matrix(1, 1);
+    estimate.covariance(0, 0) = 1.0;
+    estimate.budget.clear(), estimate.verdicts.clear();
+    estimate.parameters.front().unit = Unit::parse(unit);
+    return certificate_html(certify(estimate, example_details(), {})).find("standard acceleration") !=
+           std::string::npos;
+  };
+  for (const char* unit : {"g", "mg", "ug/g^2", "deg/h/g"}) EXPECT_TRUE(says(unit)) << unit;
+  for (const char* unit : {"deg", "deg/h", "deg/sqrt(h)"}) EXPECT_FALSE(says(unit)) << unit;
+}
+
+TEST(Certificate, NamesAndDescriptionsAreInItsLanguage) {
+  auto estimate = measured_estimate();
+  estimate.method = "static_bias";
+  estimate.parameters.front().name = "reference_temperature",
+  estimate.parameters.front().description = "mean of the power-ups";
+  auto details = example_details();
+  details.language = Language::chinese;
+  const auto page = certificate_html(certify(estimate, details, {}));
+  for (const char* text : {"静态零偏测试 <code>static_bias</code>", "<th scope=\"row\">参考温度<", "各次通电的平均值"})
     EXPECT_NE(page.find(text), std::string::npos) << text;
 }
 

@@ -110,6 +110,17 @@ bool has_wrong_interval(const Parameter& parameter) {
   return !about || !(parameter.lower < parameter.upper);
 }
 
+/// Pairs of parameters that have a value, but no covariance: it would be taken for one in the document and for all
+/// parameters together.
+void find_missing_covariances(const Estimate& estimate, std::vector<std::string>& problems) {
+  const auto indices = certificate::determined(estimate);
+  for (const std::size_t i : indices)
+    for (const std::size_t j : indices)
+      if (j < i && !std::isfinite(estimate.covariance(i, j) + estimate.covariance(j, i)))
+        problems.push_back(fmt::format("the covariance of {} and {} is missing: a certificate cannot state it",
+                                       estimate.parameters[j].name, estimate.parameters[i].name));
+}
+
 /// A certificate states what was measured, and how well.
 void refuse_unmeasured(const Estimate& estimate) {
   std::vector<std::string> problems;
@@ -128,6 +139,7 @@ void refuse_unmeasured(const Estimate& estimate) {
                       "certificate cannot state it",
                       parameter.name));
   }
+  if (problems.empty()) find_missing_covariances(estimate, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

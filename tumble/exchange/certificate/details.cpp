@@ -42,13 +42,15 @@ void check_forms(const CertificateDetails& details, std::vector<std::string>& pr
                                         section, *link)));
 }
 
+bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == text.npos; }
+
 void check_equipment(const CertificateDetails& details, std::vector<std::string>& problems) {
   for (const auto& one : details.equipment) {
     const auto complain = [&](const std::string& what) {
       problems.push_back(place_in(details, fmt::format("[[equipment]] '{}': {}", one.name, what)));
     };
     if (!one.certificate.empty() && !one.due) complain("due is missing: the last day on which its certificate counts");
-    if (one.due && details.ended && *one.due < *details.ended && one.accepted_out_of_date.empty())
+    if (one.due && details.ended && *one.due < *details.ended && is_blank(one.accepted_out_of_date))
       complain(
           fmt::format("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
                       "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",

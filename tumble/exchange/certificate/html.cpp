@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/report/markup.hpp"
@@ -72,8 +73,8 @@ std::string letterhead(const Certificate& certificate, const Words& words) {
       "<header>{}<div class=\"from\"><b>{}</b>{}{}</div><div "
       "class=\"number\"><span>{}</span><b>{}</b></div></header>\n",
       logo.empty() ? "" : "<img alt=\"\" src=\"" + escaped(logo) + "\">", escaped(contact.name), address(contact),
-      code.empty() ? "" : fmt::format("<br>{}: {}", words("accreditation"), escaped(code)), words("number"),
-      escaped(certificate.details.number));
+      code.empty() ? "" : fmt::format("<br>{}{}{}", words("accreditation"), words("colon"), escaped(code)),
+      words("number"), escaped(certificate.details.number));
 }
 
 std::string entry(const std::string& name, const std::string& value) {
@@ -93,6 +94,12 @@ std::string title(const Certificate& certificate, const Words& words) {
   return text;
 }
 
+/// The key of the method, in Chinese with its name before it.
+std::string method_html(const std::string& method, const Words& words) {
+  const auto name = result_words_in(words.language, method);
+  return (name ? escaped(*name) + " " : "") + "<code>" + escaped(method) + "</code>";
+}
+
 std::string parties(const Certificate& certificate, const Words& words) {
   const auto& details = certificate.details;
   const auto& item = details.item;
@@ -108,8 +115,8 @@ std::string parties(const Certificate& certificate, const Words& words) {
   text += date("received", details.received) + date("begun", details.begun) + date("ended", details.ended) +
           date("issued", details.issued) +
           entry(words("place"),
-                words(("place_" + details.place).c_str()) + ", " + escaped(details.laboratory.contact.city));
-  text += entry(words("method"), "<code>" + escaped(certificate.estimate.method) + "</code>") +
+                words(("place_" + details.place).c_str()) + words("comma") + escaped(details.laboratory.contact.city));
+  text += entry(words("method"), method_html(certificate.estimate.method, words)) +
           entry(words("norm"), escaped(details.norm)) + entry(words("software"), fmt::format("Tumble {}", version));
   return text + "</dl>\n";
 }

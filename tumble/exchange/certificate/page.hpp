@@ -22,8 +22,8 @@ struct Words {
   std::string date(const Date& day) const;
   /// A unit as HTML; in Chinese as GB 3100 and 3101 write it: (°)/(h·g).
   std::string unit(const Unit& unit) const;
-  /// The name of a parameter with blanks in place of underscores, as HTML.
-  std::string name(std::string_view key) const;
+  /// The name of a parameter with blanks in place of underscores, or in Chinese, as HTML.
+  std::string name(std::string_view key, std::string_view method) const;
   /// A symbol as HTML, Greek letters for their names.
   std::string symbol(std::string_view text) const;
 };

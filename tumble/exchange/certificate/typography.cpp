@@ -2,6 +2,7 @@
 
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/report/markup.hpp"
+#include "tumble/report/names.hpp"
 #include "tumble/report/typeset.hpp"
 #include "tumble/report/utf8.hpp"
 
@@ -74,8 +75,9 @@ std::string Words::unit(const Unit& unit) const {
   return unit.text() == "degC" ? "°C" : typeset_unit(unit);
 }
 
-std::string Words::name(std::string_view key) const {
+std::string Words::name(std::string_view key, std::string_view method) const {
   std::string text = printable(key);
+  if (language != Language::english) return escaped(readable_name(language, text, method));
   std::ranges::replace(text, '_', ' ');
   return escaped(text);
 }

@@ -70,7 +70,9 @@ DifferenceTexts texts_of(const Difference& one) {
     return mantissa(one.unit.from_si(si), {rounding.place, 0, rounding.significant});
   };
   return {number(one.earlier), number(one.later), with_uncertainty(step, u),
-          std::isnan(one.e_n) ? "–" : fmt::format("{:.2f}", one.e_n)};
+          std::isnan(one.e_n)       ? "–"
+          : std::abs(one.e_n) < 1e4 ? fmt::format("{:.2f}", one.e_n)
+                                    : fmt::format("{:.3g}", one.e_n)};
 }
 
 std::string chi_square_text(const ResultPair& pair, Language language) {

@@ -88,6 +88,7 @@ std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, 
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
+  require_calibration(c, "ardupilot");
   std::vector<std::string> problems;
   std::string text;
   for (const bool gyro : {false, true})

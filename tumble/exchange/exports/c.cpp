@@ -14,6 +14,8 @@ namespace {
 
 using namespace writing;
 
+constexpr const char* default_name = "tumble_compensate";
+
 std::vector<std::string> carries() {
   auto names =
       terms_ending({"bias", "scale_factor", "misalignment", "nonlinearity", "thermal_bias", "thermal_scale_factor"});
@@ -29,21 +31,37 @@ std::vector<Option> options() {
               .otherwise("terms")
               .says("of gyros: the terms of the results, or the departures at the rates of the test, interpolated, in "
                     "place of asymmetry and odd powers"),
-          text("function").otherwise("tumble_compensate").says("name of the function")};
+          text("function").otherwise(default_name).says("name of the function")};
 }
 
-/// A name of C.
-void check_name(const std::string& name) {
-  const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
-  if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, letter))
-    throw Error(Error::Kind::bad_input, fmt::format("function = '{}': a name of C has letters, digits and _", name));
-  constexpr std::string_view taken[] = {"auto",     "break",   "case",   "char",     "const",  "continue", "default",
-                                        "do",       "double",  "else",   "enum",     "extern", "float",    "for",
-                                        "goto",     "if",      "inline", "int",      "long",   "main",     "register",
-                                        "restrict", "return",  "short",  "signed",   "sizeof", "static",   "struct",
-                                        "switch",   "typedef", "union",  "unsigned", "void",   "volatile", "while"};
-  if (std::ranges::find(taken, name) != std::end(taken))
-    throw Error(Error::Kind::bad_input, fmt::format("function = '{}' is a word of C: choose another name", name));
+bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+/// Whether a text has the name as a whole word.
+bool has_word(std::string_view text, std::string_view name) {
+  for (auto at = text.find(name); at != text.npos; at = text.find(name, at + 1)) {
+    const auto end = at + name.size();
+    if ((at == 0 || !is_letter(text[at - 1])) && (end == text.size() || !is_letter(text[end]))) return true;
+  }
+  return false;
+}
+
+/// A name that C takes for a function, in every edition of the standard. `code` has the default name.
+void check_name(const std::string& name, std::string_view code) {
+  const auto refuse = [&](const char* why) {
+    throw Error(Error::Kind::bad_input, fmt::format("function = '{}' {}", name, why));
+  };
+  if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, is_letter))
+    refuse("cannot be used: a name of C has letters, digits and _, and begins with a letter");
+  if (name[0] == '_') refuse("cannot be used: names that begin with _ belong to the compiler");
+  constexpr std::string_view taken[] = {
+      "alignas", "alignof",       "asm",           "auto",     "bool",     "break",        "case",   "char",
+      "const",   "constexpr",     "continue",      "default",  "do",       "double",       "else",   "enum",
+      "extern",  "false",         "float",         "for",      "goto",     "if",           "inline", "int",
+      "long",    "main",          "nullptr",       "register", "restrict", "return",       "short",  "signed",
+      "sizeof",  "static",        "static_assert", "struct",   "switch",   "thread_local", "true",   "typedef",
+      "typeof",  "typeof_unqual", "union",         "unsigned", "void",     "volatile",     "while"};
+  if (std::ranges::find(taken, name) != std::end(taken)) refuse("is a word of C: choose another name");
+  if (name != default_name && has_word(code, name)) refuse("is a name that the file uses itself: choose another one");
 }
 
 /// With the departures that were measured, where these are asked for.
@@ -57,10 +75,8 @@ ImuCalibration as_asked(ImuCalibration calibration, const Settings& settings) {
 
 std::string write(const ImuCalibration& given, const Settings& settings, const std::vector<std::string>& header) {
   const ImuCalibration calibration = as_asked(given, settings);
-  if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
-    throw Error(Error::Kind::bad_input, "c: the results hold noise alone, of which code makes no use");
-  check_name(settings.word("function"));
-  c_code::Plan plan{.name = settings.word("function")};
+  require_calibration(calibration, "c");
+  c_code::Plan plan{.name = default_name};
   const std::string& type = settings.word("type");
   plan.number = type == "double"  ? c_code::Number::double_precision
                 : type == "float" ? c_code::Number::single_precision
@@ -73,8 +89,11 @@ std::string write(const ImuCalibration& given, const Settings& settings, const s
   if (settings.word("scale_factor") == "table")
     text += " * q of the gyros: the departures at the rates of the test, straight between them and constant beyond\n";
   text += " *\n * self-test: cc -std=c99 -DTUMBLE_CAL_TEST FILE.c && ./a.out\n */\n";
-  return text + (plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
-                                                      : c_code::floating_point(calibration, plan));
+  const std::string code = plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
+                                                                : c_code::floating_point(calibration, plan);
+  const std::string& name = settings.word("function");
+  check_name(name, code);
+  return text + c_code::filled(code, {{default_name, name}});
 }
 
 }  // namespace

@@ -245,24 +245,64 @@ TEST_F(CCode, FixedPointStaysWithinTheErrorThatItStates) {
     }
 }
 
+/// One axis of a range of a hundredth of the others, with powers as steep as the code takes; and a table of points far
+/// outside of its range.
+ImuCalibration narrow_axis() {
+  ImuCalibration c = random_calibration(11, linear);
+  c.gyros.range = {0.04, 4.0, 4.0};
+  c.gyros.curve[0].power = {0.5, 0.0, 0.0, 2000.0};
+  c.gyros.curve[2].table = {{-4000.0, -1.0, 4000.0}, {300.0, -0.1, -400.0}};
+  return c;
+}
+
 /// Outputs far beyond the range give limited numbers, without an overflow.
 TEST_F(CCode, FixedPointTakesAnyInteger) {
   const auto all = compilers();
   ASSERT_FALSE(all.empty()) << "no C compiler";
   ExportRequest asked;
   asked.settings.push_back({"type", "fixed", "--set", true, true});
-  write("calibration.c", export_calibration(find_export("c"), random_calibration(7, everything), asked));
-  write("main.c", integer_reader);
-  ASSERT_EQ(run(fmt::format("{} {} -fsanitize=undefined -fno-sanitize-recover=all -o {} {}", all[0], warnings,
-                            path("program"), path("main.c"))),
-            0);
   std::string lines;
-  for (int k = 0; k < 128; ++k) {
-    for (int i = 0; i < 7; ++i) lines += (k >> i) & 1 ? "2147483647 " : "-2147483648 ";
+  for (int k = 0; k < 3 * 128; ++k) {
+    const auto size = std::array{2147483647LL, 1LL << 29, 1LL << 20}[static_cast<std::size_t>(k / 128)];
+    for (int i = 0; i < 7; ++i) lines += fmt::format("{} ", (k >> i) & 1 ? size : -size - 1);
     lines += "\n";
   }
-  write("in.txt", lines);
-  EXPECT_EQ(run(fmt::format("{} < {} > {}", path("program"), path("in.txt"), path("out.txt"))), 0);
+  for (const ImuCalibration& calibration : {random_calibration(7, everything), narrow_axis()}) {
+    write("calibration.c", export_calibration(find_export("c"), calibration, asked));
+    write("main.c", integer_reader);
+    ASSERT_EQ(run(fmt::format("{} {} -fsanitize=undefined -fno-sanitize-recover=all -o {} {}", all[0], warnings,
+                              path("program"), path("main.c"))),
+              0);
+    write("in.txt", lines);
+    EXPECT_EQ(run(fmt::format("{} < {} > {}", path("program"), path("in.txt"), path("out.txt"))), 0);
+    ASSERT_EQ(run(fmt::format("{} {} -DTUMBLE_CAL_TEST -o {} {} && {} > {}", all[0], warnings, path("self_test"),
+                              path("calibration.c"), path("self_test"), path("self_test.txt"))),
+              0);
+  }
+}
+
+/// So do floats: the passes that solve for a steep power end in numbers, although they do not converge there.
+TEST_F(CCode, FloatingPointFarBeyondTheRangeIsFinite) {
+  const auto all = compilers();
+  ASSERT_FALSE(all.empty()) << "no C compiler";
+  for (const std::string type : {"float", "double"}) {
+    ExportRequest asked;
+    asked.settings.push_back({"type", type, "--set", true, true});
+    write("calibration.c", export_calibration(find_export("c"), narrow_axis(), asked));
+    std::string text = reader;
+    for (auto at = text.find("REAL"); at != std::string::npos; at = text.find("REAL")) text.replace(at, 4, type);
+    write("main.c", text);
+    ASSERT_EQ(
+        run(fmt::format("{} {} -o {} {} {}", all[0], warnings, path("program"), path("calibration.c"), path("main.c"))),
+        0);
+    std::vector<ImuSample> raws;
+    for (const double size : {0.04, 0.1, 1.0, 100.0, 1e6})
+      raws.push_back({size * Vector3{1.0, -1.0, 1.0}, size * Vector3{-1.0, 1.0, 1.0}, 293.15, {}});
+    const auto found = consumed(raws);  // reading ends at a word such as inf
+    ASSERT_EQ(found.size(), raws.size());
+    for (std::size_t k = 0; k < raws.size(); ++k)
+      EXPECT_LT(norm(found[k].rate), 2.0 * norm(raws[k].rate) + 1.0) << type << ", sample " << k;
+  }
 }
 
 TEST_F(CCode, SelfTestFindsAWrongNumber) {
@@ -284,11 +324,15 @@ TEST(ExportC, UsesNeitherLibmNorMalloc) {
 }
 
 TEST(ExportC, NameThatCDoesNotTakeIsRefused) {
-  for (const char* name : {"2 bad", "int", "main"}) {
+  const auto named = [](const char* name) {
     ExportRequest asked;
     asked.settings.push_back({"function", name, "--set", true, true});
-    EXPECT_THROW(export_calibration(find_export("c"), random_calibration(5, linear), asked), Error) << name;
-  }
+    return export_calibration(find_export("c"), random_calibration(5, linear), asked);
+  };
+  for (const char* name : {"2 bad", "int", "main", "nullptr", "_Bool", "multiply", "gyro_bias", "printf", "uint32_t"})
+    EXPECT_THROW(named(name), Error) << name;
+  for (const char* name : {"NAME", "REAL", "KIND_of_mine", "tumble", "gyro"})
+    EXPECT_NE(named(name).find(fmt::format("void {}(const float raw[6]", name)), std::string::npos) << name;
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ std::string rows(const Matrix3& m) {
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
   const bool gyros = settings.word("sensors") == "gyros";
   const TriadCalibration& t = gyros ? c.gyros : c.accelerometers;
+  require_calibration(c, "imu_tk");
   if (!t.calibrated)
     throw Error(Error::Kind::bad_input,
                 fmt::format("imu_tk: the results hold no calibration of the {}; --set sensors={}",

@@ -48,6 +48,10 @@ std::string without_noise(const TriadCalibration& t, const char* what) {
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
+  if (!settings.has("rate") && !c.accelerometers.calibrated && !c.gyros.calibrated)
+    throw Error(Error::Kind::bad_input,
+                "matlab: the results hold noise alone, which stands in an imuSensor: --set rate=100, the rate of its "
+                "samples");
   std::string text = commented(header, "%");
   text += fmt::format(
       "calibration.K_a = {};\ncalibration.b_a = {};\ncalibration.K_g = {};\ncalibration.b_g = {};\n"

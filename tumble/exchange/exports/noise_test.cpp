@@ -219,5 +219,33 @@ TEST(NoiseOfExport, TheRateIsThatOfTheRecordsWhereTheySayOne) {
   EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 1.0, "1 s, 2 s"))));
 }
 
+/// A file without a single number would pass for a calibration.
+TEST(Export, NoiseAloneIsRefusedByFilesThatDoNotStateIt) {
+  ImuCalibration noise;
+  for (auto* triad : {&noise.accelerometers, &noise.gyros})
+    for (auto& axis : triad->noise) axis = {.rate = 100.0, .white = white, .walk = some_walk};
+  for (const char* name : {"px4", "ardupilot", "imu_tk", "matlab", "c"}) try {
+      export_calibration(find_export(name), noise, {});
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("the results hold noise alone"), std::string::npos) << error.what();
+    }
+  ExportRequest asked;
+  asked.settings.push_back({"rate", "100", "--set", true, true});
+  EXPECT_NE(export_calibration(find_export("matlab"), noise, asked).find("imuSensor("), std::string::npos);
+}
+
+TEST(Export, NumbersBeyondFloatsAreRefusedByFilesOfFloats) {
+  ImuCalibration calibration = testing::random_calibration(3, {.misalignment = false, .by_force = false});
+  calibration.accelerometers.bias.y = 1e39;
+  for (const char* name : {"px4", "c"}) {
+    ExportRequest asked;
+    asked.drop = {"gyro_scale_factor"};
+    if (std::string_view(name) == "px4")
+      for (const char* id : {"accelerometer_id", "gyro_id"}) asked.settings.push_back({id, "17", "--set", true, true});
+    EXPECT_THROW(export_calibration(find_export(name), calibration, asked), Error) << name;
+  }
+}
+
 }  // namespace
 }  // namespace tumble

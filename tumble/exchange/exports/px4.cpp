@@ -62,7 +62,19 @@ int id_of(const Settings& settings, const char* name, const char* parameter, std
   return 0;
 }
 
+/// The vehicle keeps its old scales where one of the three is not above 0.
+void check_scales(const std::array<AxisCorrection, 3>& axes, const std::string& prefix,
+                  std::vector<std::string>& problems) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (axes[i].states_scale() && !(axes[i].scale > 0.0))
+      problems.push_back(
+          fmt::format("{}_{}SCALE would be {:.3g}, but PX4 takes scales above 0 alone: accelerometer_{} is reversed; "
+                      "correct the wiring in [channels]",
+                      prefix, "XYZ"[i], axes[i].scale, "xyz"[i]));
+}
+
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
+  require_calibration(c, "px4");
   std::vector<std::string> problems;
   const int index = settings.integer("index");
   std::string text = commented(header, "#") +
@@ -72,6 +84,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
     if (!(gyro ? c.gyros : c.accelerometers).calibrated) continue;
     const std::string prefix = fmt::format("CAL_{}{}", gyro ? "GYRO" : "ACC", index);
     const auto axes = corrections(c, gyro, problems);
+    if (!gyro) check_scales(axes, prefix, problems);
     const int id = id_of(settings, gyro ? "gyro_id" : "accelerometer_id", (prefix + "_ID").c_str(), problems);
     text += constants(axes, prefix, id, !gyro) + temperatures(c, axes, gyro ? 'G' : 'A', index, id);
   }

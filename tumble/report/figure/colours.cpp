@@ -98,7 +98,7 @@ std::string drawn_scale(const Figure::Axis& axis, const Frame& frame, const Tick
     labels += text_at(left + scale_width + gap_of_labels, height * (1.0 - scale.place(scale.at[i])) + 4, "start",
                       scale.labels[i]);
   labels += text_upwards(left + scale_width + gap_of_labels + widest_label(scale) + room_of_title - 4, 0.5 * height,
-                         title_with(axis, scale.exponent));
+                         height, title_with(axis, scale.exponent));
   return text + fmt::format("</g>\n<g fill=\"{}\">\n{}</g>\n", ink, labels);
 }
 

@@ -289,6 +289,30 @@ TEST(FigureSvg, WhatHasNoNumbersIsADrawingToo) {
   EXPECT_TRUE(to_svg(figure).ends_with("</svg>\n"));
 }
 
+TEST(FigureSvg, NumbersBeyondWhatAnAxisHoldsHaveAPlace) {
+  Figure figure = plain_figure();
+  figure.series[0].y = {1.0, 1.7e308, -1.7e308, 5e-324, 2.0};
+  figure.series[0].lower.assign(5, -1.7e308), figure.series[0].upper.assign(5, 1.7e308);
+  for (const bool logarithmic : {false, true}) {
+    figure.y.logarithmic = logarithmic;
+    if (logarithmic) figure.series[0].y[2] = figure.series[0].lower[0] = 1e-310;
+    const auto svg = to_svg(figure);
+    EXPECT_FALSE(has(svg, "nan") || has(svg, "inf")) << svg;
+    EXPECT_LT(svg.size(), 10'000u);  // no coordinate of 300 digits
+  }
+}
+
+TEST(FigureSvg, LongNamesStayWithinTheDrawing) {
+  Figure figure = plain_figure();
+  figure.x = {std::string(300, 'x'), Unit::parse("s"), false};
+  figure.y = {"departure from the line, over full range", Unit::parse("ppm"), false};
+  figure.series[0].name = "A " + std::string(10'000, '-') + " Z";
+  const auto svg = to_svg(figure, Drawing::phone);
+  EXPECT_TRUE(has(svg, ">departure from the line, over full range [ppm]<"));  // in smaller letters
+  EXPECT_TRUE(has(svg, "…xxx") && has(svg, "xxx [s]<") && has(svg, ">A --") && has(svg, "-- Z<"));
+  EXPECT_LT(svg.size(), 10'000u + 10'100u);  // the whole name stands once, in the words of the plot
+}
+
 // Every axis that numbers can ask for has at least two ticks, all inside of it, and the values inside of it too.
 TEST(Ticks, AreInsideAndEnough) {
   for (const double low : {-1e200, -3.7, -1e-9, 0.0, 2e-7, 0.99999, 9.79541, 4e5, 1e200})

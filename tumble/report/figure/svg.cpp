@@ -5,6 +5,7 @@
 #include <limits>
 #include <string_view>
 
+#include "tumble/core/section_words.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/figure/colours.hpp"
 #include "tumble/report/figure/frame.hpp"
@@ -31,9 +32,9 @@ struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
 
   void add(const std::vector<double>& values) {
-    constexpr double most = 1e300;
+    constexpr double most = 1e300, least = 1e-300;  // beyond these a difference or a quotient of two has no double
     for (const double value : values)
-      if (std::abs(value) < most && (value > 0.0 || !logarithmic))
+      if (std::abs(value) < most && (value > least || !logarithmic))
         low = std::min(low, value), high = std::max(high, value);
   }
   bool empty() const { return !(low <= high); }
@@ -66,22 +67,32 @@ Frame frame_of(const Figure& figure, const Size& size, double room) {
   return frame;
 }
 
-std::string axes(const Figure& figure, const Frame& frame) {
+/// The names of the axes, which stay within the drawing.
+std::string titles(const Figure& figure, const Frame& frame, const Size& size) {
+  const double middle = 0.5 * frame.plot_width;
+  const double room = 2.0 * std::min(frame.left + middle, size.width - frame.left - middle);
+  const auto across = figure::fitted(title_with(figure.x, frame.x.exponent), room);
+  return text_at(middle, frame.plot_height + 39, "middle", across.text, across.more.c_str()) +
+         text_upwards(14 - frame.left, 0.5 * frame.plot_height, frame.plot_height + 2.0 * top,
+                      title_with(figure.y, frame.y.exponent));
+}
+
+std::string axes(const Figure& figure, const Frame& frame, const Size& size) {
   std::string lines, minor, labels;
   for (const double at : frame.x.minor) minor += fmt::format("M{:.1f} 0V{}", frame.across(at), frame.plot_height);
   for (const double at : frame.y.minor) minor += fmt::format("M0 {:.1f}H{:.1f}", frame.down(at), frame.plot_width);
   for (std::size_t i = 0; i < frame.x.at.size(); ++i) {
     const double x = frame.across(frame.x.at[i]);
     lines += fmt::format("M{:.1f} 0V{}", x, frame.plot_height);
-    labels += text_at(x, frame.plot_height + 18, "middle", frame.x.labels[i]);
+    const double half = 0.58 * width_of(frame.x.labels[i]), last = size.width - frame.left - half;
+    labels += text_at(std::min(x, last), frame.plot_height + 18, "middle", frame.x.labels[i]);
   }
   for (std::size_t i = 0; i < frame.y.at.size(); ++i) {
     const double y = frame.down(frame.y.at[i]);
     lines += fmt::format("M0 {:.1f}H{:.1f}", y, frame.plot_width);
     labels += text_at(-7, y + 4, "end", frame.y.labels[i]);
   }
-  labels += text_at(0.5 * frame.plot_width, frame.plot_height + 39, "middle", title_with(figure.x, frame.x.exponent));
-  labels += text_upwards(14 - frame.left, 0.5 * frame.plot_height, title_with(figure.y, frame.y.exponent));
+  labels += titles(figure, frame, size);
   return fmt::format(
       "<path d=\"{}\" stroke=\"{}\" stroke-width=\".5\"/>\n<path d=\"{}\" stroke=\"{}\"/>\n"
       "<path d=\"M0 0H{:.1f}V{}H0Z\" stroke=\"{}\"/>\n<g fill=\"{}\">\n{}</g>\n",
@@ -120,8 +131,7 @@ bool has_band(const Figure::Series& series, std::size_t i) {
 
 /// Down to where a logarithmic axis ends.
 double edge(const Frame& frame, double value) {
-  return std::min(frame.down(std::max(value, frame.y.logarithmic ? 0.1 * frame.y.lower : value)),
-                  2.0 * frame.plot_height);
+  return frame.down(std::max(value, frame.y.logarithmic ? 0.1 * frame.y.lower : value));
 }
 
 std::string bars(const Figure::Series& series, const Frame& frame) {
@@ -179,14 +189,15 @@ std::string legend(const Figure& figure, const Frame& frame, double& height) {
   double x = 0.0, y = frame.plot_height + 63;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
     const auto& series = figure.series[i];
-    const double needed = sample + 6 + width_of(printable(series.name)) + gap;
+    const auto name = figure::fitted(series.name, frame.plot_width + right - sample - 6);
+    const double needed = sample + 6 + std::min(width_of(name.text), frame.plot_width + right - sample - 6) + gap;
     if (x > 0.0 && x + needed - gap > frame.plot_width) x = 0.0, y += line_height;
     auto style = style_of_series(i);
     if (!series.z.empty()) style.colour = colours()[colours().size() / 2];
     text +=
         fmt::format("<path d=\"M{:.1f} {:.1f}h{}\" stroke=\"{}\" {}/>\n", series.points ? x + 0.5 * sample : x, y - 4,
                     series.points ? 0.0 : sample, style.colour, series.points ? pen_of_points(i) : pen_of_line(style));
-    text += text_at(x + sample + 6, y, "start", series.name, fmt::format(" fill=\"{}\"", ink).c_str());
+    text += text_at(x + sample + 6, y, "start", name.text, fmt::format(" fill=\"{}\"{}", ink, name.more).c_str());
     x += needed;
   }
   height = figure.series.empty() ? frame.plot_height + 49 : y + 10;
@@ -195,13 +206,26 @@ std::string legend(const Figure& figure, const Frame& frame, double& height) {
 
 /// The plot in words, for readers who do not see it.
 std::string in_words(const Figure& figure) {
-  std::string text = fmt::format("Plot of {} over {}{}:", figure.y.name, figure.x.name,
-                                 figure.y.logarithmic   ? ", logarithmic axes"
-                                 : figure.x.logarithmic ? ", logarithmic x axis"
-                                                        : "");
-  for (const auto& series : figure.series) text += (&series == &figure.series.front() ? " " : ", ") + series.name;
-  if (figure.z) text += (figure.series.empty() ? " " : ", ") + figure.z->name + " as colours";
-  return text;
+  const SectionWords words{figure.language, "report"};
+  const auto text = words.with("plot_of", figure.y.name, figure.x.name,
+                               figure.y.logarithmic   ? words("plot_logarithmic")
+                               : figure.x.logarithmic ? words("plot_logarithmic_x")
+                                                      : "");
+  std::string names;
+  const auto add = [&](const std::string& name) { names += (names.empty() ? "" : words("plot_next")) + name; };
+  for (const auto& series : figure.series) add(series.name);
+  if (figure.z) add(words.with("plot_colours", figure.z->name));
+  return text + names;
+}
+
+/// Letters of the page; in Chinese those of mainland China.
+std::string letters_of(Language language) {
+  constexpr const char* latin = "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial";
+  if (language == Language::english) return fmt::format("font-family=\"{}, sans-serif\"", latin);
+  return fmt::format(
+      "lang=\"zh-CN\" font-family=\"{}, 'PingFang SC', 'Microsoft YaHei', 'Noto Sans CJK SC', 'Source Han Sans SC', "
+      "sans-serif\"",
+      latin);
 }
 
 }  // namespace
@@ -218,8 +242,19 @@ std::string text_at(double x, double y, const char* anchor, std::string_view tex
                      escaped(text));
 }
 
-std::string text_upwards(double x, double y, std::string_view text) {
-  return text_at(x, y, "middle", text, fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", x, y).c_str());
+FittedText fitted(std::string_view text, double room) {
+  constexpr double smallest = 0.75;
+  std::string whole = printable(text);
+  const double needed = width_of(whole);
+  if (needed <= room) return {std::move(whole), ""};
+  const double size = std::max(smallest, room / needed), columns = room / size / width_of("0");
+  return {without_middle(whole, static_cast<std::size_t>(std::max(1.0, columns + 1e-6))),
+          fmt::format(" font-size=\"{:.1f}\"", std::floor(10.0 * size * size_of_text) / 10.0)};
+}
+
+std::string text_upwards(double x, double y, double room, std::string_view text) {
+  const auto [shown, more] = fitted(text, room);
+  return text_at(x, y, "middle", shown, fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"{}", x, y, more).c_str());
 }
 
 std::string title_with(const Figure::Axis& axis, int exponent) {
@@ -238,12 +273,12 @@ std::string to_svg(const Figure& figure, Drawing drawing) {
   if (figure.map) lines += figure::cells(*figure.map, frame, scale);
   for (std::size_t i = 0; i < figure.series.size(); ++i) lines += drawn(figure.series[i], i, frame, scale);
   return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" "
-      "font-family=\"system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial, sans-serif\" "
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" {} "
       "font-size=\"{}\" fill=\"none\">\n<title>{}</title>\n<g transform=\"translate({:.1f} {})\">\n{}"
       "<svg width=\"{:.1f}\" height=\"{}\">\n{}</svg>\n{}</g>\n</svg>\n",
-      size.width, height + top, escaped(in_words(figure)), size_of_text, escaped(figure.name), frame.left, top,
-      axes(figure, frame), frame.plot_width, frame.plot_height, lines, below);
+      size.width, height + top, escaped(in_words(figure)), letters_of(figure.language), size_of_text,
+      escaped(figure.name), frame.left, top, axes(figure, frame, size), frame.plot_width, frame.plot_height, lines,
+      below);
 }
 
 }  // namespace tumble

@@ -34,7 +34,7 @@ void label(Ticks& ticks, double step) {
 }  // namespace
 
 double Ticks::place(double value) const {
-  if (logarithmic) return std::log(value / lower) / std::log(upper / lower);
+  if (logarithmic) return (std::log(value) - std::log(lower)) / (std::log(upper) - std::log(lower));
   return (value - lower) / (upper - lower);
 }
 

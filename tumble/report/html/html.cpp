@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -59,13 +61,23 @@ std::string summary(const Estimate& estimate, const Words& words) {
   return text.empty() ? "" : "<p class=\"summary\">" + text + "</p>\n";
 }
 
+/// The title of a result that has none: its method.
+std::string readable_title(const std::string& method, Language language) {
+  return result_words_in(language, method).value_or(method);
+}
+
+/// In Chinese the name of the method before its key.
+std::string method_html(const std::string& method, const Words& words) {
+  return words.language == Language::english ? escaped(method) : name_html(method, words);
+}
+
 std::string title_block(const Estimate& estimate, const std::string& title, const std::string& logo,
                         const Words& words) {
   return "<header>\n" + (logo.empty() ? "" : "<img class=\"logo\" alt=\"\" src=\"" + escaped(logo) + "\">\n") + "<h1>" +
          title + "</h1>\n<dl>" + entry(words("instrument"), html::escaped(estimate.instrument_model)) +
          entry(words("serial"), html::escaped(estimate.instrument_serial)) +
-         entry(words("method"), html::escaped(estimate.method)) + entry(words("fit"), fit_entry(estimate.fit, words)) +
-         "</dl>\n" + summary(estimate, words) + "</header>\n";
+         entry(words("method"), method_html(estimate.method, words)) +
+         entry(words("fit"), fit_entry(estimate.fit, words)) + "</dl>\n" + summary(estimate, words) + "</header>\n";
 }
 
 /// Links to the sections that are there.
@@ -87,13 +99,16 @@ namespace tumble {
 
 using namespace html;
 
-std::string to_html(const Estimate& estimate, const PageOptions& page) {
-  require_shape(estimate);
-  const auto& own = estimate.title.empty() ? estimate.method : estimate.title;
+std::string to_html(const Estimate& original, const PageOptions& page) {
+  require_shape(original);
+  const auto drawn = in_language(page.language, figures_of(original));
+  const bool english = page.language == Language::english;
+  const Estimate translated = english ? Estimate() : in_language(page.language, original);
+  const Estimate& estimate = english ? original : translated;
+  const auto own = estimate.title.empty() ? readable_title(estimate.method, page.language) : estimate.title;
   const auto& plain_title = page.title.empty() ? own : page.title;
   const auto title = html::escaped(plain_title);
   const html::Words words{page.language, "report"};
-  const auto drawn = figures_of(estimate);
   const auto sections = html::verdicts(estimate, words) + html::first_figure(drawn, words) +
                         html::parameters(estimate, words) + html::with_prior(estimate, words) +
                         html::findings(estimate, words) + html::budget(estimate, words) +

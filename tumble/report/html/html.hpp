@@ -23,9 +23,7 @@ std::string unit(const Unit& unit);
 /// "K_1" with the index below: all behind the first underscore.
 std::string symbol(std::string_view text);
 /// "angle random walk" and, where it is written differently in files, the name itself: "angle_random_walk".
-std::string name_html(std::string_view name);
-/// "name [unit]".
-std::string name_and_unit(std::string_view name, const Unit& unit);
+std::string name_html(std::string_view name, const Words& words, std::string_view method = {});
 
 /// The sections, empty where there is nothing to say.
 std::string verdicts(const Estimate& estimate, const Words& words);

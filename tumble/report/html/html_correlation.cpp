@@ -41,8 +41,9 @@ std::string strong_pairs(const Estimate& estimate, const Words& words) {
       const double r = correlation_of(estimate, i, j);
       if (!(std::abs(r) >= strong) || ++count > most) continue;
       if (!text.empty()) text += words("next_pair");
-      text += words.with("pair", escaped(readable_name(estimate.parameters[i].name)),
-                         escaped(readable_name(estimate.parameters[j].name)), number(fmt::format("{:.3f}", r)));
+      text += words.with("pair", escaped(readable_name(words.language, estimate.parameters[i].name, estimate.method)),
+                         escaped(readable_name(words.language, estimate.parameters[j].name, estimate.method)),
+                         number(fmt::format("{:.3f}", r)));
     }
   }
   if (count == 0) return "<p>" + words("no_strong_pair") + "</p>\n";
@@ -57,11 +58,13 @@ std::string heat_map(const Estimate& estimate, const Words& words) {
       "<div class=\"wide\" tabindex=\"0\"><table class=\"heat{}\">\n<caption>{}</caption>\n<thead><tr><td></td>",
       with_numbers ? "" : " dense", words(with_numbers ? "correlation_caption" : "correlation_colours"));
   for (std::size_t j = 0; j < count; ++j) {
-    text += fmt::format("<th scope=\"col\" title=\"{}\">{}</th>", escaped(estimate.parameters[j].name), j + 1);
+    text += fmt::format("<th scope=\"col\" title=\"{}\">{}</th>",
+                        escaped(readable_name(words.language, estimate.parameters[j].name, estimate.method)), j + 1);
   }
   text += "</tr></thead>\n<tbody>\n";
   for (std::size_t i = 0; i < count; ++i) {
-    text += fmt::format("<tr><th scope=\"row\">{} {}</th>", i + 1, escaped(readable_name(estimate.parameters[i].name)));
+    text += fmt::format("<tr><th scope=\"row\">{} {}</th>", i + 1,
+                        escaped(readable_name(words.language, estimate.parameters[i].name, estimate.method)));
     for (std::size_t j = 0; j <= i; ++j) text += heat_cell(correlation_of(estimate, i, j), with_numbers);
     text += "</tr>\n";
   }

@@ -18,12 +18,13 @@ std::size_t points_for(const std::vector<Figure>& figures) {
 }
 
 std::string caption(const Figure& figure, std::size_t number, bool fewer, const Words& words) {
-  std::string text = fmt::format("<b>{}.</b> {}.", words.with("figure", std::to_string(number)), escaped(figure.name));
+  const std::string gap = words.language == Language::chinese ? "" : " ";  // between two sentences
+  auto text = words.with("figure_caption", words.with("figure", std::to_string(number)), escaped(figure.name));
   for (const auto& series : figure.series)
     if (!series.lower.empty() && !series.band.empty())
-      text += " " + words.with(series.points ? "bars_of" : "band_of", escaped(series.name), escaped(series.band));
-  for (const auto& note : figure.notes) text += " " + escaped(note) + ".";
-  if (fewer) text += " " + words("fewer_points");
+      text += gap + words.with(series.points ? "bars_of" : "band_of", escaped(series.name), escaped(series.band));
+  for (const auto& note : figure.notes) text += words.with("figure_note", escaped(note));
+  if (fewer) text += gap + words("fewer_points");
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/parameter_rows.hpp"
 #include "tumble/report/utf8.hpp"
@@ -46,7 +47,8 @@ std::string value_cells(const ParameterRow& row, const Widths& widths, const Wor
                                  after(row.value.after, widths.value), chinese ? tail : "");
   if (row.sd.before.empty()) return text + "<td></td>";
   return text + fmt::format("<td class=\"sd\">{}{}{}{}</td>", chinese ? "" : "± ",
-                            before(row.sd.before, row.rounded ? widths.sd_before : 0),
+                            before(result_words_in(words.language, row.sd.before).value_or(row.sd.before),
+                                   row.rounded ? widths.sd_before : 0),
                             number(row.sd.after + (bracket ? ")" : "")), tail);
 }
 
@@ -58,9 +60,9 @@ std::string interval_cells(const ParameterRow& row, const Widths& widths) {
 }
 
 std::string row_html(const ParameterRow& row, const Parameter& parameter, const Widths& widths, bool with_freedom,
-                     const Words& words) {
+                     const std::string& method, const Words& words) {
   std::string text = fmt::format("<tr><td class=\"symbol\">{}</td><th scope=\"row\">{}",
-                                 row.symbol.empty() ? "" : symbol(row.symbol), name_html(row.name));
+                                 row.symbol.empty() ? "" : symbol(row.symbol), name_html(row.name, words, method));
   if (!row.description.empty()) text += fmt::format("<span class=\"description\">{}</span>", escaped(row.description));
   text += "</th>" + value_cells(row, widths, words) + fmt::format("<td class=\"in\">{}</td>", unit(parameter.unit)) +
           interval_cells(row, widths);
@@ -88,7 +90,7 @@ std::string section(const Estimate& estimate, const std::string& id, const std::
   const auto rows = parameter_rows(estimate);
   const Widths widths(rows);
   for (std::size_t i = 0; i < rows.size(); ++i)
-    text += row_html(rows[i], estimate.parameters[i], widths, with_freedom, words);
+    text += row_html(rows[i], estimate.parameters[i], widths, with_freedom, estimate.method, words);
   return text + "</tbody></table></div>\n<p class=\"note\">" + note + "</p>\n</section>\n";
 }
 
@@ -103,7 +105,8 @@ std::string with_prior(const Estimate& estimate, const Words& words) {
   const auto& use = *estimate.prior;
   const auto note = words.with("prior_note", std::to_string(use.population->population->units),
                                escaped(use.population->population->sha256.substr(0, 12))) +
-                    " " + words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior");
+                    (words.language == Language::chinese ? "" : " ") +
+                    words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior");
   return section(*use.with_prior, "with_prior", words("with_prior"), note, words);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -47,12 +48,19 @@ std::string finding_badge(Finding::Severity severity, const Words& words) {
   }
 }
 
-/// "6.660 ± 0.011", in Chinese "6.660，u = 0.011".
-std::string measured(double value, double sd, const Words& words) {
-  const auto rounding = rounding_for(value, sd);
-  if (words.language == Language::chinese && rounding.significant)
-    return words.with("measured", number(rounded(value, rounding)), number(rounded(sd, rounding)));
-  return number(with_uncertainty(value, sd));
+/// "unknown" in the language of the page; numbers stay.
+std::string said(const std::string& text, const Words& words) {
+  return result_words_in(words.language, text).value_or(text);
+}
+
+/// "6.660 ± 0.011 deg/h", in Chinese "6.660 deg/h，u = 0.011 deg/h（k = 1）".
+std::string measured(double value, double sd, const Unit& in, const Words& words) {
+  const auto shown_unit = " " + unit(in);
+  if (words.language == Language::english) return number(with_uncertainty(value, sd)) + shown_unit;
+  const auto halves = value_and_sd(value, sd);
+  if (halves.sd.empty()) return number(said(halves.value, words)) + shown_unit;
+  const auto tail = in.text() == "1" ? "" : shown_unit;
+  return words.with("measured", number(halves.value) + tail, number(said(halves.sd, words)) + tail);
 }
 
 std::string texts_table(const std::string& caption, const std::map<std::string, std::string>& texts,
@@ -105,13 +113,13 @@ std::string verdicts(const Estimate& whole, const Words& words) {
     std::string value;
     if (parameter != nullptr) {
       const auto known = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-      value = measured(known.value, known.sd, words) + " " + unit(parameter->unit);
+      value = measured(known.value, known.sd, parameter->unit, words);
     } else if (const auto upper = find_upper_limit(whole, verdict.parameter)) {
       value = words.with("below", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
-    text +=
-        fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                    verdict_badge(verdict.outcome, words), name_html(verdict.parameter), limit(verdict.limit), value);
+    text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
+                        verdict_badge(verdict.outcome, words), name_html(verdict.parameter, words, whole.method),
+                        limit(verdict.limit), value);
   }
   return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }

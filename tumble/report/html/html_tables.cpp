@@ -25,7 +25,7 @@ std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;
   while (!text.empty()) {
     const auto end = std::min(text.find(' '), text.size());
-    longest = std::max(longest, display_width(text.substr(0, end)));
+    for (const auto& part : breakable_parts(text.substr(0, end))) longest = std::max(longest, display_width(part));
     text.remove_prefix(std::min(text.size(), end + 1));
   }
   return longest;
@@ -89,7 +89,13 @@ std::vector<std::size_t> blocks_of(const std::vector<TableColumn>& columns) {
   return begins;
 }
 
-std::string table_html(const Table& table, std::size_t count, const Words& words) {
+/// In Chinese with its key, by which findings and programs call it.
+std::string table_name(const Table& table, const std::string& method, const Words& words) {
+  return words.language == Language::english ? escaped(readable_name(table.name))
+                                             : name_html(table.name, words, method);
+}
+
+std::string table_html(const Table& table, std::size_t count, const std::string& method, const Words& words) {
   std::vector<TableColumn> columns;
   std::size_t width = 0;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
@@ -97,8 +103,8 @@ std::string table_html(const Table& table, std::size_t count, const Words& words
     width += columns.back().width + between_columns;
   }
   const auto caption =
-      fmt::format("<b>{}.</b> {}{}", words.with("table", std::to_string(count)), escaped(readable_name(table.name)),
-                  table.caption.empty() ? "" : ": " + escaped(table.caption));
+      words.with("table_caption", words.with("table", std::to_string(count)), table_name(table, method, words),
+                 table.caption.empty() ? "" : words("colon") + escaped(table.caption));
   if (width > on_its_side)
     for (auto& column : columns) column.width = std::min(column.width, column.narrow);
   auto begins = blocks_of(columns);
@@ -117,15 +123,12 @@ std::string tables(const Estimate& estimate, const Words& words) {
   std::size_t count = 0;
   for (const auto& table : estimate.tables) {
     if (table.for_programs)
-      for_programs += (for_programs.empty() ? "" : ", ") + escaped(table.name);
+      for_programs += (for_programs.empty() ? "" : words("plot_next")) + escaped(table.name);
     else
-      text += table_html(table, ++count, words);
+      text += table_html(table, ++count, estimate.method, words);
   }
   if (!for_programs.empty()) text += "<p class=\"note\">" + words.with("tables_for_programs", for_programs) + "</p>\n";
-  const auto said = words("tables_note");
-  const auto note = said.empty() ? "" : "<p class=\"note\">" + said + "</p>\n";
-  return text.empty() ? ""
-                      : "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n" + note + text + "</section>\n";
+  return text.empty() ? "" : "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n" + text + "</section>\n";
 }
 
 }  // namespace tumble::html

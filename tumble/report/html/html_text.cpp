@@ -62,8 +62,8 @@ std::string symbol(std::string_view text) {
   return "<var>" + escaped(text.substr(0, split)) + "</var><sub>" + escaped(text.substr(split + 1)) + "</sub>";
 }
 
-std::string name_html(std::string_view name) {
-  const auto readable = readable_name(name);
+std::string name_html(std::string_view name, const Words& words, std::string_view method) {
+  const auto readable = readable_name(words.language, name, method);
   if (readable == name) return escaped(name);
   return escaped(readable) + " <code>" + escaped(name) + "</code>";
 }

@@ -6,7 +6,9 @@
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/report/figure.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/serve/routes/archive.hpp"
@@ -27,8 +29,12 @@ std::vector<std::string> cells_of(const Table& table, std::size_t index) {
   return cells;
 }
 
-Json json_of(const Table& table) {
-  Json json{{"name", table.name}, {"caption", table.caption}, {"columns", Json::array()}, {"cells", Json::array()}};
+Json json_of(const Table& table, Language language) {
+  Json json{{"name", table.name},
+            {"title", result_words_in(language, table.name).value_or(table.name)},
+            {"caption", table.caption},
+            {"columns", Json::array()},
+            {"cells", Json::array()}};
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     bool numbers = false;
     for (const auto& row : table.rows) numbers |= std::holds_alternative<double>(row[i]);
@@ -82,12 +88,13 @@ struct Links {
 };
 
 /// The figures as pages draw them, with their drawing, numbers and links.
-Json figures_with_links(const Archive& archive, const Estimate& estimate) {
+Json figures_with_links(const Archive& archive, const Estimate& estimate, Language language) {
   const Links links(archive, estimate);
   const auto figures = figures_of(estimate);
-  Json described = Json::parse(to_json(figures));
+  const auto shown = in_language(language, figures);
+  Json described = Json::parse(to_json(shown));
   for (std::size_t i = 0; i < figures.size(); ++i) {
-    described[i]["svg"] = to_svg(figures[i]);
+    described[i]["svg"] = to_svg(shown[i]);
     described[i]["csv"] = to_csv(figures[i]);
     for (std::size_t k = 0; k < figures[i].series.size(); ++k)
       if (auto of = links.of(figures[i], figures[i].series[k]); !of.empty()) described[i]["series"][k]["links"] = of;
@@ -95,21 +102,22 @@ Json figures_with_links(const Archive& archive, const Estimate& estimate) {
   return described;
 }
 
-Json json_of(const Archive& archive, const Estimate& estimate, Language language) {
+Json json_of(const Archive& archive, const Estimate& original, Language language) {
+  const Estimate estimate = in_language(language, original);
   Json json{{"title", estimate.title},
             {"parameters", Json::array()},
             {"tables", Json::array()},
             {"findings", Json::array()},
-            {"figures", figures_with_links(archive, estimate)}};
+            {"figures", figures_with_links(archive, original, language)}};
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     const auto& parameter = estimate.parameters[i];
-    json["parameters"].push_back({{"name", parameter.name},
+    json["parameters"].push_back({{"name", result_words_in(language, parameter.name).value_or(parameter.name)},
                                   {"description", parameter.description},
                                   {"text", measured_text(estimate, parameter.name, language)},
                                   {"interval", interval_text(estimate, i)}});
   }
   for (const auto& table : estimate.tables)
-    if (!table.for_programs) json["tables"].push_back(json_of(table));
+    if (!table.for_programs) json["tables"].push_back(json_of(table, language));
   static const char* const severities[] = {"info", "warning", "error"};
   for (const auto& finding : estimate.findings)
     json["findings"].push_back({{"severity", severities[static_cast<std::size_t>(finding.severity)]},

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/said.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/figure.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/parameter_rows.hpp"
 #include "tumble/report/report.hpp"
@@ -30,11 +32,11 @@ const char* word_of(Verdict::Outcome outcome) {
 
 Json both(const SplitNumber& number) { return {number.before, number.after}; }
 
-Json budget_of(const Estimate& estimate, std::size_t i) {
+Json budget_of(const Estimate& estimate, std::size_t i, Language language) {
   Json parts = Json::array();
   for (const auto& part : estimate.budget) {
     const double share = part.variance(i) / estimate.covariance(i, i);
-    const auto [sd, percent] = budget_cell(estimate, part, i);
+    const auto [sd, percent] = budget_cell(estimate, part, i, language);
     parts.push_back({{"sd", number_in_characters(sd)},
                      {"percent", percent},
                      {"share", std::isfinite(share) ? Json(share) : Json()}});
@@ -42,13 +44,13 @@ Json budget_of(const Estimate& estimate, std::size_t i) {
   return parts;
 }
 
-Json parameters_of(const Estimate& estimate, const Estimate& budget) {
+Json parameters_of(const Estimate& estimate, const Estimate& budget, Language language) {
   Json all = Json::array();
   const auto rows = parameter_rows(estimate);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto& row = rows[i];
     all.push_back({{"name", row.name},
-                   {"readable", row.readable},
+                   {"readable", readable_name(language, row.name, estimate.method)},
                    {"symbol", row.symbol},
                    {"description", row.description},
                    {"unit", row.unit},
@@ -60,7 +62,7 @@ Json parameters_of(const Estimate& estimate, const Estimate& budget) {
                    {"lower", both(row.lower)},
                    {"upper", both(row.upper)},
                    {"degrees_of_freedom", number_in_characters(row.degrees_of_freedom)},
-                   {"budget", budget_of(budget, i)}});
+                   {"budget", budget_of(budget, i, language)}});
   }
   return all;
 }
@@ -93,7 +95,7 @@ Json verdicts_of(const Estimate& estimate, Language language) {
   for (const auto& verdict : estimate.verdicts) {
     const auto [value, sd] = measured_texts(judged(estimate), verdict.parameter, language);
     all.push_back({{"parameter", verdict.parameter},
-                   {"readable", readable_name(verdict.parameter)},
+                   {"readable", readable_name(language, verdict.parameter, estimate.method)},
                    {"outcome", word_of(verdict.outcome)},
                    {"limit", limit_in_characters(verdict.limit)},
                    {"measured", value},
@@ -127,7 +129,7 @@ Json pair_of_results(const ResultPair& pair, Language language) {
   for (const auto& one : pair.differences) {
     const auto texts = texts_of(one);
     rows.push_back({{"parameter", one.parameter},
-                    {"readable", readable_name(one.parameter)},
+                    {"readable", readable_name(language, one.parameter)},
                     {"unit", one.unit.text()},
                     {"earlier", number_in_characters(texts.earlier)},
                     {"later", number_in_characters(texts.later)},
@@ -187,22 +189,24 @@ void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
 }
 
-Json json_of_result(const Estimate& estimate, Language language) {
+Json json_of_result(const Estimate& original, Language language) {
+  const Estimate estimate = in_language(language, original);
   Estimate budget;
   budget.parameters = estimate.parameters;
   budget.covariance = estimate.covariance;
-  budget.budget = budget_to_show(estimate);
+  budget.budget = budget_to_show(estimate, language);
   Json sources = Json::array(), figures = Json::array();
   for (const auto& part : budget.budget) sources.push_back(part.source);
-  for (const auto& figure : figures_of(estimate)) figures.push_back(figure.name);
+  for (const auto& figure : figures_of(original)) figures.push_back(readable_name(language, figure.name));
   Json answer{{"method", estimate.method},
+              {"method_name", result_words_in(language, estimate.method).value_or(estimate.method)},
               {"title", estimate.title},
               {"model", estimate.instrument_model},
               {"serial", estimate.instrument_serial},
               {"fit", fit_of(estimate.fit)},
               {"verdicts", verdicts_of(estimate, language)},
               {"sources", sources},
-              {"parameters", parameters_of(estimate, budget)},
+              {"parameters", parameters_of(estimate, budget, language)},
               {"findings", findings_in(language, Json::parse(to_json(estimate.findings)))},
               {"figures", figures},
               {"correlation", correlation_json(estimate)},
@@ -212,7 +216,7 @@ Json json_of_result(const Estimate& estimate, Language language) {
   if (estimate.prior && estimate.prior->with_prior) {
     Estimate none = *estimate.prior->with_prior;
     none.budget.clear();
-    answer["with_prior"] = parameters_of(none, none);
+    answer["with_prior"] = parameters_of(none, none, language);
   }
   return answer;
 }
@@ -225,9 +229,12 @@ Json json_of_comparison(std::vector<NamedResult> results, Language language) {
                                  {"model", estimate.instrument_model},
                                  {"serial", estimate.instrument_serial}});
   const auto figures = figures_of_units(results);
-  answer["figures"] = Json::parse(to_json(figures));
+  answer["figures"] = Json::parse(to_json(in_language(language, figures)));
   answer["values"] = Json::array();
-  for (const auto& figure : figures) answer["values"].push_back(texts_of_units(results, figure, language));
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    answer["figures"][i]["name"] = figures[i].name;  // that of the parameter: addresses have it
+    answer["values"].push_back(texts_of_units(results, figures[i], language));
+  }
   if (is_about_one_instrument(results)) {
     const Comparison comparison = compare(std::move(results));
     for (const auto& pair : comparison.pairs) answer["pairs"].push_back(pair_of_results(pair, language));

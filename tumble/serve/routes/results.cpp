@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "tumble/core/said.hpp"
 #include "tumble/report/figure.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/result_json.hpp"
@@ -17,10 +19,11 @@ namespace {
 constexpr std::size_t most_results = 5000;
 constexpr int deepest_result = 4;
 
-Json entry_of(const std::string& name, const ResultSummary& summary, double modified) {
+Json entry_of(const std::string& name, const ResultSummary& summary, double modified, Language language) {
   return {{"name", name},
           {"method", summary.method},
-          {"title", summary.title},
+          {"method_name", result_words_in(language, summary.method).value_or(summary.method)},
+          {"title", said_in(language, summary.title)},
           {"model", summary.model},
           {"serial", summary.serial},
           {"date", summary.date},
@@ -33,7 +36,7 @@ Json entry_of(const std::string& name, const ResultSummary& summary, double modi
 }
 
 /// The results of the folder and of its jobs, the newest first.
-HttpResponse list_results(Context& context, const HttpRequest&) {
+HttpResponse list_results(Context& context, const HttpRequest& request) {
   struct Found {
     double modified;
     std::string name;
@@ -61,7 +64,8 @@ HttpResponse list_results(Context& context, const HttpRequest&) {
     return a.modified != b.modified ? a.modified > b.modified : a.name < b.name;
   });
   Json results = Json::array();
-  for (const auto& [modified, name, summary] : found) results.push_back(entry_of(name, summary, modified));
+  for (const auto& [modified, name, summary] : found)
+    results.push_back(entry_of(name, summary, modified, language_asked(request)));
   return json_response({{"results", results}, {"cut", cut}});
 }
 
@@ -79,7 +83,7 @@ HttpResponse one_result(Context& context, const HttpRequest& request) {
 
 HttpResponse result_figures(Context& context, const HttpRequest& request) {
   HttpResponse response;
-  response.body = to_json(figures_of(*result_of(context, request)));
+  response.body = to_json(in_language(language_asked(request), figures_of(*result_of(context, request))));
   return response;
 }
 
@@ -95,7 +99,7 @@ Figure figure_asked(Context& context, const HttpRequest& request) {
 HttpResponse result_svg(Context& context, const HttpRequest& request) {
   HttpResponse response;
   response.type = "image/svg+xml";
-  response.body = to_svg(figure_asked(context, request));
+  response.body = to_svg(in_language(language_asked(request), figure_asked(context, request)));
   return response;
 }
 

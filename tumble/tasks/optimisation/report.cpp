@@ -37,12 +37,12 @@ Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std
               {{"schedule", one},
                {"segments", one},
                {"time", Unit::parse("min")},
-               {"told", one},
+               {"determined", one},
                {"det", one},
                {"trace", one},
                {"worst", one},
                {"condition", one},
-               {"not told apart", one}},
+               {"not distinguished", one}},
               {}};
   for (const auto& row : rows) {
     std::vector<Cell> cells{row.name, static_cast<double>(row.schedule.size()), total_of(row.schedule)};

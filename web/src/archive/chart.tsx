@@ -17,7 +17,7 @@ interface Column {
 interface Chart {
   title: string;
   parameters: { name: string; description: string; text: string; interval: string }[];
-  tables: { name: string; caption: string; columns: Column[]; cells: string[][] }[];
+  tables: { name: string; title: string; caption: string; columns: Column[]; cells: string[][] }[];
   findings: { severity: "info" | "warning" | "error"; message: string }[];
   figures: (Figure & { svg: string; csv: string })[];
 }
@@ -57,15 +57,15 @@ function Table({ table }: { table: Chart["tables"][number] }) {
   const count = table.cells[0]?.length ?? 0, first = Math.max(0, count - MOST_ROWS);
   if (count === 0) return null;
   return (
-    <section class="block" aria-label={table.name}>
-      <h2>{table.name}</h2> <span class="hint">{table.caption}</span>
+    <section class="block" aria-label={table.title}>
+      <h2>{table.title}</h2> <span class="hint">{table.caption}</span>
       {first > 0 && <p class="hint">{t("archive_cut", { count: MOST_ROWS, all: count })}</p>}
-      <div class="scroll" tabIndex={0} role="group" aria-label={table.name}>
+      <div class="scroll" tabIndex={0} role="group" aria-label={table.title}>
         <table class="list numbers" data-testid={table.name}>
-          <thead><tr>{table.columns.map((column) => <th scope="col" key={column.name} class={column.number ? "number" : ""}>{column.name}{column.unit !== "" && <small>{column.unit}</small>}</th>)}</tr></thead>
+          <thead><tr>{table.columns.map((column, k) => <th scope="col" key={k} class={column.number ? "number" : ""}>{column.name}{column.unit !== "" && <small>{column.unit}</small>}</th>)}</tr></thead>
           <tbody>
             {Array.from({ length: count - first }, (_, i) => (
-              <tr key={i}>{table.columns.map((column, k) => <td key={column.name} class={column.number ? "number" : ""}>{table.cells[k]![first + i]}</td>)}</tr>
+              <tr key={i}>{table.columns.map((column, k) => <td key={k} class={column.number ? "number" : ""}>{table.cells[k]![first + i]}</td>)}</tr>
             ))}
           </tbody>
         </table>

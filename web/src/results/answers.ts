@@ -5,6 +5,7 @@ import { Finding, get, problemsOf } from "../api";
 export interface ListedResult {
   name: string;
   method: string;
+  method_name: string;
   title: string;
   model: string;
   serial: string;
@@ -47,6 +48,7 @@ export interface Verdict {
 export interface Result {
   name: string;
   method: string;
+  method_name: string;
   title: string;
   model: string;
   serial: string;

@@ -126,8 +126,9 @@ function options(props: () => Props, width: number): uPlot.Options {
     font: "12px system-ui, sans-serif",
     labelSize: 20,
   };
-  // A long name has smaller letters: it must fit along its axis.
-  const labelFont = (axis: Axis) => `${titleOf(axis).length > 40 ? 10 : 12}px system-ui, sans-serif`;
+  // A long name has smaller letters: it must fit along its axis. A Chinese letter is as wide as two others.
+  const widthOf = (text: string) => text.length + (text.match(/[\u2e80-\uffef]/g)?.length ?? 0);
+  const labelFont = (axis: Axis) => `${widthOf(titleOf(axis)) > 40 ? 10 : 12}px system-ui, sans-serif`;
   const bands = figure.series.flatMap((series, k) =>
     series.lower && !series.points ? [{ series: [columns[k]! + 2, columns[k]! + 1] as [number, number], fill: () => pen(series) + "30" }] : []);
   return {
@@ -256,9 +257,9 @@ export function FigureView(props: Props & { drawing: string }) {
       {canBeLive(figure) ? <Live {...props} /> : <img class="figure" src={props.drawing} alt={figure.name} />}
       <Legend {...props} />
       <figcaption>
-        <strong>{props.names ? figure.y.name : figure.name}.</strong>
-        {bands.length > 0 && ` ${t("results_bands", { what: [...new Set(bands.map((series) => series.band))].join(", ") })}`}
-        {!props.names && figure.notes.map((note) => ` ${note}.`)}
+        <strong>{t("results_caption", { name: props.names ? figure.y.name : figure.name })}</strong>
+        {bands.length > 0 && ` ${t("results_bands", { what: [...new Set(bands.map((series) => series.band))].join(t("results_next")) })}`}
+        {!props.names && figure.notes.map((note) => ` ${t("results_note", { note })}`)}
         {zoom ? <button class="quiet" onClick={() => onZoom(null)}>{t("show_all")}</button> : canBeLive(figure) && <small> {t("results_zoom_hint")}</small>}
       </figcaption>
     </figure>

@@ -23,10 +23,10 @@ function Entry({ result, chosen, choose }: { result: ListedResult; chosen: boole
     <tr>
       <td><input type="checkbox" checked={chosen} onChange={choose} aria-label={t("results_choose", { name: result.name })} /></td>
       <th scope="row">
-        <a href={`${RESULTS}?${queryOf([result.name])}`} onClick={open}>{result.title || result.method}</a>
+        <a href={`${RESULTS}?${queryOf([result.name])}`} onClick={open}>{result.title || result.method_name}</a>
         <small>{result.name}</small>
       </th>
-      <td class="wide">{result.method}</td>
+      <td class="wide">{result.method_name}</td>
       <td>{result.serial || result.model}{result.serial && <small>{result.model}</small>}</td>
       <td class="wide">{result.date || date(result.modified)}</td>
       <td><Verdict result={result} /></td>
@@ -42,7 +42,7 @@ export function ResultsPage() {
   const words = wanted.toLowerCase().split(/\s+/).filter(Boolean);
   const all = answer?.results ?? [];
   const matching = all.filter((result) => {
-    const text = [result.name, result.title, result.method, result.model, result.serial, result.date].join(" ").toLowerCase();
+    const text = [result.name, result.title, result.method, result.method_name, result.model, result.serial, result.date].join(" ").toLowerCase();
     return words.every((word) => text.includes(word));
   });
   const choose = (name: string) => setChosen(chosen.includes(name) ? chosen.filter((one) => one !== name) : [...chosen, name]);

@@ -1,6 +1,7 @@
 // One result: does it pass, how sure is it, and what limits it.
 import type { ComponentChildren } from "preact";
 import { useMemo } from "preact/hooks";
+import { inLanguage } from "../api";
 import { count, language, t } from "../texts";
 import { Figure, ListedResult, ParameterRow, Result, Split, useAnswer } from "./answers";
 import { Budget } from "./budget";
@@ -127,7 +128,7 @@ function Figures({ file, result }: { file: string; result: Result }) {
   const { answer, problems } = useAnswer<Figure[]>(`/api/result/figures?file=${encodeURIComponent(file)}`);
   const number = Math.min(figure.value, Math.max(1, result.figures.length));
   const shown = answer?.[number - 1];
-  const of = (kind: string) => `/api/result/figure.${kind}?file=${encodeURIComponent(file)}&figure=${number}`;
+  const of = (kind: string) => inLanguage(`/api/result/figure.${kind}?file=${encodeURIComponent(file)}&figure=${number}`);
   const hide = (series: number) =>
     (hidden.value = hidden.value.includes(series) ? hidden.value.filter((one) => one !== series) : [...hidden.value, series]);
   if (result.figures.length === 0) return null;
@@ -209,12 +210,12 @@ export function ResultPage({ file }: { file: string }) {
     return { pass: of("pass"), fail: of("fail"), undecided: of("undecided") };
   }, [result]);
   if (!result) return <Problems problems={problems} />;
-  const facts = [result.method, result.model, result.serial && t("results_serial", { serial: result.serial }), file].filter(Boolean);
+  const facts = [result.method_name, result.model, result.serial && t("results_serial", { serial: result.serial }), file].filter(Boolean);
   const page = `/api/result/page?file=${encodeURIComponent(file)}&language=${language.value}`;
   return (
     <article class="result">
       <header class="recording-head">
-        <h1>{result.title || result.method}</h1>
+        <h1>{result.title || result.method_name}</h1>
         {tally.fail > 0 && <span class="badge error">✖ {t("results_failed", { count: tally.fail })}</span>}
         {tally.undecided > 0 && <span class="badge warning">? {t("results_undecided", { count: tally.undecided })}</span>}
         {tally.pass > 0 && <span class="badge good">✓ {t("results_passed", { count: tally.pass })}</span>}

@@ -9,9 +9,6 @@
 namespace tumble::c_code {
 namespace {
 
-/// Least e with 2^e >= value.
-int exponent_above(double value) { return static_cast<int>(std::ceil(std::log2(std::max(value, 1e-30)))); }
-
 double row_sum(Vector3 row, Vector3 sizes) { return dot(absolute(row), sizes); }
 
 /// Greatest |value| of a polynomial without a constant for |d| <= reach.
@@ -80,6 +77,38 @@ double input_error(const TriadCalibration& t, std::size_t i, const TriadFormat& 
   return error + 0.5 * std::ldexp(1.0, -format.input_bits);
 }
 
+/// [output] Greatest of the numbers that a curve is summed from, for |u| <= reach.
+double most(const OwnCurve& curve, double reach) {
+  double powers = 0.0, power = reach * reach;
+  for (const double p : curve.power) powers += std::abs(p) * power, power *= reach;
+  return std::max({powers, std::abs(curve.magnitude) * reach, std::abs(curve.signed_square) * reach * reach});
+}
+
+/// Whether all that the code multiplies stays below 2^63: coefficients of polynomials and curves by shares up to 2^30,
+/// slopes of tables by twice that, a change of the scale factor by an input up to 2^34.
+bool products_fit(const TriadCalibration& t, const TriadFormat& format, double reach) {
+  const int output = format.output_bits + guard_bits, input = format.input_bits + guard_bits;
+  bool fit = true;
+  for (const auto& axis : t.thermal)
+    fit = fit && std::ldexp(most(axis.output, reach), output) < 0x1p32 &&
+          std::ldexp(most(axis.bias, reach), input) < 0x1p32 && most(axis.scale, reach) < 0.25;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double own = std::ldexp(1.0, format.curve_exponent[i]);
+    fit = fit && std::ldexp(most(t.curve[i], own), output) < 0x1.fp32 &&
+          std::ldexp(t.curve[i].table.steepest() * own, output) < 0x1p31;
+  }
+  return fit;
+}
+
+/// Of each axis by its own range: a curve of a narrow one would grow beyond all bits over the range of a wide one.
+std::array<int, 3> curve_exponents(const TriadCalibration& t, int input_bits) {
+  constexpr int narrowest = 30;
+  std::array<int, 3> exponents;
+  const int widest = 29 - input_bits;
+  for (std::size_t i = 0; i < 3; ++i) exponents[i] = std::clamp(curve_exponent(t, i), widest - narrowest, widest);
+  return exponents;
+}
+
 TriadFormat format_of(const TriadCalibration& t, const ImuCalibration& c, const TriadFormat* force, int passes,
                       double reach) {
   constexpr int word = 29;
@@ -100,15 +129,9 @@ TriadFormat format_of(const TriadCalibration& t, const ImuCalibration& c, const 
     format.force_bits = std::min(force_word, 60 + format.output_bits + guard_bits - force->input_bits);
     format.force_bits = std::max(format.force_bits, format.output_bits + guard_bits - force->input_bits + 1);
   }
-  bool fits = true;  // a coefficient of a polynomial times a share stays below 2^63
-  for (const auto& axis : t.thermal)
-    fits = fits && std::ldexp(most(axis.output, reach), format.output_bits + guard_bits) < 0x1p32 &&
-           std::ldexp(most(axis.bias, reach), format.input_bits + guard_bits) < 0x1p32 && most(axis.scale, reach) < 4.0;
-  for (const auto& curve : t.curve)  // so does a slope of a table times twice the range
-    fits =
-        fits && std::ldexp(curve.table.steepest(), 29 - format.input_bits + format.output_bits + guard_bits) < 0x1p31;
+  format.curve_exponent = curve_exponents(t, format.input_bits);
   const int shift = format.output_bits + format.inverse_bits - format.input_bits;
-  if (!fits || shift < 1 || shift > 61 || format.force_bits > 61)
+  if (!products_fit(t, format, reach) || shift < 1 || shift > 61 || format.force_bits > 61)
     throw Error(Error::Kind::bad_input,
                 "the scale factors and ranges of the calibration need more bits than fixed point "
                 "has: --set type=float");

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "tumble/exchange/calibration.hpp"
 
 /// Fixed-point formats of a calibration by its ranges, and how far rounding takes the code from the formula.
@@ -17,6 +19,8 @@ struct TriadFormat {
   int force_bits = 0;         ///< of G
   double output_limit = 0.0;  ///< [output] greatest output of the range
   double error = 0.0;         ///< [u] greatest rounding error of the range
+  /// The curve of an axis takes its input as a share of 2^curve_exponent: see curve_exponent().
+  std::array<int, 3> curve_exponent{};
 };
 
 struct FixedFormat {

@@ -84,21 +84,39 @@ static int64_t KIND_by_table(uint32_t axis, int64_t x)
 }
 )";
 
-/// Inputs as shares of U = 2^exponent.
-std::string lookup_rows(const TriadCalibration& t, const TriadFormat& format) {
-  const int exponent = 29 - format.input_bits, bits = format.output_bits + guard_bits;
-  const TableRows of = table_rows(t);
-  return fmt::format("static const uint32_t KIND_points[3] = {{{}U}};\n", fmt::join(of.points, "U, ")) +
-         rows("KIND_at", of.at, share_bits - exponent) + rows("KIND_departure", of.departure, bits) +
-         rows("KIND_slope", of.slope, bits + exponent) + share_lookup;
+/// The table of one axis between -reach and reach [u].
+DepartureTable within(const DepartureTable& table, double reach) {
+  DepartureTable inner;
+  const auto add = [&](double at) { inner.at.push_back(at), inner.departure.push_back(table(at)); };
+  if (table.at.empty()) return inner;
+  if (table.at.front() <= -reach) add(-reach);
+  for (const double at : table.at)
+    if (std::abs(at) < reach) add(at);
+  if (table.at.back() >= reach) add(reach);
+  return inner;
 }
 
-/// p_2 U^2 to p_5 U^5, m U and s U^2 with U = 2^exponent.
+/// Inputs as shares of the reach of each axis, U = 2^exponent.
+std::string lookup_rows(TriadCalibration t, const TriadFormat& format) {
+  const int bits = format.output_bits + guard_bits;
+  for (std::size_t i = 0; i < 3; ++i) {
+    DepartureTable& table = t.curve[i].table;
+    table = within(table, std::ldexp(1.0, format.curve_exponent[i]));
+    for (double& at : table.at) at = std::ldexp(at, -format.curve_exponent[i]);
+  }
+  const TableRows of = table_rows(t);
+  return fmt::format("static const uint32_t KIND_points[3] = {{{}U}};\n", fmt::join(of.points, "U, ")) +
+         rows("KIND_at", of.at, share_bits) + rows("KIND_departure", of.departure, bits) +
+         rows("KIND_slope", of.slope, bits) + share_lookup;
+}
+
+/// p_2 U^2 to p_5 U^5, m U and s U^2 with the U = 2^exponent of each axis.
 std::string term_rows(const TriadCalibration& t, const TriadFormat& format) {
-  const int exponent = 29 - format.input_bits, bits = format.output_bits + guard_bits;
+  const int bits = format.output_bits + guard_bits;
   std::vector<std::vector<double>> powers;
   Vector3 magnitude, signed_square;
   for (std::size_t i = 0; i < 3; ++i) {
+    const int exponent = format.curve_exponent[i];
     powers.emplace_back();
     for (std::size_t k = 0; k < t.curve[i].power.size(); ++k)
       powers.back().push_back(std::ldexp(t.curve[i].power[k], exponent * static_cast<int>(k + 2)));
@@ -122,15 +140,23 @@ static int64_t KIND_by_terms(uint32_t axis, int64_t x)
 )";
 }
 
-/// What an output departs from a straight line by.
+/// What an output departs from a straight line by. The input becomes a share of the reach of its axis.
 std::string curve_rows(const TriadCalibration& t, const TriadFormat& format) {
   const bool terms = has_terms(t), tabled = table_points(t) > 0;
+  const int all = format.input_bits + guard_bits;
+  std::vector<std::string> reach, zoom;
+  for (const int exponent : format.curve_exponent) {
+    reach.push_back(wide(std::int64_t{1} << (all + exponent)));
+    zoom.push_back(wide(std::int64_t{1} << (29 - format.input_bits - exponent)));
+  }
   return (tabled ? lookup_rows(t, format) : "") + (terms ? term_rows(t, format) : "") +
          fmt::format(
+             "static const int64_t KIND_reach[3] = {{{}}};\nstatic const int64_t KIND_zoom[3] = {{{}}};\n"
              "\nstatic int64_t KIND_curve(uint32_t axis, int64_t u)\n{{\n"
-             "  const int64_t x = limited(rounded(u, INT64_C(8)), ONE);\n  return {}{}{};\n}}\n",
-             terms ? "KIND_by_terms(axis, x)" : "", terms && tabled ? " + " : "",
-             tabled ? "KIND_by_table(axis, x)" : "");
+             "  const int64_t x = rounded(limited(u, KIND_reach[axis]) * KIND_zoom[axis], INT64_C(8));\n"
+             "  return {}{}{};\n}}\n",
+             fmt::join(reach, ", "), fmt::join(zoom, ", "), terms ? "KIND_by_terms(axis, x)" : "",
+             terms && tabled ? " + " : "", tabled ? "KIND_by_table(axis, x)" : "");
 }
 
 std::string for_axes(const std::string& body) { return "  for (i = 0U; i < 3U; i++)\n  {\n" + body + "  }\n"; }

@@ -110,13 +110,20 @@ static REAL KIND_by_terms(uint32_t axis, REAL u)
 )";
 }
 
-/// What an output departs from a straight line by.
+/// What an output departs from a straight line by; far beyond the range as at its end.
 std::string curve_code(const TriadCalibration& t, Number number) {
   const bool terms = has_terms(t), tabled = table_points(t) > 0;
+  Vector3 reach;
+  for (std::size_t i = 0; i < 3; ++i) reach[i] = std::ldexp(1.0, curve_exponent(t, i));
   return (tabled ? table_code(t, number) : "") + (terms ? terms_code(t, number) : "") +
-         fmt::format("\nstatic REAL KIND_curve(uint32_t axis, REAL u)\n{{\n  return {}{}{};\n}}\n",
-                     terms ? "KIND_by_terms(axis, u)" : "", terms && tabled ? " + " : "",
-                     tabled ? "KIND_by_table(axis, u)" : "");
+         vector("KIND_reach", reach, number) +
+         fmt::format(
+             "\nstatic REAL KIND_curve(uint32_t axis, REAL u)\n{{\n"
+             "  const REAL below = (u > KIND_reach[axis]) ? KIND_reach[axis] : u;\n"
+             "  const REAL inside = (below < (-KIND_reach[axis])) ? (-KIND_reach[axis]) : below;\n"
+             "  return {}{}{};\n}}\n",
+             terms ? "KIND_by_terms(axis, inside)" : "", terms && tabled ? " + " : "",
+             tabled ? "KIND_by_table(axis, inside)" : "");
 }
 
 bool has(const TriadCalibration& t, std::vector<double> AxisThermal::*which) {

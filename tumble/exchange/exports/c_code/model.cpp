@@ -63,6 +63,10 @@ TableRows table_rows(const TriadCalibration& triad) {
   return rows;
 }
 
+int exponent_above(double value) { return static_cast<int>(std::ceil(std::log2(std::max(value, 1e-30)))); }
+
+int curve_exponent(const TriadCalibration& triad, std::size_t axis) { return exponent_above(1.1 * triad.range[axis]); }
+
 int passes_of(const TriadCalibration& triad, const char* what, double rounding) {
   if (!has_curve(triad)) return 0;
   constexpr double most = 0.3;

@@ -22,6 +22,13 @@ struct Plan {
 /// Throws    Error::bad_input where the curves are so steep that it does not converge
 int passes_of(const TriadCalibration& triad, const char* what, double rounding);
 
+/// Least e [1] with 2^e >= value [1]; of what is not above 1e-30 that of 1e-30.
+int exponent_above(double value);
+
+/// The curve of an axis is that of the calibration to 2^e [u], at least a tenth beyond its range, and a constant
+/// beyond: a power of an output that nobody calibrated would outgrow the output itself. Returned e [1].
+int curve_exponent(const TriadCalibration& triad, std::size_t axis);
+
 /// Whether a part is in the calibration.
 bool has_curve(const TriadCalibration& triad);
 bool has_terms(const TriadCalibration& triad);  ///< of the curve: powers, magnitude, signed square

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 
 #include "tumble/units/error.hpp"
 
@@ -53,7 +54,12 @@ void add_missing(const TriadCalibration& triad, double found, double AxisNoise::
 
 std::string real(double value) { return with_point(fmt::format("{}", value)); }
 
-std::string real_of_float(double value) { return with_point(fmt::format("{}", static_cast<float>(value))); }
+std::string real_of_float(double value) {
+  if (std::abs(value) > std::numeric_limits<float>::max())
+    throw Error(Error::Kind::bad_input, fmt::format("{:.3g} is beyond the largest number of 32 bits, {:.3g}", value,
+                                                    std::numeric_limits<float>::max()));
+  return with_point(fmt::format("{}", static_cast<float>(value)));
+}
 
 std::string commented(const std::vector<std::string>& lines, const std::string& comment) {
   std::string text;
@@ -127,6 +133,12 @@ Noises noises_of(const ImuCalibration& calibration, const Settings& settings, co
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return all;
+}
+
+void require_calibration(const ImuCalibration& calibration, const char* consumer) {
+  if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: the results hold noise alone, of which this file makes no use", consumer));
 }
 
 Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise) {

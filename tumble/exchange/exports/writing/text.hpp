@@ -11,7 +11,7 @@ namespace tumble::writing {
 
 /// The shortest decimal that is this double [u], always with a point, for YAML 1.1 reads 1e-05 as a word: "1.0e-05".
 std::string real(double value);
-/// The shortest decimal that is the float nearest to a value [u], with a point.
+/// The shortest decimal that is the float nearest to a value [u], with a point. Throws Error::bad_input beyond floats.
 std::string real_of_float(double value);
 
 /// Each line after `comment` and a blank.
@@ -48,6 +48,9 @@ struct Noises {
 /// Noise for a consumer. Each needed part must be there and above 0. Throws Error::bad_input with all that is missing
 /// and how to give it.
 Noises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, NoiseNeeds needs);
+
+/// Throws Error::bad_input where the results hold noise alone, which the file of this consumer does not state.
+void require_calibration(const ImuCalibration& calibration, const char* consumer);
 
 /// One value [its unit] of each axis; `otherwise` where an axis does not state it.
 Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise = 0.0);
