@@ -22,11 +22,16 @@ namespace {
 
 std::string reason(int code) { return std::system_category().message(code); }
 
-/// The file a chain of links leads to, or the path itself.
+/// The file a chain of links leads to, which need not be there yet, or the path itself.
 fs::path resolved(const fs::path& path) {
   std::error_code failed;
-  const auto target = fs::is_symlink(path, failed) ? fs::weakly_canonical(path, failed) : path;
-  return failed ? path : target;
+  auto target = path;
+  for (int links = 0; links < 40 && fs::is_symlink(target, failed); ++links) {
+    const auto next = fs::read_symlink(target, failed);
+    if (failed) return path;
+    target = target.parent_path() / next;  // `next` alone, where it is absolute
+  }
+  return target;
 }
 
 /// A new empty file in the folder of `target`, with the permissions of the file it will replace.
