@@ -227,10 +227,10 @@ void add_residuals(const Bench& bench, const Reduced& reduced, Quantity quantity
              {"residual", Unit::parse(face.unit), {}},
              {},
              {},
-             "95 % confidence of the set"};
+             "2 sd of the output noise"};
   dots.points = true;
   for (std::size_t c = 0; c < bench.cells.size(); ++c) {
-    const double t = bench.cells[c].temperature, half = 1.96 * reduced.cells[c].sd[quantity];
+    const double t = bench.cells[c].temperature, half = 2.0 * reduced.cells[c].noise_sd[quantity];
     const double residual = reduced.cells[c].value[quantity] - at_temperature(reduced.parameters, p, t);
     dots.x.values.push_back(over ? t : static_cast<double>(c + 1));
     dots.y.values.push_back(residual);

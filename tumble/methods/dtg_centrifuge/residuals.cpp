@@ -42,7 +42,7 @@ void add_residuals(const Outcome& outcome, const std::vector<Level>& levels, Est
     curve.figure = "residuals of the sensitive term";
     curve.x = {"specific force", Unit::parse("g"), {}};
     curve.y = {"residual", Unit::parse("deg/h/g"), {}};
-    curve.band = "2 sd of the noise";
+    curve.band = "2 sd of the output noise";
     curve.points = true;
     for (const Observation& o : outcome.observations) {
       const double seen = parts == 1 ? std::abs(o.value) : c == 0 ? o.value.real() : o.value.imag();

@@ -132,29 +132,25 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   return curves;
 }
 
-std::vector<Curve> residual_curves(const std::vector<Point>& points, const Measured& m, const Data& data,
-                                   const Estimate& estimate, const std::vector<LoopFit>& fits, const LoopFit* chosen) {
+std::vector<Curve> residual_curves(const Measured& m, const std::vector<LoopFit>& fits, const LoopFit* chosen) {
   const LoopFit* fit = chosen ? chosen : closest(fits);
   if (fit == nullptr) return {};
   const std::string label = (chosen ? "less the " : "less the closest that was tried: ") + label_of(*fit);
   Curve gain = curve_of(label.c_str(), "residuals of the gain", "residual of the gain in dB", "1");
   Curve phase = curve_of(label.c_str(), "residuals of the phase", "residual of the phase", "deg");
   gain.points = phase.points = true;
-  gain.band = phase.band = "95 % confidence";
+  gain.band = phase.band = "2 sd of the output noise";
   const auto add = [](Curve& curve, double f, double residual, double half) {
     curve.x.values.push_back(f);
     curve.y.values.push_back(residual);
     curve.lower.push_back(residual - half);
     curve.upper.push_back(residual + half);
   };
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double f = m.frequency[i], ratio = std::exp(m.log_gain[i] - base(m, data));
-    const auto value = fitted(*fit, f);
-    const auto half = [&](const char* of) {
-      return deviation_of(estimate, of + frequency_label(points[i].nominal)).half_width;
-    };
-    add(gain, f, decibels(m.log_gain[i] - value.real()), decibels(half("gain_") / ratio));
-    add(phase, f, m.phase[i] - value.imag(), half("phase_"));
+  for (std::size_t i = 0; i < m.frequency.size(); ++i) {
+    const auto value = fitted(*fit, m.frequency[i]);
+    add(gain, m.frequency[i], decibels(m.log_gain[i] - value.real()),
+        decibels(2.0 * std::sqrt(m.log_gain_variance[i])));
+    add(phase, m.frequency[i], m.phase[i] - value.imag(), 2.0 * std::sqrt(m.phase_variance[i]));
   }
   return {gain, phase};
 }
