@@ -26,7 +26,8 @@ import check_tools
 
 SECTIONS = ["finding", "phrase", "certificate", "report", "terminal", "archive", "list"]
 NEED_NO_HAN = {"finding.parameter_not_summarised", "phrase.axis_x", "phrase.axis_y", "report.next_pair", "report.findings_note",
-               "certificate.coverage_factor", "certificate.ratio", "report.measured", "report.colon",
+               "certificate.coverage_factor", "certificate.colon", "certificate.comma", "certificate.rule_named",
+               "certificate.ratio", "report.measured", "report.colon",
                "report.figure_caption", "report.figure_note", "report.next_source", "report.plot_next", "report.source_part",
                "report.table_caption", "terminal.measured_apart",
                "terminal.colon", "terminal.comma",
@@ -154,13 +155,17 @@ def faults_of_values(section, key, text):
 def faults_of_said(root, chinese):
     every, refusals = sentences_of_sources(root)
     sources = " ".join(" ".join(" ".join(pieces_of(said)) for said in every).split())
-    words = set(re.findall(r"[A-Za-z]+", sources + (root / "text/en.toml").read_text(encoding="utf-8"))) | {word for path in (root / "tumble").rglob("*.cpp") for word in path.stem.split("_")}
+    words = set(re.findall(r"[A-Za-z]+", sources + (root / "text/en.toml").read_text(encoding="utf-8")))
+    words.update(word for path in (root / "tumble").rglob("*.cpp") for word in path.stem.split("_"))
     faults, spoken = [], set()
     for key, text in chinese.get("said", {}).items():
         pieces = pieces_of(key)
         faults += [f"text/zh.toml: said.'{key}': no source says '{piece}'" for piece in pieces if not is_said(piece, sources)]
         spoken.update(piece.strip() for piece in pieces)
+    looked_up = {}
     for key in chinese.get("result", {}):
+        if (other := looked_up.setdefault(key.replace("_", " "), key)) != key:
+            faults.append(f"text/zh.toml: result.'{key}' is the same as '{other}': names are looked up without underscores")
         faults += [f"text/zh.toml: result.'{key}': no source says '{word}'"
                    for piece in pieces_of(key) for word in re.findall(r"[A-Za-z]+", piece) if word not in words]
     for section in ("said", "said_by_libraries", "result"):
@@ -206,6 +211,7 @@ TAMPERED = {
     "a sentence that nothing says": (*changed("no file {}", "no such file {}"), "no source says 'no such file '"),
     "a value that is lost": (*changed("{0}、{1}", "{1}"), "other values than its key"),
     "a word that nothing says": (*changed("file over", "folder over"), "no source says 'folder'"),
+    "a name that is there twice": (*changed('"file over {}" =', '"file_over {}" = "文件随 {0}"\n"file over {}" ='), "is the same as"),
     "a value of a result that is lost": (*changed("文件随 {0}", "文件"), "other values than its key"),
     "a verb without its line": ("apps/cli/init.cpp", 'Verb init_verb() {\n  return {"init", "Write"};\n}\n', "[verb] lacks init"),
     "a line without its verb": (*changed("[verb]", '[verb]\ninit = "写"'), "no verb init"),

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -145,7 +146,16 @@ TEST_P(Methods, TablesAndCurvesAreWhole) {
   }
 }
 
-/// The report, the workbench and `report --figure` have something to show of each method, residuals at least.
+/// Noise and spectra: their figures show the data beside the model, over the time or the frequency.
+TEST_P(Methods, ShowsItsResiduals) {
+  static const std::set<std::string> shows_the_data{"allan_noise", "random_vibration"};
+  const bool shown = std::ranges::any_of(figures_of(estimate()), [](const Figure& figure) {
+    return (figure.name + figure.y.name).find("residual") != std::string::npos;
+  });
+  EXPECT_TRUE(shown || shows_the_data.contains(method().name));
+}
+
+/// The report, the workbench and `report --figure` have something to show of each method.
 TEST_P(Methods, HasAFigure) {
   const auto figures = figures_of(estimate());
   ASSERT_FALSE(figures.empty());

@@ -88,6 +88,23 @@ class Users(unittest.TestCase):
                              [("A. Approver", "reviewed", "")])
         self.call("archive", "verify", "--archive", self.archive)
 
+    def test_no_address_answers_above_a_role(self):
+        description = json.loads((ROOT / "web/openapi.json").read_text())
+        everybody = {"", *self.PASSWORDS}
+        with self.server() as server:
+            cookies = {"": None, **{name: self.sign_in(server, name) for name in self.PASSWORDS}}
+            for path, methods in description["paths"].items():
+                for method, operation in methods.items():
+                    if path in ("/api/events", "/api/session", "/api/session/end"):
+                        continue
+                    needed = operation.get("x-role", "read" if method == "get" else "operate")
+                    is_open = not path.startswith("/api/") or path == "/api/texts"
+                    may = everybody if is_open else {name for name in self.PASSWORDS if needed == "read" or needed in self.ROLES[name]}
+                    for name, cookie in cookies.items():
+                        status, _, content = server.ask(method.upper(), path, "{}" if method == "post" else None, {"Cookie": cookie} if cookie else {})
+                        refused = status == 401 or (status == 403 and b"this needs the role" in content)
+                        self.assertEqual(refused, name not in may, f"{method} {path} as {name or 'nobody'}: {status} {content[:100]}")
+
     def test_cookies_that_are_forged_or_of_others(self):
         with self.server() as server:
             cookie = self.sign_in(server, "A. Approver")

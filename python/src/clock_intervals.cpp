@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 
 #include "tumble/math/regression/least_squares.hpp"
@@ -15,7 +16,11 @@ double quantile(double probability, double edf) {
   if (!(edf > 0.0 && probability >= 0.0 && probability <= 1.0)) return std::numeric_limits<double>::quiet_NaN();
   if (probability == 0.0) return 0.0;
   if (probability == 1.0) return std::numeric_limits<double>::infinity();
-  return chi_square_quantile(probability, edf);
+  try {
+    return chi_square_quantile(probability, edf);
+  } catch (const std::exception&) {  // degrees of freedom beyond what the series can do
+    return std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 }  // namespace

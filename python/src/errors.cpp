@@ -2,6 +2,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <exception>
+#include <filesystem>
 #include <new>
 
 #include "bindings.hpp"
@@ -26,19 +27,26 @@ const char* word(Error::Kind kind) {
   return "internal";
 }
 
+void raise(const char* kind, const std::vector<std::string>& problems) {
+  nb::list texts;  // a message may quote bytes that are no UTF-8
+  for (const auto& one : problems)
+    texts.append(nb::steal(PyUnicode_DecodeUTF8(one.data(), static_cast<Py_ssize_t>(one.size()), "replace")));
+  const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(kind, texts);
+  PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+}
+
 /// The package says which exception an error is.
 void translate(const std::exception_ptr& failure, void*) {
   try {
     std::rethrow_exception(failure);
   } catch (const Error& error) {
-    const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(word(error.kind), error.problems);
-    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+    raise(word(error.kind), error.problems);
   } catch (const std::bad_alloc&) {
     throw;  // MemoryError
+  } catch (const std::filesystem::filesystem_error& error) {
+    raise("bad_file", {error.what()});
   } catch (const std::exception& error) {
-    const std::vector<std::string> problems{error.what()};
-    const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")("internal", problems);
-    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+    raise("internal", {error.what()});
   }
 }
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from tumble import _tumble
-from tumble._errors import UsageError, wrong_type
+from tumble._errors import UsageError, shown, wrong_type
 from tumble._recording import Recording
 from tumble._result import Result
 from tumble._text import count_of, number_of, whole_text
@@ -114,11 +114,18 @@ def _document(
         "provenance": {
             "inputs": [{"file": one.file, "sha256": one.sha256} for one in recordings],
             "plans": [],
-            "settings": {key: str(value) for key, value in settings.items()},
+            "settings": {key: _said(value) for key, value in settings.items()},
             "command_line": {},
             "seed": None,
         },
     }
+
+
+def _said(value: object) -> str:
+    try:
+        return str(value)
+    except Exception:  # of whoever wrote that type
+        return shown(value)
 
 
 def _factor(matrix: Any, method: str) -> Any:
@@ -162,6 +169,8 @@ def coverage(method: Method, *, seeds: int = 100, settings: Mapping[str, Any] | 
     """
     if not isinstance(method, Method):
         raise wrong_type("method", method, "accepted is a tumble.Method")
+    if method.trial is not None and not callable(method.trial):
+        raise wrong_type(f"trial of method {method.name}", method.trial, "accepted is a function")
     if method.trial is None:
         raise UsageError(f"method {method.name} has no trial: coverage needs recordings whose truth is known")
     if (seeds := count_of(seeds, "seeds")) < 20:

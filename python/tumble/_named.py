@@ -6,6 +6,8 @@ import copy
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
+from tumble._errors import shown
+
 T = TypeVar("T")
 
 
@@ -21,8 +23,8 @@ class Named(Mapping[str, T]):
     def __getitem__(self, name: str) -> T:
         try:
             return self._items[name]
-        except (KeyError, TypeError):
-            raise KeyError(f"no {self._what} {name!r}; there are {', '.join(self._items) or 'none'}") from None
+        except (KeyError, TypeError, ValueError):
+            raise KeyError(f"no {self._what} {shown(name)}; there are {', '.join(self._items) or 'none'}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)

@@ -32,6 +32,8 @@ class Plan:
         if settings is not None and not isinstance(settings, Mapping):
             raise wrong_type("settings", settings, 'accepted is a dict such as {"confidence": 0.9}')
         added = sets_of({**(settings or {}), **more})
+        if not added:
+            return self
         keys = {key for key, _ in added}
         sets = [one for one in self._sets if one[0] not in keys] + added
         if self._core.method and not self._core.file:
@@ -131,7 +133,7 @@ def load_plan(path: str | os.PathLike[str], settings: Mapping[str, object] | Non
 def plan_of(what: object, settings: Mapping[str, object] | None) -> Plan:
     """A plan from a plan, the path of one, or the name of a method that needs none."""
     if isinstance(what, Plan):
-        return what.with_(settings) if settings else what
+        return what if settings is None else what.with_(settings)
     if not isinstance(what, (str, bytes, os.PathLike)):
         raise wrong_type("plan", what, "accepted are a Plan, the path of a plan, and the name of a method")
     text = path_text(what, "plan")

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from tumble import _tumble
-from tumble._errors import DataError, UsageError
+from tumble._errors import DataError, UsageError, shown
 from tumble._finding import Finding, findings_of
 from tumble._text import path_text, seconds_of, unit_of
 
@@ -152,8 +152,8 @@ class Recording(Mapping[str, Channel]):
             if key.step is not None:
                 raise UsageError("a recording is cut as recording[begin:end] in seconds; a step is not accepted")
             return self.between(key.start, key.stop)
-        if key not in self._channels:
-            raise KeyError(f"no channel {key!r}; channels are {', '.join(self._channels)}")
+        if not isinstance(key, str) or key not in self._channels:
+            raise KeyError(f"no channel {shown(key)}; channels are {', '.join(self._channels)}")
         return self._channels[key]
 
     def __iter__(self) -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
 from tumble._arrays import equal
-from tumble._errors import UsageError
+from tumble._errors import UsageError, shown, wrong_type
 from tumble._named import Document, Named
 from tumble._text import unit_of
 
@@ -61,7 +61,10 @@ class Parameter(NamedTuple):
         """The value as a pint quantity of `registry`, by default the application registry."""
         from tumble._text import need
 
-        quantity = (registry or need("pint", "units").get_application_registry()).Quantity
+        chosen = need("pint", "units").get_application_registry() if registry is None else registry
+        if not hasattr(chosen, "Quantity"):
+            raise wrong_type("registry", registry, "accepted is a UnitRegistry of pint")
+        quantity = chosen.Quantity
         si = self.si
         return quantity(si.value, si.unit)
 
@@ -111,7 +114,9 @@ class Covariance:
     def __getitem__(self, pair: tuple[str, str]) -> float:
         known = isinstance(pair, tuple) and len(pair) == 2 and all(name in self.names for name in pair)
         if not known:
-            raise KeyError(f"no element {pair!r}: write covariance[name, name] with two of {', '.join(self.names)}")
+            raise KeyError(
+                f"no element {shown(pair, 200)}: write covariance[name, name] with two of {', '.join(self.names)}"
+            )
         row, column = pair
         return float(self.values[self.names.index(row), self.names.index(column)])
 
@@ -259,8 +264,8 @@ class Table:
         import numpy as np
 
         names = [one.name for one in self.columns]
-        if column not in names:
-            raise KeyError(f"no column {column!r}; there are {', '.join(names)}")
+        if not isinstance(column, str) or column not in names:
+            raise KeyError(f"no column {shown(column)}; there are {', '.join(names)}")
         cells = [row[names.index(column)] for row in self._rows]
         if any(isinstance(cell, str) for cell in cells):
             return cells

@@ -14,7 +14,20 @@ from tumble._plan import Plan, plan_of
 from tumble._progress import listener
 from tumble._recording import Recording
 from tumble._result import Result, result_of
-from tumble._text import count_of, number_of, one_of, path_text, sets_of, si_of, text_of, whole_of, words_of
+from tumble._text import (
+    count_of,
+    flag_of,
+    listed,
+    number_of,
+    one_of,
+    path_text,
+    sets_of,
+    si_of,
+    text_of,
+    whole_of,
+    whole_text,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from tumble.archive import Archive
@@ -44,7 +57,7 @@ def identify(
     """
     if isinstance(plan, Method):
         return run_method(plan, _all_read(recordings), settings)
-    made = plan_of(plan, settings)
+    made, checked = plan_of(plan, settings), flag_of(strict, "strict")
     files, in_memory = [], []
     for recording in recordings:
         if isinstance(recording, Recording):
@@ -57,7 +70,7 @@ def identify(
     with listener(progress) as call:
         result = Result(_tumble.identify(made._core, files, in_memory, memory, call))
     _finding.warn(result.findings, stacklevel=2)
-    if strict:
+    if checked:
         result.require_limits()
     return result
 
@@ -195,10 +208,9 @@ def export(
         given = [(axis, one) for axis, one in results.items()]
     elif isinstance(results, (Result, str, os.PathLike)):
         given = [("", results)]
-    elif isinstance(results, Iterable):
-        given = [("", one) for one in results]
     else:
-        raise wrong_type("results", results, "accepted are a Result, the path of a result file, and several of them")
+        accepted = "accepted are a Result, the path of a result file, and several of them"
+        given = [("", one) for one in listed(results, "results", accepted)]
     sources = []
     for axis, one in given:
         made = result_of(one)
@@ -255,6 +267,6 @@ def population(
     from tumble import archive as archives
 
     lab = archive if isinstance(archive, archives.Archive) else archives.open(archive)
-    if components:
+    if whole_text(components, "components"):
         return lab.components(model, components, method=method, without=without)
     return lab.population(model, method=method, without=without)

@@ -142,7 +142,7 @@ class Archive:
                     files.append(path)
             else:
                 raise wrong_type("what", one, "accepted are Results and paths of files")
-        model, slash, serial = whole_text(unit or "/", "unit").partition("/")
+        model, slash, serial = ("/" if unit is None else whole_text(unit, "unit")).partition("/")
         if not slash:
             raise wrong_value("unit", unit, "accepted is MODEL/SERIAL")
         who = name_of_user(by)
@@ -188,8 +188,8 @@ def make(address: str | os.PathLike[str], *, files: str = "", by: str | None = N
 
 def name_of_user(by: str | None) -> str:
     """The one who archives. Raises UsageError where nobody is given and the login has no name, as in a container."""
-    if by:
-        return whole_text(by, "by")
+    if by is not None and whole_text(by, "by"):
+        return by
     try:
         return getpass.getuser()
     except (OSError, KeyError, ImportError) as error:

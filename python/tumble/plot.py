@@ -65,6 +65,7 @@ def allan(
         return (_allan_curve(result, ax),)
     found = [one for one in _figures(result) if one.name.startswith("allan deviation")]
     if channel is not None:
+        whole_text(channel, "channel")
         found = [one for one in found if one.name == f"allan deviation {channel}"]
     return _draw(_some(found, "Allan deviation" + (f" of {channel!r}" if channel else ""), result), ax)
 
@@ -97,7 +98,7 @@ def polar(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> tu
     Raises    UsageError where the result has no figure over an angle
     """
     found = [one for one in _figures(result) if _dimension(one.x.unit) == "rad"]
-    if ax is not None and ax.name != "polar":
+    if ax is not None and getattr(ax, "name", "") != "polar":
         raise UsageError("argument ax: rectangular axes were given; accepted are axes with projection='polar'")
     _some(found, "plot over an angle", result)
     with _style(ax):
@@ -127,7 +128,7 @@ def budget(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> t
             target.barh(names, shares, 0.7, left=ends[k] - shares, label=source, edgecolor="white", **look)
         target.set(xlim=(0, 1), ylim=(len(names) - 0.5, -0.5), xlabel="share of the variance")
         target.grid(False)
-        _legend(target, len(lines))
+        _legend(target, len(lines), across=ax is None)
     return (target,)
 
 
@@ -159,10 +160,10 @@ def thermal(
     )
     degrees = _channel(recording, temperature, True, "temperature")
     signal = _channel(recording, channel, False, "channel")
-    count_of(cells, "cells", 1)
+    count_of(cells, "cells", 2)
     both = [_channel(one, signal.name, False, "channel" if one is recording else "compensated") for _, one in maps]
     heat, signals = degrees.in_("degC"), [one.in_(signal.shown_unit) for one in both]
-    blocks = max(1, round(seconds_of(block, "block") * degrees.rate))
+    blocks = max(1, round(min(seconds_of(block, "block") * degrees.rate, 1e18)))
     over, times = _means(heat, blocks), _means(degrees.times, blocks)
     rate = np.gradient(over, times) * 60.0
     means = [_means(one, blocks)[: len(over)] for one in signals]
@@ -348,11 +349,14 @@ def _draw_around(one: Figure, ax: Axes) -> None:
     _legend(ax, len(one.series))
 
 
-def _legend(ax: Axes, entries: int) -> None:
-    """Under the plot, where its labels end."""
+def _legend(ax: Axes, entries: int, across: bool = False) -> None:
+    """Under the plot, where its labels end; `across`: in the middle of the figure, which has room for long names."""
     if entries:
-        shift = need("matplotlib.transforms", "plot").ScaledTranslation(0, -0.4, ax.figure.dpi_scale_trans)
-        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + shift}
+        transforms = need("matplotlib.transforms", "plot")
+        shift = transforms.ScaledTranslation(0, -0.4, ax.figure.dpi_scale_trans)
+        middle = ax.figure.transFigure if across else ax.transAxes
+        below = transforms.blended_transform_factory(middle, ax.transAxes) + shift
+        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
         ax.legend(loc="upper center", ncols=2, frameon=False, fontsize="small", **place)
 
 
@@ -390,6 +394,8 @@ def _colours() -> int:
 def _channel(recording: Recording, name: str | None, hot: bool, argument: str) -> Channel:
     if not isinstance(recording, Recording):
         raise wrong_type("recording", recording, "accepted is a Recording")
+    if name is not None:
+        whole_text(name, argument)
     fitting = [one for one in recording.values() if (one.kind == "temperature") == hot]
     chosen = [one for one in recording.values() if one.name == name] if name is not None else fitting[:1]
     if not chosen:

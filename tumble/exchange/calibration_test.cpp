@@ -105,7 +105,9 @@ TEST_P(ImuMethods, CalibrationGivesWhatCompensateGives) {
     const ImuSample found = compensated(calibration, sample);
     // compensate solves to 1e-10 of the size of an output, in four passes of three digits each
     EXPECT_LT(norm(found.force - force), 2e-11 * 10.0) << "sample " << k;
-    if (gyros) EXPECT_LT(norm(found.rate - done.of(done.rate, k)), 2e-11) << "sample " << k;
+    if (gyros) {
+      EXPECT_LT(norm(found.rate - done.of(done.rate, k)), 2e-11) << "sample " << k;
+    }
     ++compared;
   }
   EXPECT_GT(compared, 20u);
@@ -303,8 +305,9 @@ TEST(Calibration, EveryTermIsFoundAndRemoved) {
     term.remove(without);
     EXPECT_FALSE(term.is_in(without)) << term.name;
     for (const auto& other : calibration_terms())
-      if (std::string_view(other.name) != term.name)
+      if (std::string_view(other.name) != term.name) {
         EXPECT_EQ(other.is_in(without), other.is_in(calibration)) << other.name << " by " << term.name;
+      }
   }
 }
 

@@ -1,6 +1,7 @@
 #include "tumble/math/parallel.hpp"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -177,30 +178,48 @@ void parallel_pieces(std::size_t count, std::size_t length, const std::function<
                [&](std::size_t k) { body(k * length, std::min(count, (k + 1) * length)); });
 }
 
+namespace {
+
+/// A thread that is joined where its owner is given up. In the child of a fork it does not exist, and its work is done.
+class Joined {
+ public:
+  explicit Joined(std::thread thread) : thread_(new std::thread(std::move(thread))) {}
+  Joined(const Joined&) = delete;
+  Joined& operator=(const Joined&) = delete;
+  ~Joined() {
+    if (getpid() != home_) return;
+    thread_->join();
+    delete thread_;
+  }
+
+ private:
+  std::thread* thread_;
+  pid_t home_ = getpid();
+};
+
+}  // namespace
+
 /// Whoever gives up what is returned waits for the work, and so does a fork(): the child, which does not have the
 /// thread, finds the work done.
 std::future<void> in_background(std::function<void()> work) {
   std::promise<void> promise;
-  const auto done = promise.get_future().share();
+  auto done = promise.get_future().share();
   processors().begin_background();
   try {
-    std::thread([work, promise = std::move(promise)]() mutable {
+    auto joined = std::make_shared<Joined>(std::thread([work, promise = std::move(promise)]() mutable {
       try {
         AtWork::here(work);
         promise.set_value();
       } catch (...) {
         promise.set_exception(std::current_exception());
       }
-      work = nullptr;
-      processors().end_background();  // a fork may be waiting: nobody waits for this thread any more
-    }).detach();
+      processors().end_background();
+    }));
+    return std::async(std::launch::deferred, [done = std::move(done), joined = std::move(joined)] { done.get(); });
   } catch (const std::system_error&) {
     processors().end_background();
     return std::async(std::launch::deferred, std::move(work));
   }
-  // Whoever gives the future up waits for the work as well.
-  const std::shared_ptr<void> waits(nullptr, [done](void*) { done.wait(); });
-  return std::async(std::launch::deferred, [done, waits] { done.get(); });
 }
 
 }  // namespace tumble

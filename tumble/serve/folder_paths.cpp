@@ -1,6 +1,11 @@
 #include "tumble/serve/folder_paths.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -56,6 +61,18 @@ double modified_of(const fs::path& path) {
   const auto time = fs::last_write_time(path, failed);
   if (failed) return 0.0;
   return std::chrono::duration<double>(std::chrono::file_clock::to_sys(time).time_since_epoch()).count();
+}
+
+FolderClaim::FolderClaim(const fs::path& folder)
+    : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(descriptor_);
+  throw Error{Error::Kind::bad_input,
+              "another workbench serves '" + folder.string() + "': use its link, or end it with Ctrl+C"};
+}
+
+FolderClaim::~FolderClaim() {
+  if (descriptor_ >= 0) close(descriptor_);
 }
 
 }  // namespace tumble

@@ -19,4 +19,17 @@ void require_file_name(const std::string& name);
 /// When a file was changed [s] since 1970-01-01; 0 where that cannot be read.
 double modified_of(const std::filesystem::path& path);
 
+/// A folder that one workbench has for itself while this lives: two would give the same numbers to their jobs. No file
+/// is written. Throws Error::bad_input where another has it; a file system without locks is taken as it is.
+class FolderClaim {
+ public:
+  explicit FolderClaim(const std::filesystem::path& folder);
+  FolderClaim(const FolderClaim&) = delete;
+  FolderClaim& operator=(const FolderClaim&) = delete;
+  ~FolderClaim();
+
+ private:
+  int descriptor_;
+};
+
 }  // namespace tumble

@@ -44,11 +44,12 @@ std::vector<Route> all_routes() {
 }  // namespace
 
 struct Workbench::State {
+  FolderClaim claim;
   std::vector<Route> routes = all_routes();
   std::atomic<std::uint64_t> uploads = 0;
   routes::Context context;
 
-  explicit State(const WorkbenchOptions& options) : context(options) {}
+  explicit State(const WorkbenchOptions& options) : claim(options.folder), context(options) {}
 
   /// HEAD is answered as GET is, without the body.
   const Route* route_of(const HttpRequest& request) const {
@@ -79,8 +80,11 @@ struct Workbench::State {
       return routes::problem_response(
           401, context.guard.users ? "sign in first" : "open the workbench by the link that the program printed");
     const Right needed = routes::role_of(*route);
-    if (session->may(needed)) return std::nullopt;
-    return routes::problem_response(403, fmt::format("this needs the role '{}'", name(needed)));
+    if (!session->may(needed))
+      return routes::problem_response(403, fmt::format("this needs the role '{}'", name(needed)));
+    std::error_code failed;
+    if (fs::is_directory(context.options.folder, failed)) return std::nullopt;
+    return routes::problem_response(503, "the folder of the workbench was removed or has another name now");
   }
 
   BodyPlan admit(const HttpRequest& head) {
@@ -109,6 +113,13 @@ struct Workbench::State {
     return plan;
   }
 
+  /// Names in refusals are those of the folder: where it lies on the computer is not said.
+  HttpResponse refused(const Error& error) const {
+    auto problems = error.problems;
+    for (auto& problem : problems) problem = routes::named_from_folder(context, problem);
+    return routes::problem_response(Error{error.kind, problems});
+  }
+
   HttpResponse answer(const HttpRequest& request) {
     HttpResponse response;
     try {
@@ -118,7 +129,9 @@ struct Workbench::State {
       else
         response = route_of(request)->answer(context, request);
     } catch (const Error& error) {
-      response = routes::problem_response(error);
+      response = refused(error);
+    } catch (const fs::filesystem_error& error) {
+      response = routes::problem_response(507, "the folder cannot be written: " + error.code().message());
     } catch (const std::bad_alloc&) {
       response = routes::problem_response(503, "there is not enough memory for this answer");
     } catch (const std::exception& error) {

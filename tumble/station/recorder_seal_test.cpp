@@ -64,5 +64,36 @@ TEST(Seal, ALongRecordingIsThatOfTheStore) {
   }
 }
 
+TEST(Seal, InfiniteSamplesAreMissingAndSaid) {
+  const ScratchFolder folder;
+  Disk disk;
+  {
+    Recorder recorder(folder.path, disk, {});
+    const std::size_t link = recorder.add_link({.name = "tcp:10.0.0.7:9000"});
+    const std::size_t stream = recorder.add_stream(
+        {"unit", "", {{"x", Unit::parse("deg/h")}, {"y", Unit::parse("rad/s"), true}}, fast_rate, link});
+    for (std::uint64_t k = 0; k < 1000; ++k) {
+      // 1e306 rad/s is finite, and infinite in the unit of the file
+      const double pair[] = {k == 500 ? HUGE_VAL : k == 501 ? 1e306 : 1.0, k == 700 ? -HUGE_VAL : 2.0};
+      recorder.sample(stream, {(static_cast<double>(k) + 1.0) / fast_rate, {}, k, pair});
+    }
+    recorder.close(1.0, "complete");
+  }
+  const auto sealed = seal(folder.path, disk);
+  ASSERT_EQ(sealed.size(), 1u);
+  const Recording back = read_recording(sealed[0].path, {}, {});
+  const auto missing = [&](const char* name) {
+    return std::ranges::count_if(find_channel(back, name)->values, [](double v) { return std::isnan(v); });
+  };
+  EXPECT_EQ(find_channel(back, "x")->values.size(), 1000u);
+  EXPECT_EQ(missing("x"), 2);
+  EXPECT_EQ(missing("y"), 1);
+  EXPECT_NEAR(find_channel(back, "y")->values[699], 2.0 * fast_rate, 1e-9 * fast_rate);
+  std::map<std::string, std::size_t> said;
+  for (const Finding& finding : sealed[0].findings)
+    if (finding.code == "infinite_samples") said[finding.where] = finding.occurrences.count;
+  EXPECT_EQ(said, (std::map<std::string, std::size_t>{{"x", 2}, {"y", 1}}));
+}
+
 }  // namespace
 }  // namespace tumble

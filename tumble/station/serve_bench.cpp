@@ -11,7 +11,7 @@
 namespace tumble {
 namespace serving {  // named, since Inner has them as members
 
-constexpr double shortest_step = 0.002;  ///< [s] of the wall between two looks at the bench
+constexpr double shortest_step = 0.001, longest_step = 0.02;  ///< [s] of the wall between two looks at the bench
 
 /// Where one wire is reached, and who has opened it.
 struct Door {
@@ -102,7 +102,8 @@ const std::vector<std::string>& BenchServer::addresses() const { return inner_->
 
 void BenchServer::serve(const std::atomic<bool>& stop) {
   while (!stop) {
-    const auto events = inner_->links.wait(shortest_step);
+    const double ahead = (inner_->bench.next() - inner_->clock()) / inner_->speed;
+    const auto events = inner_->links.wait(std::clamp(ahead, shortest_step, longest_step));
     inner_->follow();
     for (const LinkEvent& event : events) inner_->take(event);
     if (!events.empty()) inner_->follow();

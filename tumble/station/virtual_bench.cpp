@@ -240,6 +240,12 @@ void VirtualBench::send(std::size_t wire, std::string_view bytes) {
     inner_->receive_by_instrument(wire, bytes);
 }
 
+double VirtualBench::next() const {
+  const Inner& bench = *inner_;
+  const double arrival = bench.arrivals.empty() ? never : bench.arrivals.top().event.time;
+  return std::min({arrival, bench.next_stream, std::max(bench.now, bench.faults.next())});
+}
+
 std::vector<LinkEvent> VirtualBench::wait(double until) {
   Inner& bench = *inner_;
   for (;;) {
@@ -249,8 +255,7 @@ std::vector<LinkEvent> VirtualBench::wait(double until) {
       bench.arrivals.pop();
     }
     if (!events.empty() || bench.now >= until) return events;
-    const double arrival = bench.arrivals.empty() ? never : bench.arrivals.top().event.time;
-    bench.now = std::min({until, arrival, bench.next_stream, std::max(bench.now, bench.faults.next())});
+    bench.now = std::min(until, next());
     if (bench.now >= bench.faults.next()) {
       bench.stream_on();
       bench.faults.act(bench.now, bench.rig, bench.stream());

@@ -36,6 +36,8 @@ class VirtualBench {
   VirtualBench(VirtualBench&&) noexcept;
 
   double now() const;  ///< [s]
+  /// When something happens that nobody sends: an answer, frames, a fault [s].
+  double next() const;
   /// Bytes that the station sends over a wire, now.
   void send(std::size_t wire, std::string_view bytes);
   /// Moves the clock on to what happens next, at most to `until` [s]. Returned: what arrives at the station then.

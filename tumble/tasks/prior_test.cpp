@@ -53,9 +53,10 @@ TEST(PriorOfMethods, IsUsedForEveryMethodThatTakesOne) {
       const auto& parameter = use.with_prior->parameters[i];
       const double sd = standard_uncertainty(*use.with_prior, i);
       EXPECT_TRUE(std::isfinite(sd) && sd > 0.0) << parameter.name;
-      if (const auto* own = find_parameter(result, parameter.name))
+      if (const auto* own = find_parameter(result, parameter.name)) {
         EXPECT_LE(sd, 1.0001 * standard_uncertainty(result, static_cast<std::size_t>(own - result.parameters.data())))
             << parameter.name;
+      }
     }
   }
 }

@@ -5,6 +5,7 @@ import "./archive.mjs";
 import "./station.mjs";
 import "./results.mjs";
 import "./plans.mjs";
+import "./monkey.mjs";
 import { runAll } from "./harness.mjs";
 
 await runAll();

@@ -241,6 +241,22 @@ test("a parameter is drawn over many units", async () => {
   await picture(page, "results-units");
 });
 
+test("a logarithmic axis may begin and end anywhere", async () => {
+  const page = await newPage();
+  // Spans at which the ticks of uPlot go on without end; less than a decade; as short as numbers go; far from all points.
+  for (const span of ["0.00973158485,25.6970069", "0.00973158485,0.0115214117", "1.1,1.3", "1.2345,1.2345000001", "1e-30,1e-29", "1e-300,1e300", "0.011,1e9"]) {
+    await openResult(page, "noise.json", `&zoom=${encodeURIComponent(span)}`);
+    await picture(page, `results-log-${span}`);
+  }
+});
+
+test("a long name beside the comparison fits on a phone", async () => {
+  copyFileSync(join(folder, at("unit 2.json")), join(folder, at("unit 2 measured again after the repair of its second electronic board.json")));
+  const page = await newPage({ viewport: { width: 360, height: 740 } });
+  await openResult(page, "unit 2.json");
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 360);
+});
+
 test("a result that is damaged or gone says so", async () => {
   const page = await newPage();
   await page.goto(addressOf(["broken.json"]));

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from tumble._errors import DataError, TumbleWarning, wrong_type, wrong_value
+from tumble._errors import DataError, FileError, TumbleWarning, wrong_type, wrong_value
 from tumble._text import one_of, path_text, whole_text
 from tumble.compat._calibration_info import CalibrationInfo
 
@@ -42,7 +42,10 @@ def save_calibration_info(
     place = Path(path_text(folder, "folder")) / folder_structure.format(
         sensor_id=sensor_id, cal_info=cal_info, **kwargs
     )
-    place.mkdir(parents=True, exist_ok=True)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{place}: {error}") from error
     path = place / f"{sensor}_{cal_time.strftime(STAMP)}.json"
     cal_info.to_json_file(path)
     return path
@@ -76,6 +79,8 @@ def find_calibration_info_for_sensor(
     pattern, place = f"{whole_text(sensor_id, 'sensor_id').lower()}_*.json", Path(path_text(folder, "folder"))
     try:
         found = sorted(place.rglob(pattern) if recursive else place.glob(pattern), key=lambda one: one.name)
+    except OSError as error:
+        raise FileError(f"{place}: {error}") from error
     except (ValueError, NotImplementedError) as error:  # of a pattern such as "**a"
         raise wrong_value("sensor_id", sensor_id, "accepted are letters and digits") from error
     found = [one for one in found if _date_of(one) is not None]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from tumble import _tumble
 from tumble._arrays import _array_of
-from tumble._errors import DataError, FileError, UsageError, wrong_type
-from tumble._text import need, path_text
+from tumble._errors import DataError, FileError, UsageError, shown, wrong_type, wrong_value
+from tumble._text import listed, need, path_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,16 +51,22 @@ class CalibrationInfo:
         gyr_cols: Iterable[str] = ("gyr_x", "gyr_y", "gyr_z"),
     ) -> Any:
         """A copy of a DataFrame with its six columns calibrated. Arguments as of calibrate."""
-        acc_names, gyr_names = list(acc_cols), list(gyr_cols)
+        if not hasattr(df, "columns") or not hasattr(df, "assign"):
+            raise wrong_type("df", df, "accepted is a pandas DataFrame")
+        accepted = f"accepted are columns of the DataFrame, which has {', '.join(map(str, df.columns))}"
+        acc_names, gyr_names = listed(acc_cols, "acc_cols", accepted), listed(gyr_cols, "gyr_cols", accepted)
+        for argument, names in (("acc_cols", acc_names), ("gyr_cols", gyr_names)):
+            if any(not isinstance(name, Hashable) or name not in df.columns for name in names):
+                raise wrong_value(argument, names, accepted)
         acc, gyr = self.calibrate(df[acc_names].to_numpy(), df[gyr_names].to_numpy(), acc_unit, gyr_unit)
         return df.assign(**dict(zip([*acc_names, *gyr_names], [*acc.T, *gyr.T], strict=True)))
 
     def _validate_units(self, acc: str | None, gyr: str | None) -> None:
         pairs = (("acc_unit", acc, self.from_acc_unit), ("gyr_unit", gyr, self.from_gyr_unit))
         problems = [
-            f"argument {argument}: {given!r} was given; accepted is {own!r}, the unit that this calibration is for"
+            f"argument {argument}: {shown(given)} was given; accepted is {own!r}, the unit that this calibration is for"
             for argument, given, own in pairs
-            if given != own
+            if not isinstance(given, (str, type(None))) or given != own
         ]
         if problems:
             raise UsageError(problems)
@@ -188,12 +194,14 @@ class FerrarisCalibrationInfo(CalibrationInfo):
     def calibrate(
         self, acc: ArrayLike, gyr: ArrayLike, acc_unit: str | None, gyr_unit: str | None
     ) -> tuple[Array, Array]:
-        """Accelerations [acc_unit of this calibration] and rates [gyr_unit] of samples, each of shape (n, 3).
+        """Accelerations [acc_unit of this calibration] and rates [gyr_unit] of samples, each of shape (n, 3) or (3,).
 
         Given     acc, gyr            samples, rows at the same instants
                   acc_unit, gyr_unit  their units, which must be those that the calibration was made for
         Raises    UsageError for other units, shapes, and a calibration with a part missing
         """
+        import numpy as np
+
         absent = [name for name in self._cal_paras if getattr(self, name, None) is None]
         if absent:
             raise UsageError(f"this calibration has no {', '.join(absent)}")
@@ -203,7 +211,7 @@ class FerrarisCalibrationInfo(CalibrationInfo):
         rate = _tumble.ferraris_calibrated_rate(
             _triads(gyr, "gyr"), part["K_g"], part["R_g"], part["b_g"], part["K_ga"], force
         )
-        return force, rate
+        return force.reshape(np.shape(acc)), rate.reshape(np.shape(gyr))
 
 
 @dataclass(eq=False)
@@ -234,7 +242,7 @@ def _floats(values: Any, name: str) -> Array:
 def _triads(values: Any, name: str) -> Array:
     import numpy as np
 
-    array = _array_of(values, name).astype(np.float64, copy=False)
+    array = np.atleast_2d(_array_of(values, name).astype(np.float64, copy=False))
     if array.ndim != 2 or array.shape[1] != 3:
         raise UsageError(f"argument {name}: an array of shape {array.shape} was given; accepted is the shape (n, 3)")
     return array

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from tumble._errors import UsageError
+from tumble._text import one_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+KINDS = ("theo1", "mtie", "tierms")
 KEYS = ("taus", "stat", "stat_err", "stat_n")
 
 
@@ -31,8 +32,7 @@ class Dataset:
         """Calculates an estimator given by its name, for example "oadev". Returned: taus, stat, stat_err, stat_n."""
         from tumble.compat import allantools
 
-        if function not in ("theo1", "mtie", "tierms") and not function.endswith("dev"):
-            raise UsageError(f"argument function: {function!r} was given; accepted are the names of estimators")
+        one_of(function, "function", [name for name in allantools.__all__ if name in KINDS or name.endswith("dev")])
         found = getattr(allantools, function)(**self.inp)
         result = dict(zip(KEYS, found, strict=True))
         self.out = {**result, "stat_id": function}

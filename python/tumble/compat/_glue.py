@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
+from tumble._arrays import _array_of
+from tumble._errors import UsageError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,9 +19,15 @@ def trim_data(x: ArrayLike) -> Array:
     """The data without the NaN at both ends."""
     import numpy as np
 
-    values = np.asarray(x, dtype=np.float64)
+    values = _numbers(x, "x")
+    if values.ndim != 1:
+        raise UsageError(f"argument x: an array of shape {values.shape} was given; accepted is one dimension")
     there = np.flatnonzero(~np.isnan(values))
     return values[there[0] : there[-1] + 1] if there.size else values[:0]
+
+
+def _numbers(values: Any, argument: str) -> Array:
+    return _array_of(values, argument).astype("float64", copy=False)
 
 
 def frequency2phase(freqdata: ArrayLike, rate: float) -> Array:
@@ -34,21 +42,20 @@ def phase2frequency(phase: ArrayLike, rate: float) -> Array:
     """Fractional frequency from phase [s] at a rate [Hz]."""
     import numpy as np
 
-    return float(rate) * np.diff(np.asarray(phase, dtype=np.float64))
+    return float(rate) * np.diff(_numbers(phase, "phase"))
 
 
 def phase2radians(phasedata: ArrayLike, v0: float) -> Array:
     """Phase [rad] from phase [s] of a clock of frequency v0 [Hz]."""
     import numpy as np
 
-    return 2.0 * np.pi * v0 * np.asarray(phasedata, dtype=np.float64)
+    return 2.0 * np.pi * v0 * _numbers(phasedata, "phasedata")
 
 
 def frequency2fractional(frequency: ArrayLike, mean_frequency: float = -1) -> Array:
     """Fractional frequency from frequency [Hz], about its mean or a frequency that is given [Hz]."""
-    import numpy as np
 
-    values = np.asarray(frequency, dtype=np.float64)
+    values = _numbers(frequency, "frequency")
     mean = float(values.mean()) if mean_frequency == -1 else mean_frequency
     return (values - mean) / mean
 

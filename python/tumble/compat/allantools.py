@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from tumble import _tumble
 from tumble._arrays import _array_of
 from tumble._errors import DataError, UsageError, wrong_type
-from tumble._text import one_of
+from tumble._text import one_of, whole_text
 from tumble.compat._dataset import Dataset
 from tumble.compat._glue import (
     frequency2fractional,
@@ -214,9 +214,13 @@ def three_cornered_hat_phase(
     """
     import numpy as np
 
+    if not callable(function):
+        raise wrong_type("function", function, "accepted is an estimator, for example oadev")
     pairs = [
         function(data, rate=rate, data_type="phase", taus=taus) for data in (phasedata_ab, phasedata_bc, phasedata_ca)
     ]
+    if len({len(pair[0]) for pair in pairs}) > 1:
+        raise UsageError("arguments phasedata: series of different lengths were given; accepted is one length")
     ab, bc, ca = (pair[1] ** 2 for pair in pairs)
     deviations = np.sqrt(np.maximum(0.5 * (ab + ca - bc), 0.0))
     return pairs[0][0], deviations, list(deviations / np.sqrt(pairs[0][3])), pairs[0][3]
@@ -227,7 +231,7 @@ def confidence_interval(dev: Any, edf: float, ci: float = 0.6826894921370859) ->
     import numpy as np
 
     lower, upper = _tumble.chi_square_limits(1.0, _number(edf, "edf"), _number(ci, "ci"))
-    size = np.abs(dev)
+    size = np.abs(_array_of(dev, "dev").astype(np.float64)) if np.ndim(dev) else abs(_number(dev, "dev"))
     return size * lower, size * upper
 
 
@@ -243,7 +247,7 @@ def edf_simple(N: Any, m: Any, alpha: int) -> Any:  # noqa: N803
     kind = int(named) if named in (-2.0, -1.0, 0.0, 1.0, 2.0) else 9
     if np.ndim(N) == np.ndim(m) == 0:
         return _tumble.simple_edf(_number(N, "N"), _number(m, "m"), kind)
-    pairs = np.broadcast(np.asarray(N, dtype=np.float64), np.asarray(m, dtype=np.float64))
+    pairs = np.broadcast(_array_of(N, "N").astype(np.float64), _array_of(m, "m").astype(np.float64))
     return np.array([_tumble.simple_edf(float(n), float(k), kind) for n, k in pairs]).reshape(pairs.shape)
 
 
@@ -294,7 +298,7 @@ def _taus(taus: Taus) -> str | Array:
     if taus is None or (isinstance(taus, list) and not taus):
         return "octave"
     if isinstance(taus, str):
-        return taus
+        return whole_text(taus, "taus")
     return np.ascontiguousarray(_array_of(taus, "taus"), dtype=np.float64).ravel()
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from tumble import _tumble
 from tumble._arrays import _array_of
 from tumble._errors import DataError, UsageError, wrong_type, wrong_value
-from tumble._text import number_of
+from tumble._text import listed, number_of
 from tumble.compat._calibration_folder import (
     CalibrationWarning,
     find_calibration_info_for_sensor,
@@ -210,9 +210,7 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
 
     if not hasattr(df, "columns"):
         raise wrong_type("df", df, "accepted is a pandas DataFrame")
-    if not isinstance(names, Iterable) or isinstance(names, (str, bytes)):
-        raise wrong_type(argument, names, "accepted are the names of three columns")
-    wanted = list(names)
+    wanted = listed(names, argument, "accepted are the names of three columns")
     absent = [name for name in wanted if not isinstance(name, Hashable) or name not in df.columns]
     if absent or len(wanted) != 3:
         raise UsageError(
@@ -259,7 +257,13 @@ def _region(values: Any, name: str) -> Samples:
         raise DataError(
             f"section {name}: an array of shape {array.shape} was given; accepted are samples, shape (n, 3)"
         )
-    return array.astype(np.float64, copy=False)
+    numbers = array.astype(np.float64, copy=False)
+    with np.errstate(all="ignore"):
+        total = numbers.sum()
+    if not np.isfinite(total) and not np.isfinite(numbers).all():  # one pass, where all is well
+        absent = np.count_nonzero(~np.isfinite(numbers))
+        raise DataError(f"section {name}: {absent} of {numbers.size} values are NaN or infinite; accepted are numbers")
+    return numbers
 
 
 def _numbers(values: Any) -> Samples:

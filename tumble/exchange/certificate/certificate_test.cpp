@@ -249,5 +249,32 @@ TEST(Certificate, WritesChineseUnitsAsTheNationalStandardDoes) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
 }
 
+TEST(Certificate, SaysWhatGIsWhereAUnitHasIt) {
+  const auto says = [](const char* unit) {
+    auto estimate = measured_estimate();
+    estimate.parameters = {estimate.parameters.front()};
+    estimate.covariance = Matrix(1, 1);
+    estimate.covariance(0, 0) = 1.0;
+    estimate.budget.clear(), estimate.verdicts.clear();
+    estimate.parameters.front().unit = Unit::parse(unit);
+    return certificate_html(certify(estimate, example_details(), {})).find("standard acceleration") !=
+           std::string::npos;
+  };
+  for (const char* unit : {"g", "mg", "ug/g^2", "deg/h/g"}) EXPECT_TRUE(says(unit)) << unit;
+  for (const char* unit : {"deg", "deg/h", "deg/sqrt(h)"}) EXPECT_FALSE(says(unit)) << unit;
+}
+
+TEST(Certificate, NamesAndDescriptionsAreInItsLanguage) {
+  auto estimate = measured_estimate();
+  estimate.method = "static_bias";
+  estimate.parameters.front().name = "reference_temperature",
+  estimate.parameters.front().description = "mean of the power-ups";
+  auto details = example_details();
+  details.language = Language::chinese;
+  const auto page = certificate_html(certify(estimate, details, {}));
+  for (const char* text : {"静态零偏测试 <code>static_bias</code>", "<th scope=\"row\">参考温度<", "各次通电的平均值"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace tumble

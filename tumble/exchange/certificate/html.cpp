@@ -73,8 +73,8 @@ std::string letterhead(const Certificate& certificate, const Words& words) {
       "<header>{}<div class=\"from\"><b>{}</b>{}{}</div><div "
       "class=\"number\"><span>{}</span><b>{}</b></div></header>\n",
       logo.empty() ? "" : "<img alt=\"\" src=\"" + escaped(logo) + "\">", escaped(contact.name), address(contact),
-      code.empty() ? "" : fmt::format("<br>{}: {}", words("accreditation"), escaped(code)), words("number"),
-      escaped(certificate.details.number));
+      code.empty() ? "" : fmt::format("<br>{}{}{}", words("accreditation"), words("colon"), escaped(code)),
+      words("number"), escaped(certificate.details.number));
 }
 
 std::string entry(const std::string& name, const std::string& value) {
@@ -115,7 +115,7 @@ std::string parties(const Certificate& certificate, const Words& words) {
   text += date("received", details.received) + date("begun", details.begun) + date("ended", details.ended) +
           date("issued", details.issued) +
           entry(words("place"),
-                words(("place_" + details.place).c_str()) + ", " + escaped(details.laboratory.contact.city));
+                words(("place_" + details.place).c_str()) + words("comma") + escaped(details.laboratory.contact.city));
   text += entry(words("method"), method_html(certificate.estimate.method, words)) +
           entry(words("norm"), escaped(details.norm)) + entry(words("software"), fmt::format("Tumble {}", version));
   return text + "</dl>\n";

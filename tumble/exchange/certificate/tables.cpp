@@ -120,12 +120,21 @@ std::string paragraph(const std::string& text, const char* kind = "") {
   return fmt::format("<p{}>{}</p>\n", *kind == 0 ? std::string() : fmt::format(" class=\"{}\"", kind), text);
 }
 
+/// Whether one of the words of a unit is g, mg or ug: those of "deg/h/g", not those of "deg/h".
+bool is_in_g(std::string_view unit) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  while (!unit.empty()) {
+    const auto length = static_cast<std::size_t>(std::ranges::find_if_not(unit, is_letter) - unit.begin());
+    const auto word = unit.substr(0, length);
+    if (word == "g" || word == "mg" || word == "ug") return true;
+    unit.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return false;
+}
+
 bool any_in_g(const Estimate& estimate) {
   return std::ranges::any_of(estimate.parameters, [](const Parameter& parameter) {
-    const auto& text = parameter.unit.text();
-    return std::isfinite(parameter.value) &&
-           (text.ends_with("g") || text.find("g^") != text.npos || text.find("g/") != text.npos) &&
-           text.find("kg") == text.npos && text.find("deg") != text.size() - 3;
+    return std::isfinite(parameter.value) && is_in_g(parameter.unit.text());
   });
 }
 
@@ -198,7 +207,7 @@ std::string conformity(const Certificate& certificate, const Words& words) {
     text += statement_row(statement, certificate.estimate, words);
     undecided = undecided || statement.outcome == Decision::Outcome::undecided;
   }
-  text += "</tbody></table>\n" + paragraph("<b>" + words("rule") + "</b> (<code>" + name(*details.rule) + "</code>). " +
+  text += "</tbody></table>\n" + paragraph(words.with("rule_named", words("rule"), name(*details.rule)) +
                                            escaped(rule_in_words(*details.rule, words.language)) +
                                            (details.rule_agreed_with.empty()
                                                 ? ""

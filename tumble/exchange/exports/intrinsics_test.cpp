@@ -37,8 +37,12 @@ void expect_same(const char* name, const Parts& parts, const ExportRequest& aske
     const std::string file = export_calibration(find_export(name), calibration, asked);
     const ImuSample raw = outputs_of(calibration, random_truth(seed)), wanted = compensated(calibration, raw);
     const Consumed found = consumer(file, raw);
-    if (found.forces) ASSERT_LT(norm(found.sample.force - wanted.force), tolerance) << name << ", seed " << seed;
-    if (found.rates) ASSERT_LT(norm(found.sample.rate - wanted.rate), tolerance) << name << ", seed " << seed;
+    if (found.forces) {
+      ASSERT_LT(norm(found.sample.force - wanted.force), tolerance) << name << ", seed " << seed;
+    }
+    if (found.rates) {
+      ASSERT_LT(norm(found.sample.rate - wanted.rate), tolerance) << name << ", seed " << seed;
+    }
   }
 }
 

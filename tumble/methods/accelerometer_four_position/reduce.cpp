@@ -44,13 +44,15 @@ Estimator estimator(const Matrix& x, const std::vector<double>& z, const Matrix&
   return out;
 }
 
-void fill_cells(const Stacked& all, const Matrix& v, Reduced& out) {
+/// Given: v all sources together, noise the first of them.
+void fill_cells(const Stacked& all, const Matrix& v, const Matrix& noise, Reduced& out) {
   out.cells.resize(all.cells);
   for (std::size_t b = 0; b < all.active.size(); ++b)
     for (std::size_t c = 0; c < all.cells; ++c) {
       const std::size_t i = all.index(b, c);
       out.cells[c].value[all.active[b]] = all.z[i];
       out.cells[c].sd[all.active[b]] = std::sqrt(v(i, i));
+      out.cells[c].noise_sd[all.active[b]] = std::sqrt(noise(i, i));
     }
 }
 
@@ -141,7 +143,7 @@ Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermomet
   const Matrix v = sum_of(sources);
   const Estimator estimate = estimator(design.x, all.z, for_weights(v, all.cells));
   const Matrix gain = convert * estimate.gain;
-  fill_cells(all, v, out);
+  fill_cells(all, v, sources.front().covariance, out);
   fill_parameters(gain, all.z, sources, out);
   for (std::size_t j = 0; j < gain.rows; ++j)
     out.degrees_of_freedom.push_back(freedom_of(j, row(gain, j), bench.white_freedom, repeatability, out));

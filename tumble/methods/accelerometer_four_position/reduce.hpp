@@ -9,10 +9,10 @@
 /// From positions to coefficients over temperature with their covariance.
 namespace tumble::accelerometer_four_position {
 
-/// One cell: value and standard uncertainty, all sources together [SI].
+/// One cell: value, standard uncertainty by all sources together, and by the output noise alone [SI].
 struct CellResult {
   std::array<double, quantities> value{};
-  std::array<double, quantities> sd{};
+  std::array<double, quantities> sd{}, noise_sd{};
 };
 
 struct Reduced {

@@ -53,6 +53,19 @@ Face face_of(Quantity quantity, bool two, bool o_level) {
   }
 }
 
+const char* words_of(Quantity quantity) {
+  switch (quantity) {
+    case bias:
+      return "bias";
+    case scale_factor_error:
+      return "scale factor error";
+    case second_order:
+      return "second-order coefficient";
+    default:
+      return "misalignment";
+  }
+}
+
 Unit unit_of_power(const Face& face, std::size_t power) {
   if (power == 0) return Unit::parse(face.fine);
   return Unit::parse(fmt::format("{}/K{}", face.fine, power == 1 ? "" : "^" + std::to_string(power)));
@@ -165,7 +178,7 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
   const Polynomial& p = reduced.polynomial[quantity];
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const Unit celsius = Unit::parse("degC"), unit = Unit::parse(face.unit);
-  const std::string figure = fmt::format("{} over temperature", quantity == bias ? "bias" : "scale factor error");
+  const std::string figure = fmt::format("{} over temperature", words_of(quantity));
   Curve line{std::string(face.name) + "_fit",
              figure,
              {"temperature", celsius, {}},
@@ -197,6 +210,33 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
     dots.upper.push_back(value + half);
   }
   estimate.curves.push_back(std::move(line));
+  estimate.curves.push_back(std::move(dots));
+}
+
+/// Each set of positions less the polynomial, over temperature, or one after the other where there is one temperature.
+/// Sets that the polynomial must meet have no residual.
+void add_residuals(const Bench& bench, const Reduced& reduced, Quantity quantity, const Face& face,
+                   Estimate& estimate) {
+  const Polynomial& p = reduced.polynomial[quantity];
+  if (bench.cells.size() <= p.count) return;
+  const bool over = bench.group_temperature.size() > 1;
+  const Curve::Axis x{over ? "temperature" : "set of positions", over ? Unit::parse("degC") : Unit(), {}};
+  Curve dots{face.name,
+             fmt::format("residuals of the {}", words_of(quantity)),
+             x,
+             {"residual", Unit::parse(face.unit), {}},
+             {},
+             {},
+             "2 sd of the output noise"};
+  dots.points = true;
+  for (std::size_t c = 0; c < bench.cells.size(); ++c) {
+    const double t = bench.cells[c].temperature, half = 2.0 * reduced.cells[c].noise_sd[quantity];
+    const double residual = reduced.cells[c].value[quantity] - at_temperature(reduced.parameters, p, t);
+    dots.x.values.push_back(over ? t : static_cast<double>(c + 1));
+    dots.y.values.push_back(residual);
+    dots.lower.push_back(residual - half);
+    dots.upper.push_back(residual + half);
+  }
   estimate.curves.push_back(std::move(dots));
 }
 
@@ -234,6 +274,8 @@ Estimate described(const Bench& bench, const Reduced& reduced, const Settings& s
     if (over)
       for (const Quantity quantity : {bias, scale_factor_error})
         add_curves(bench, reduced, quantity, face_of(quantity, two, false), estimate);
+    for (const Quantity quantity : reduced.active)
+      add_residuals(bench, reduced, quantity, face_of(quantity, two, bench.cells.front().o_level), estimate);
   }
   estimate.tables.push_back(calibrated_range(bench));
   estimate.findings = bench.findings;

@@ -12,6 +12,7 @@
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
 #include "tumble/methods/dtg_centrifuge/levels.hpp"
+#include "tumble/methods/dtg_centrifuge/residuals.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -398,6 +399,7 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
   if (outcome.corrected) estimate.tables.push_back(orders(outcome.polynomial));
   estimate.tables.push_back(segments(outcome, measured));
   add_curves(outcome, reduction.levels, group, ledger, estimate);
+  add_residuals(outcome, reduction.levels, estimate);
 }
 
 }  // namespace tumble::dtg_centrifuge

@@ -36,6 +36,18 @@ std::complex<double> fitted(const LoopFit& fit, double f) {
   return fit.theta[0] - i * two_pi * f * fit.theta[1] - std::log(d);
 }
 
+std::string label_of(const LoopFit& fit) {
+  return std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay");
+}
+
+/// The fit with the least AICc of those that converged; null: none did.
+const LoopFit* closest(const std::vector<LoopFit>& fits) {
+  const LoopFit* best = nullptr;
+  for (const LoopFit& fit : fits)
+    if (fit.converged && (best == nullptr || fit.aicc < best->aicc)) best = &fit;
+  return best;
+}
+
 Curve curve_of(const char* name, const char* figure, const char* y, const char* unit) {
   Curve curve;
   curve.name = name;
@@ -104,7 +116,7 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   }
   std::vector<Curve> curves{gain, phase};
   if (fit == nullptr || points.size() < 2) return curves;
-  const std::string label = std::string(name(fit->kind)) + (fit->kind == LoopKind::delay ? "" : " with delay");
+  const std::string label = label_of(*fit);
   Curve model_gain = curve_of(label.c_str(), "gain", "gain in dB", "1");
   Curve model_phase = curve_of(label.c_str(), "phase", "phase", "deg");
   const double step = std::log(m.frequency.back() / m.frequency.front()) / 100.0;
@@ -118,6 +130,29 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   curves.push_back(std::move(model_gain));
   curves.push_back(std::move(model_phase));
   return curves;
+}
+
+std::vector<Curve> residual_curves(const Measured& m, const std::vector<LoopFit>& fits, const LoopFit* chosen) {
+  const LoopFit* fit = chosen ? chosen : closest(fits);
+  if (fit == nullptr) return {};
+  const std::string label = (chosen ? "less the " : "less the closest that was tried: ") + label_of(*fit);
+  Curve gain = curve_of(label.c_str(), "residuals of the gain", "residual of the gain in dB", "1");
+  Curve phase = curve_of(label.c_str(), "residuals of the phase", "residual of the phase", "deg");
+  gain.points = phase.points = true;
+  gain.band = phase.band = "2 sd of the output noise";
+  const auto add = [](Curve& curve, double f, double residual, double half) {
+    curve.x.values.push_back(f);
+    curve.y.values.push_back(residual);
+    curve.lower.push_back(residual - half);
+    curve.upper.push_back(residual + half);
+  };
+  for (std::size_t i = 0; i < m.frequency.size(); ++i) {
+    const auto value = fitted(*fit, m.frequency[i]);
+    add(gain, m.frequency[i], decibels(m.log_gain[i] - value.real()),
+        decibels(2.0 * std::sqrt(m.log_gain_variance[i])));
+    add(phase, m.frequency[i], m.phase[i] - value.imag(), 2.0 * std::sqrt(m.phase_variance[i]));
+  }
+  return {gain, phase};
 }
 
 }  // namespace tumble::frequency_response

@@ -310,6 +310,7 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   estimate.tables.push_back(bode_table(points, m, data, estimate));
   if (!fits.empty()) estimate.tables.push_back(models_table(fits, m, data.scaling.relative, models));
   estimate.curves = bode_curves(points, m, data, estimate, chosen);
+  for (auto& curve : residual_curves(m, fits, chosen)) estimate.curves.push_back(std::move(curve));
   return std::move(builder.estimate);
 }
 

@@ -190,6 +190,20 @@ std::map<std::size_t, double> shift_variances(const vibration::Data& data, const
   return variances;
 }
 
+std::map<std::size_t, double> fitted_shifts(const vibration::Data& data, const std::vector<Part>& parts,
+                                            const Rectification& r) {
+  std::map<std::size_t, double> shifts;
+  for (const Part& part : parts) {
+    if (part.point == nullptr) continue;
+    const double a = part.point->level;
+    double& shift = shifts[part.series];
+    for (const auto& way : r.ways)
+      if (alike(way.rest, data.series[part.series].rest)) shift += 0.5 * a * a * r.fit.parameters[way.column];
+    if (r.quartic) shift += a * a * a * a * r.fit.parameters[r.quartic_column];
+  }
+  return shifts;
+}
+
 /// Mean variance of the segments about their mean.
 double about_their_mean(const Matrix& kernel) {
   const double n = static_cast<double>(kernel.rows);
@@ -226,6 +240,7 @@ Rectification rectification_of(const vibration::Data& data, const std::vector<Pa
     r.slow_sd += r.fit.slow_variance[c] * about_their_mean(rows.data.slow[c].kernel);
   r.slow_sd = std::sqrt(r.slow_sd);
   if (between) r.between_sd = std::sqrt(r.fit.slow_variance.back());
+  r.fitted_shift = fitted_shifts(data, parts, r);
   r.shift_variance = shift_variances(data, parts, rows, r.fit, slow_terms);
   return r;
 }

@@ -29,6 +29,7 @@ struct Rectification {
   double between_sd = 0.0;                       ///< [s^2/m] of K_2,eff from frequency to frequency
   double slow_sd = 0.0;                          ///< [m/s^2] by which whole segments differ beyond white noise
   std::map<std::size_t, double> shift_variance;  ///< [m^2/s^4] of Point::shift, by Point::series
+  std::map<std::size_t, double> fitted_shift;    ///< [m/s^2] K_2,eff A^2/2 (+ c A^4), by Point::series
 };
 
 /// One for each unit whose points have segments at rest to compare with; the others are findings.

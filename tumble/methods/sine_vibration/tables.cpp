@@ -134,6 +134,30 @@ void add_unit_curves(const vibration::Data& data, const Measured& measured, std:
     if (!c->x.values.empty()) estimate.curves.push_back(std::move(*c));
 }
 
+/// What each tone departs from the model by: its mean shift from K_2,eff A^2/2, or where no segment at rest shows the
+/// shift, its windows from the fitted sine.
+void add_residuals(const vibration::Data& data, const Measured& measured, std::size_t unit,
+                   const std::vector<Rectification>& rectified, Estimate& estimate) {
+  const std::string name = curve_name(data, unit);
+  Curve shift = curve(name, "residuals of the mean shift", "residual", "ug", true);
+  Curve windows = curve(name, "residuals about the fitted sine", "rms residual", "ug", true);
+  shift.band = "95 % confidence of the mean shift";
+  const auto r = std::ranges::find(rectified, unit, &Rectification::unit);
+  for (const Point& p : measured.points) {
+    if (p.unit != unit) continue;
+    windows.x.values.push_back(p.line.frequency);
+    windows.y.values.push_back(p.line.residual_rms);
+    if (r == rectified.end() || !r->fitted_shift.contains(p.series)) continue;
+    const double residual = p.shift - r->fitted_shift.at(p.series), half = 1.96 * shift_sd(p, rectified);
+    shift.x.values.push_back(p.line.frequency);
+    shift.y.values.push_back(residual);
+    shift.lower.push_back(residual - half);
+    shift.upper.push_back(residual + half);
+  }
+  Curve& shown = shift.x.values.empty() ? windows : shift;
+  if (!shown.x.values.empty()) estimate.curves.push_back(std::move(shown));
+}
+
 void add_curves(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
                 Estimate& estimate) {
   double low = INFINITY, high = 0.0, level = 0.0;
@@ -143,6 +167,7 @@ void add_curves(const vibration::Data& data, const Measured& measured, const std
     level += p.level / static_cast<double>(measured.points.size());
   }
   for (std::size_t u = 0; u < data.units.size(); ++u) add_unit_curves(data, measured, u, rectified, estimate);
+  for (std::size_t u = 0; u < data.units.size(); ++u) add_residuals(data, measured, u, rectified, estimate);
   if (!(high > low)) return;
   const Point& first = measured.points.front();
   Curve window = curve("the counting window alone", "standard deviation over frequency", "sd", "g", false);

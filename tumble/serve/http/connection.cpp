@@ -21,8 +21,9 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<long>(seconds * 1e3));
 }
 
+/// What is refused before any route sees it, in the form of all refusals. The text has no quotes.
 HttpResponse plain(unsigned status, const std::string& text) {
-  return {status, "text/plain; charset=utf-8", text + "\n"};
+  return {status, "application/json", fmt::format(R"({{"problems":["{}"]}})", text)};
 }
 
 /// One connection. What goes on holds it by a shared pointer.
@@ -42,7 +43,7 @@ struct Connection {
   std::optional<message::response_serializer<message::empty_body>> head_writer;
   std::shared_ptr<void> subscription;
   asio::steady_timer heartbeat;
-  bool keeps = false, writing = false, ended = false;
+  bool keeps = false, chunked = true, writing = false, ended = false;
   std::size_t drained = 0;
 
   Connection(Server& of, std::uint64_t id, Tcp::socket socket)
@@ -99,14 +100,19 @@ enum class More { another, last, failed };
 void send_piece(Shared c, More more) {
   if (more == More::failed) return c->stream.lowest().close();
   c->patience(3.0 * c->server.options.patience);
+  const auto go_on = [c](Code code, std::size_t) {
+    if (!code) send_more(c);
+  };
   if (more == More::last)
-    asio::async_write(c->stream, message::make_chunk_last(), [c](Code code, std::size_t) { sent(c, code); });
+    c->chunked
+        ? asio::async_write(c->stream, message::make_chunk_last(), [c](Code code, std::size_t) { sent(c, code); })
+        : hang_up(c);
   else if (c->outgoing.empty())
     send_more(c);
+  else if (c->chunked)
+    asio::async_write(c->stream, message::make_chunk(asio::buffer(c->outgoing)), go_on);
   else
-    asio::async_write(c->stream, message::make_chunk(asio::buffer(c->outgoing)), [c](Code code, std::size_t) {
-      if (!code) send_more(c);
-    });
+    asio::async_write(c->stream, asio::buffer(c->outgoing), go_on);
 }
 
 /// Piece after piece from the work pool, until there is no more. The connection is handed on, so that it ends on the
@@ -180,13 +186,13 @@ void begin_events(Shared c) {
   beat(c);
 }
 
-/// Head of an answer whose length is not known.
+/// Head of an answer whose length is not known: it comes in chunks, or to HTTP/1.0 until the connection is closed.
 void send_head(Shared c) {
   c->head = {};
   c->head.version(11);
   c->head.result(c->response.status);
   set_headers(c->head, c->response);
-  if (c->response.events)
+  if (c->response.events || !c->chunked)
     c->keeps = false;
   else
     c->head.chunked(true);
@@ -210,10 +216,12 @@ void send(Shared c, HttpResponse response) {
   c->whole.version(11);
   c->whole.result(c->response.status);
   set_headers(c->whole, c->response);
+  const bool has_length = !c->response.more && !c->response.events;
+  c->keeps = c->keeps && has_length;
   c->whole.keep_alive(c->keeps);
   const std::size_t length = c->response.body.size();
   if (!only_head) c->whole.body() = std::move(c->response.body);
-  c->whole.content_length(length);
+  if (has_length) c->whole.content_length(length);
   c->patience(6.0 * c->server.options.patience);
   message::async_write(c->stream, c->whole, [c](Code code, std::size_t) { sent(c, code); });
 }
@@ -268,6 +276,16 @@ void read_body(Shared c) {
   });
 }
 
+/// One thing said twice, or a coding of the body that is not taken off: who looks at the one may mean the other.
+bool is_ambiguous(const message::request<message::buffer_body>& head) {
+  using message::field;
+  for (const auto name : {field::authorization, field::origin, field::content_type, field::transfer_encoding})
+    if (head.count(name) > 1) return true;
+  for (const char* name : {"sec-fetch-site", "sec-fetch-mode"})
+    if (head.count(name) > 1) return true;
+  return head.count(field::transfer_encoding) > 0 && !beast::iequals(head[field::transfer_encoding], "chunked");
+}
+
 void take_head(Shared c) {
   const auto& head = c->parser->get();
   c->request = {};
@@ -277,9 +295,10 @@ void take_head(Shared c) {
     std::ranges::transform(name, name.begin(), [](unsigned char letter) { return std::tolower(letter); });
     c->request.headers[name] = std::string(field.value());
   }
-  c->keeps = head.keep_alive() && head.version() == 11;
+  c->chunked = head.version() == 11;
+  c->keeps = head.keep_alive() && c->chunked;
   const std::string_view target{head.target().data(), head.target().size()};
-  if (head.count(message::field::host) != 1 || !take_target(target, c->request))
+  if (head.count(message::field::host) != 1 || is_ambiguous(head) || !take_target(target, c->request))
     return refuse(c, plain(400, "the request is not well formed"));
   c->plan = c->server.handler.admit(c->request);
   c->request.file = c->plan.file;

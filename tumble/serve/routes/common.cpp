@@ -54,8 +54,14 @@ std::string optional(const HttpRequest& request, std::string_view name) {
   return value ? *value : std::string();
 }
 
+/// Deeper values are refused while they are read: what copies or writes them calls itself for each level.
 Json body_of(const HttpRequest& request) {
-  Json body = Json::parse(request.body, nullptr, false);
+  static constexpr int deepest = 64;
+  const auto look = [](int depth, Json::parse_event_t, const Json&) {
+    if (depth <= deepest) return true;
+    throw Error{Error::Kind::bad_input, fmt::format("the body is nested deeper than {} levels", deepest)};
+  };
+  const Json body = Json::parse(request.body, look, false);
   if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
   return body;
 }
@@ -74,6 +80,14 @@ double required_number(const HttpRequest& request, std::string_view name) {
   if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
     throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' must be a number, not '{}'", name, text)};
   return value;
+}
+
+std::optional<std::uint64_t> last_event_of(const HttpRequest& request) {
+  const auto last = request.headers.find("last-event-id");
+  const std::string seen = last != request.headers.end() ? last->second : optional(request, "after");
+  if (seen.empty()) return std::nullopt;
+  const bool sent_by_us = seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
+  return sent_by_us ? std::stoull(seen) : 0;
 }
 
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name) {

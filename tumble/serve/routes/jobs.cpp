@@ -185,12 +185,7 @@ HttpResponse events(Context& context, const HttpRequest& request) {
   HttpResponse response;
   response.type = "text/event-stream";
   response.events = {std::shared_ptr<void>(), &context.feed};
-  response.seen = context.feed.latest();
-  const auto last = request.headers.find("last-event-id");
-  const auto* after = find_query(request, "after");
-  const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
-  if (!seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos)
-    response.seen = std::stoull(seen);
+  response.seen = last_event_of(request).value_or(context.feed.latest());
   say_events(request, response);
   return response;
 }

@@ -80,6 +80,8 @@ std::string required(const HttpRequest& request, std::string_view name);
 std::string optional(const HttpRequest& request, std::string_view name);
 /// One that is a number [as written].
 double required_number(const HttpRequest& request, std::string_view name);
+/// Number of the last event that was seen: the header Last-Event-ID, or the parameter after; 0: no event has had it.
+std::optional<std::uint64_t> last_event_of(const HttpRequest& request);
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name);
 
 /// The parameter language: English where it is absent. Throws Error::unsupported for another language.

@@ -43,11 +43,8 @@ HttpResponse run_events(Context& context, const HttpRequest& request) {
   HttpResponse response;
   response.type = "text/event-stream";
   response.events = context.runs.feed_of(folder_of_run(context, request));
-  const auto last = request.headers.find("last-event-id");
-  const auto* after = find_query(request, "after");
-  const std::string seen = last != request.headers.end() ? last->second : after ? *after : "";
-  const bool known = !seen.empty() && seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
-  response.seen = known ? response.events->seen_by_id(std::stoull(seen)) : response.events->latest();
+  const auto last = last_event_of(request);
+  response.seen = last ? response.events->seen_by_id(*last) : response.events->latest();
   say_events(request, response);
   return response;
 }

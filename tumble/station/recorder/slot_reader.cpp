@@ -25,6 +25,12 @@ double modulus_of(const StoreContent& content, std::optional<std::size_t> link) 
   return modulus;
 }
 
+/// Whether the file of a recording has room for it: its numbers are finite in the unit of the channel.
+bool can_be_kept(const FrameChannel& channel, double value) {
+  constexpr double fastest = 1e6;  // [Hz] by which increments are multiplied at most
+  return !std::isinf(channel.unit.from_si(value) * (channel.increment ? fastest : 1.0));
+}
+
 }  // namespace
 
 std::vector<std::string> slots_of(const StoreContent& content) {
@@ -55,8 +61,13 @@ SlotReader::SlotReader(const StoreContent& content, std::string slot) {
 
 void SlotReader::look(const StoreItem& item) {
   if (item.kind != StoreItem::Kind::sample) return;
-  for (const std::size_t i : signals_of_stream_[item.source])
-    signals_[i].clock.add(item.sample.sequence, item.time, item.sample.device);
+  const auto& indices = signals_of_stream_[item.source];
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    Signal& signal = signals_[indices[k]];
+    signal.clock.add(item.sample.sequence, item.time, item.sample.device);
+    if (can_be_kept(signal.channel, item.sample.values[k])) continue;
+    if (signal.infinite.count++ == 0) signal.infinite.first = Place("", item.time);
+  }
 }
 
 void SlotReader::settle() {
@@ -95,7 +106,8 @@ void SlotReader::take(const StoreItem& item) {
   const auto& indices = signals_of_stream_[item.source];
   for (std::size_t k = 0; k < indices.size(); ++k) {
     Signal& signal = signals_[indices[k]];
-    const double value = item.sample.values[k];
+    const bool kept = can_be_kept(signal.channel, item.sample.values[k]);
+    const double value = kept ? item.sample.values[k] : std::nan("");
     if (signal.one_sequence) {
       signal.clock.place(item.sample.sequence, item.time);
       const std::size_t at = signal.clock.index(item.sample.sequence) - signal.given;
@@ -146,20 +158,30 @@ std::vector<Channel> SlotReader::channels() {
 
 std::string SlotReader::instrument() const { return instrument_; }
 
-/// An instrument that sends at another rate than declared is configured otherwise.
+/// An instrument that sends at another rate than declared is configured otherwise; one that sends infinite samples has
+/// a fault, and those are missing in the recording.
 Findings SlotReader::findings() const {
+  Findings findings;
+  for (const Signal& signal : signals_)
+    if (signal.infinite.count > 0)
+      findings.push_back({Finding::Severity::warning,
+                          "infinite_samples",
+                          {{"topic", signal.channel.name}},
+                          signal.channel.name,
+                          signal.infinite});
   constexpr double tolerance = 0.01;
   constexpr std::uint64_t enough = 100;
   for (const Signal& signal : signals_) {
     const double rate = signal.clock.arrival_rate(), declared = signal.declared;
     if (signal.clock.count() < enough || !(declared > 0.0) || !signal.one_sequence) continue;
-    if (std::abs(rate / declared - 1.0) > tolerance)
-      return {{Finding::Severity::warning,
-               "recording_rate",
-               {{"rate", rate, "Hz"}, {"declared", declared, "Hz"}},
-               signal.channel.name}};
+    if (!(std::abs(rate / declared - 1.0) > tolerance)) continue;
+    findings.push_back({Finding::Severity::warning,
+                        "recording_rate",
+                        {{"rate", rate, "Hz"}, {"declared", declared, "Hz"}},
+                        signal.channel.name});
+    break;
   }
-  return {};
+  return findings;
 }
 
 }  // namespace tumble::recorder

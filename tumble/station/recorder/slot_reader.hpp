@@ -28,7 +28,7 @@ class SlotReader {
   /// The channels that have samples, with those taken since the last time. Unless streams(), after all were taken.
   std::vector<Channel> channels();
   std::string instrument() const;
-  /// Clocks that are even, by the name of a first channel.
+  /// What is suspicious: infinite samples, another rate than declared.
   Findings findings() const;
 
  private:
@@ -39,7 +39,8 @@ class SlotReader {
     std::optional<std::size_t> link;
     bool one_sequence = true;  ///< its streams count in one sequence
     std::vector<double> values, stamps;
-    std::size_t given = 0;  ///< samples before `values`
+    std::size_t given = 0;                                       ///< samples before `values`
+    Occurrences infinite{.count = 0, .first = {}, .worst = {}};  ///< samples that the file has no room for
   };
   std::vector<std::vector<std::size_t>> signals_of_stream_;
   std::vector<Signal> signals_;

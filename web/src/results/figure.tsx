@@ -5,6 +5,7 @@ import { t } from "../texts";
 import type { Axis, Figure, Link, Series } from "./answers";
 import { drawCells, drawColouredPoints, inPlot, ScaleBar, valueAt } from "./colours";
 import { linkedPoints, PointLinks } from "./point_links";
+import { labelledTicks, logarithmicTicks, tickText } from "./log_axis";
 import type { Zoom } from "./view";
 
 interface Props {
@@ -116,6 +117,12 @@ function room(props: () => Props): uPlot.Scale.Range {
   };
 }
 
+const logarithmicAxis: Partial<uPlot.Axis> = {
+  splits: (_plot, _axis, least, greatest) => logarithmicTicks(least, greatest),
+  filter: (_plot, ticks) => labelledTicks(ticks),
+  values: (_plot, ticks: (number | null)[]) => ticks.map(tickText),
+};
+
 function options(props: () => Props, width: number): uPlot.Options {
   const { figure, hidden } = props();
   const columns = columnsOf(figure);
@@ -126,8 +133,9 @@ function options(props: () => Props, width: number): uPlot.Options {
     font: "12px system-ui, sans-serif",
     labelSize: 20,
   };
-  // A long name has smaller letters: it must fit along its axis.
-  const labelFont = (axis: Axis) => `${titleOf(axis).length > 40 ? 10 : 12}px system-ui, sans-serif`;
+  // A long name has smaller letters: it must fit along its axis. A Chinese letter is as wide as two others.
+  const widthOf = (text: string) => text.length + (text.match(/[\u2e80-\uffef]/g)?.length ?? 0);
+  const labelFont = (axis: Axis) => `${widthOf(titleOf(axis)) > 40 ? 10 : 12}px system-ui, sans-serif`;
   const bands = figure.series.flatMap((series, k) =>
     series.lower && !series.points ? [{ series: [columns[k]! + 2, columns[k]! + 1] as [number, number], fill: () => pen(series) + "30" }] : []);
   return {
@@ -141,13 +149,13 @@ function options(props: () => Props, width: number): uPlot.Options {
     },
     cursor: { drag: { x: true, y: false, setScale: false, dist: 4 }, bind: { dblclick: () => () => { props().onZoom(null); return null; } } },
     axes: [
-      { ...axis, label: titleOf(figure.x), labelFont: labelFont(figure.x), ...(props().names && { incrs: [1, 2, 5, 10, 20, 50, 100] }) },
+      { ...axis, label: titleOf(figure.x), labelFont: labelFont(figure.x), ...(figure.x.logarithmic && logarithmicAxis), ...(props().names && { incrs: [1, 2, 5, 10, 20, 50, 100] }) },
       {
         ...axis,
         label: titleOf(figure.y),
         labelFont: labelFont(figure.y),
         size: (_plot, texts) => 18 + 7 * Math.max(3, ...(texts ?? []).map((text) => String(text ?? "").length)),
-        ...(!figure.y.logarithmic && { values: (_plot: uPlot, splits: number[]) => splits.map((value) => String(Number(value.toPrecision(9)))) }),
+        ...(figure.y.logarithmic ? logarithmicAxis : { values: (_plot: uPlot, splits: number[]) => splits.map((value) => String(Number(value.toPrecision(9)))) }),
       },
     ],
     series: seriesOptions(figure, hidden),
