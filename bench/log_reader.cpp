@@ -3,8 +3,8 @@
 //
 //   log_reader [--stream] FILE [TOPIC | -] [VARIABLE...]    VARIABLE: of a MATLAB file, read as plain numbers
 //
-// As users read it: into memory, with SHA-256 beside. --stream: block after block, of which only the sum is kept, without SHA-256,
-// as a loop over the messages does.
+// As users read it: into memory, with SHA-256 beside. --stream: block after block, of which only the sum is kept,
+// without SHA-256, as a loop over the messages does.
 #include <chrono>
 #include <cstdio>
 #include <ctime>

@@ -1,9 +1,11 @@
-#include <bit>
-#include <cstring>
+#include <algorithm>
 #include <memory>
+#include <span>
 
 #include "recordings.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/sha256.hpp"
+#include "tumble/math/interruption.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::python {
@@ -11,8 +13,16 @@ namespace {
 
 std::vector<double> copied(const Samples& samples) { return {samples.data(), samples.data() + samples.shape(0)}; }
 
-std::string_view bytes_of(const std::vector<double>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)};
+/// SHA-256 of numbers, which Ctrl+C ends.
+std::string checksum_of(std::span<const double> values) {
+  constexpr std::size_t piece = std::size_t{1} << 20;
+  Sha256 sum;
+  for (std::size_t first = 0; first < values.size(); first += piece) {
+    stop_if_asked();
+    const auto part = values.subspan(first, std::min(piece, values.size() - first));
+    sum.add({reinterpret_cast<const char*>(part.data()), part.size_bytes()});
+  }
+  return sum.hex();
 }
 
 /// SHA-256 of the checksums of all channels: names, units, times and samples.
@@ -20,9 +30,9 @@ std::string checksum_of(const Recording& recording) {
   std::string text;
   for (const auto& channel : recording.channels) {
     const auto& timeline = channel.timeline;
-    text += channel.name + "[" + channel.unit.text() + "]" + sha256_of(bytes_of(channel.values));
-    text += timeline.uniform() ? sha256_of(bytes_of({timeline.start, timeline.rate}))
-                               : sha256_of(bytes_of(*timeline.stamps));
+    text += channel.name + "[" + channel.unit.text() + "]" + checksum_of(channel.values);
+    text += timeline.uniform() ? checksum_of(std::vector<double>{timeline.start, timeline.rate})
+                               : checksum_of(*timeline.stamps);
   }
   return sha256_of(text);
 }

@@ -239,3 +239,34 @@ def test_open_files_that_cannot_be_read(tmp_path):
 
     with pytest.raises(tumble.ArgumentTypeError, match="argument path"):
         tumble.read(Nothing())
+
+
+def test_columns_of_a_table_that_look_like_others(tmp_path):
+    pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    steps, x = np.arange(10), samples(1, 10).round(3)
+    parquet.write_table(pa.table({"T[degC]": x, "g[1]": x}), tmp_path / "a.parquet")
+    assert tumble.read(tmp_path / "a.parquet", rate=10)["T"].shown_unit == "degC"  # a temperature, no time
+    parquet.write_table(pa.table({"timestamp": 10**8 * steps, "g[1]": x}), tmp_path / "b.parquet")
+    found = tumble.read(tmp_path / "b.parquet", units={"timestamp": "ns"})
+    assert list(found) == ["g"]
+    np.testing.assert_allclose(found["g"].times, steps / 10)
+    decimals = pa.array(x).cast(pa.decimal128(30, 20))
+    parquet.write_table(pa.table({"time[s]": steps / 10, "g[1]": decimals}), tmp_path / "c.parquet")
+    np.testing.assert_allclose(tumble.read(tmp_path / "c.parquet")["g"].values, x)
+
+
+def test_faults_of_a_column_name_the_file(tmp_path):
+    pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    for name, column in {"g[furlong]": 1.0, "g[1]": np.nan, "note": "x"}.items():
+        parquet.write_table(pa.table({name: [column] * 10}), tmp_path / "a.parquet")
+        with pytest.raises(tumble.TumbleError, match=r"a\.parquet: .*(unknown unit|are NaN|something else are note)"):
+            tumble.read(tmp_path / "a.parquet", rate=1)
+
+
+def test_rows_of_a_sheet_may_be_short(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [["time[s]", "g[1]"], [0.0, 1.0], [0.1], [0.2, 3.0]]:
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    assert tumble.read(tmp_path / "a.xlsx")["g"].missing == 1

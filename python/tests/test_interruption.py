@@ -28,6 +28,19 @@ LONG = {
 @pytest.mark.usefixtures("keyboard")
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_ends_a_long_call(name):
+    interrupted(LONG[name])
+
+
+@pytest.mark.usefixtures("keyboard")
+@pytest.mark.parametrize("name", ["a.csv", "a.h5"])
+def test_ctrl_c_ends_a_file_that_is_written_and_leaves_nothing(name, tmp_path):
+    long = tumble.from_arrays({"g": (np.tile(X, 80), "deg/s")}, rate=100)
+    interrupted(lambda: [long.save(tmp_path / name) for _ in range(100)])
+    assert list(tmp_path.glob("*.tmp*")) == []
+
+
+def interrupted(call):
+    """Ctrl+C during a call ends it soon."""
     sent = []
     ended = threading.Event()
 
@@ -39,7 +52,7 @@ def test_ctrl_c_ends_a_long_call(name):
     timer = threading.Timer(0.2, press)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        LONG[name]()
+        call()
         ended.set()
     assert time.monotonic() - sent[0] < 5.0  # some ms; the machine may be busy. Each takes longer alone
     timer.join()

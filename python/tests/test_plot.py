@@ -212,3 +212,12 @@ def test_a_thermal_map_of_a_channel_with_missing_samples_has_colours():
     channels = {"g": (values, "deg/h"), "temperature": (20 + 10 * np.sin(x / 1e4), "degC")}
     (ax,) = tumble.plot.thermal(tumble.from_arrays(channels, rate=10, missing="nan"))
     assert np.isfinite(ax.collections[0].get_clim()).all()
+
+
+def test_the_legend_of_a_budget_is_inside_of_the_figure(tree):
+    for name in ("rlg_north_finder", "north_finding"):
+        (ax,) = tumble.plot.budget(tumble.predict(tree / f"plans/{name}.toml"))
+        ax.figure.canvas.draw()
+        legend, whole = ax.get_legend().get_window_extent(), ax.figure.bbox
+        assert whole.x0 <= legend.x0 < legend.x1 <= whole.x1
+        assert whole.y0 <= legend.y0

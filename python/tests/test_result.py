@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 import signal
 import threading
@@ -83,6 +84,24 @@ def test_a_result_is_pickled_saved_and_loaded(result, tmp_path):
     (tmp_path / "bad.json").write_text('{"parameters": 3}')
     with pytest.raises(tumble.FileError, match=r"bad.json"):
         tumble.load_result(tmp_path / "bad.json")
+
+
+def test_what_is_written_through_a_link_or_to_a_pipe_leaves_both(result, tmp_path):
+    link, file, pipe = tmp_path / "link.json", tmp_path / "file.json", tmp_path / "pipe.json"
+    link.symlink_to(file)
+    result.save(link)
+    assert link.is_symlink()
+    assert file.read_text() == result.to_json()
+    os.mkfifo(pipe)
+    received: list[str] = []
+    reader = threading.Thread(target=lambda: received.append(pipe.read_text()))
+    reader.start()
+    result.save(pipe)
+    reader.join(timeout=20)
+    assert received == [result.to_json()]
+    assert pipe.is_fifo()
+    with pytest.raises(tumble.FileError, match=r"nowhere/r.json"):
+        result.save(tmp_path / "nowhere" / "r.json")
 
 
 def test_a_result_says_when_its_recordings_were_made(tmp_path):

@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Mapping
 from functools import cached_property
-from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
@@ -225,15 +224,8 @@ def result_of(given: object) -> Result:
 
 
 def write_whole(path: str, text: str) -> None:
-    """Writes beside the target, then renames: nobody finds half a file."""
-    from tumble._errors import FileError
+    """Writes beside the target, then renames: nobody finds half a file. A pipe or a device is written directly.
 
-    unfinished = f"{path}.{os.getpid()}.{get_ident()}.tmp"
-    try:
-        with open(unfinished, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-        os.replace(unfinished, path)
-    except OSError as error:
-        if os.path.exists(unfinished):
-            os.remove(unfinished)
-        raise FileError(f"{path}: {error}") from error
+    Raises FileError.
+    """
+    _tumble.write_whole(path, text)

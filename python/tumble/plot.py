@@ -128,7 +128,7 @@ def budget(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> t
             target.barh(names, shares, 0.7, left=ends[k] - shares, label=source, edgecolor="white", **look)
         target.set(xlim=(0, 1), ylim=(len(names) - 0.5, -0.5), xlabel="share of the variance")
         target.grid(False)
-        _legend(target, len(lines))
+        _legend(target, len(lines), across=ax is None)
     return (target,)
 
 
@@ -349,11 +349,14 @@ def _draw_around(one: Figure, ax: Axes) -> None:
     _legend(ax, len(one.series))
 
 
-def _legend(ax: Axes, entries: int) -> None:
-    """Under the plot, where its labels end."""
+def _legend(ax: Axes, entries: int, across: bool = False) -> None:
+    """Under the plot, where its labels end; `across`: in the middle of the figure, which has room for long names."""
     if entries:
-        shift = need("matplotlib.transforms", "plot").ScaledTranslation(0, -0.4, ax.figure.dpi_scale_trans)
-        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + shift}
+        transforms = need("matplotlib.transforms", "plot")
+        shift = transforms.ScaledTranslation(0, -0.4, ax.figure.dpi_scale_trans)
+        middle = ax.figure.transFigure if across else ax.transAxes
+        below = transforms.blended_transform_factory(middle, ax.transAxes) + shift
+        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
         ax.legend(loc="upper center", ncols=2, frameon=False, fontsize="small", **place)
 
 

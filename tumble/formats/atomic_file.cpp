@@ -22,11 +22,17 @@ namespace {
 
 std::string reason(int code) { return std::system_category().message(code); }
 
-/// The file a chain of links leads to, or the path itself.
+/// The file a chain of links leads to, which need not exist yet; or the path itself.
 fs::path resolved(const fs::path& path) {
-  std::error_code failed;
-  const auto target = fs::is_symlink(path, failed) ? fs::weakly_canonical(path, failed) : path;
-  return failed ? path : target;
+  constexpr int longest_chain = 40;  // as the system has it
+  fs::path target = path;
+  for (int links = 0; links < longest_chain; ++links) {
+    std::error_code none;
+    const auto next = fs::read_symlink(target, none);
+    if (none) return target;
+    target = target.parent_path() / next;
+  }
+  return path;
 }
 
 /// A new empty file in the folder of `target`, with the permissions of the file it will replace.

@@ -53,6 +53,17 @@ TEST_F(AtomicFileTest, FollowsLinksAndKeepsPermissions) {
   EXPECT_EQ(fs::status(folder / "real").permissions(), static_cast<fs::perms>(0640));
 }
 
+TEST_F(AtomicFileTest, FollowsALinkToAFileThatIsNotThereYet) {
+  fs::create_directory(folder / "there");
+  fs::create_symlink("there/second", folder / "first");
+  fs::create_symlink("file", folder / "there" / "second");
+  write_file_atomically(in("first"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "first"));
+  EXPECT_EQ(read_text_file(in("there/file")), "new");
+  fs::create_symlink("round", folder / "round");
+  EXPECT_THROW(write_file_atomically(in("round/x"), "new"), Error);
+}
+
 TEST_F(AtomicFileTest, WritesToDevicesDirectly) {
   write_file_atomically("/dev/null", "nothing");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));

@@ -14,8 +14,8 @@ namespace tumble {
 /// the names of its columns, figures_of() and compensate(), needs the original.
 Estimate in_language(Language language, Estimate estimate);
 
-/// Whether the cells of a column are names of segments, channels, parameters and files, which stay as plans and recordings
-/// have them.
+/// Whether the cells of a column are names of segments, channels, parameters and files, which stay as plans and
+/// recordings have them.
 bool has_names(const std::string& column);
 
 /// Name, axes, series, bands and notes of a figure for people who read this language.

@@ -234,6 +234,13 @@ TEST(ResultJson, RefusesAnSdThatTheCovarianceContradicts) {
   EXPECT_TRUE(problems[0].starts_with("result.json: parameters[7].sd: is 0.001, but covariance[7][7] gives 0.018"));
 }
 
+TEST(ResultJson, OfAlmostNoDegreesOfFreedomIsShown) {
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
+  json["parameters"][7]["degrees_of_freedom"] = 1e-300;
+  const auto again = nlohmann::json::parse(to_json(estimate_from_json(json.dump(), "result.json")));
+  EXPECT_TRUE(again["parameters"][7]["interval95"][0].is_null());
+}
+
 TEST(ResultJson, RefusesACovarianceThatIsNone) {
   const auto whole = nlohmann::json::parse(to_json(testing::estimate()));
   auto one_sided = whole, too_close = whole;

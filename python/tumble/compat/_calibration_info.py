@@ -194,12 +194,14 @@ class FerrarisCalibrationInfo(CalibrationInfo):
     def calibrate(
         self, acc: ArrayLike, gyr: ArrayLike, acc_unit: str | None, gyr_unit: str | None
     ) -> tuple[Array, Array]:
-        """Accelerations [acc_unit of this calibration] and rates [gyr_unit] of samples, each of shape (n, 3).
+        """Accelerations [acc_unit of this calibration] and rates [gyr_unit] of samples, each of shape (n, 3) or (3,).
 
         Given     acc, gyr            samples, rows at the same instants
                   acc_unit, gyr_unit  their units, which must be those that the calibration was made for
         Raises    UsageError for other units, shapes, and a calibration with a part missing
         """
+        import numpy as np
+
         absent = [name for name in self._cal_paras if getattr(self, name, None) is None]
         if absent:
             raise UsageError(f"this calibration has no {', '.join(absent)}")
@@ -209,7 +211,7 @@ class FerrarisCalibrationInfo(CalibrationInfo):
         rate = _tumble.ferraris_calibrated_rate(
             _triads(gyr, "gyr"), part["K_g"], part["R_g"], part["b_g"], part["K_ga"], force
         )
-        return force, rate
+        return force.reshape(np.shape(acc)), rate.reshape(np.shape(gyr))
 
 
 @dataclass(eq=False)
@@ -240,7 +242,7 @@ def _floats(values: Any, name: str) -> Array:
 def _triads(values: Any, name: str) -> Array:
     import numpy as np
 
-    array = _array_of(values, name).astype(np.float64, copy=False)
+    array = np.atleast_2d(_array_of(values, name).astype(np.float64, copy=False))
     if array.ndim != 2 or array.shape[1] != 3:
         raise UsageError(f"argument {name}: an array of shape {array.shape} was given; accepted is the shape (n, 3)")
     return array

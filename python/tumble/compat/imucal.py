@@ -257,7 +257,13 @@ def _region(values: Any, name: str) -> Samples:
         raise DataError(
             f"section {name}: an array of shape {array.shape} was given; accepted are samples, shape (n, 3)"
         )
-    return array.astype(np.float64, copy=False)
+    numbers = array.astype(np.float64, copy=False)
+    with np.errstate(all="ignore"):
+        total = numbers.sum()
+    if not np.isfinite(total) and not np.isfinite(numbers).all():  # one pass, where all is well
+        absent = np.count_nonzero(~np.isfinite(numbers))
+        raise DataError(f"section {name}: {absent} of {numbers.size} values are NaN or infinite; accepted are numbers")
+    return numbers
 
 
 def _numbers(values: Any) -> Samples:

@@ -94,7 +94,7 @@ def recording_of(
     from tumble._read import _rate_of
     from tumble._recording import rebuilt
 
-    wanted = _selected(path, columns, request)
+    wanted = _selected(path, columns, request, skipped)
     _refuse_without_unit(path, wanted, request)
     names = [column.name for column in wanted]
     twice = sorted({name for name in names if names.count(name) > 1})
@@ -114,7 +114,10 @@ def recording_of(
     meta = {"importer": importer, **{f"source.{column.name}": column.source for column in wanted}}
     if skipped or others:
         meta["skipped"] = ", ".join([*others, *skipped])
-    return rebuilt(parts, path, meta)
+    try:
+        return rebuilt(parts, path, meta)
+    except UsageError as error:  # units
+        raise UsageError([f"{path}: {one}" for one in error.problems]) from error
 
 
 def _named(path: str, arrays: Callable[..., Any], *arguments: Any) -> Any:
@@ -126,9 +129,10 @@ def _named(path: str, arrays: Callable[..., Any], *arguments: Any) -> Any:
         raise type(error)([f"{path}: {one}" for one in problems]) from error
 
 
-def _selected(path: str, columns: Sequence[Column], request: Request) -> list[Column]:
+def _selected(path: str, columns: Sequence[Column], request: Request, skipped: Sequence[str]) -> list[Column]:
     if not columns:
-        raise DataError(f"{path}: holds no column of numbers")
+        others = f"; its columns of something else are {', '.join(skipped)}" if skipped else ""
+        raise DataError(f"{path}: holds no column of numbers{others}")
     if request.channels is None:
         return list(columns)
     known = {one.name: one for one in columns}

@@ -17,6 +17,12 @@ def _table(path: str) -> Any:
     return need("pyarrow.feather", "import").read_table(path)
 
 
+def _numbers(column: Any) -> Any:
+    """Decimal numbers as floats; other columns unchanged."""
+    arrow = need("pyarrow", "import")
+    return column.cast(arrow.float64()) if arrow.types.is_decimal(column.type) else column
+
+
 def read(path: str, request: Request) -> Recording:
     """Reads a table. Units are in the names of columns or in the metadata of fields (`unit`)."""
     table = _table(path)
@@ -25,7 +31,7 @@ def read(path: str, request: Request) -> Recording:
         for field in table.schema
         if field.metadata and b"unit" in field.metadata
     }
-    named = ((name, table[name].to_numpy()) for name in table.column_names)
+    named = ((name, _numbers(table[name]).to_numpy()) for name in table.column_names)
     columns, skipped = columns_of(named, {**units, **request.units})
     return recording_of(path, importer.name, columns, request, skipped)
 

@@ -13,6 +13,7 @@
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/file/plain_value.hpp"
+#include "tumble/math/interruption.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::csv {
@@ -120,6 +121,7 @@ class Writer {
   }
 
   void flush() {
+    stop_if_asked();
     file_.write(text_);
     text_.clear();
   }

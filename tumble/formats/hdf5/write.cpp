@@ -7,6 +7,7 @@
 #include "tumble/formats/file/plain_value.hpp"
 #include "tumble/formats/hdf5/handle.hpp"
 #include "tumble/formats/hdf5/read.hpp"
+#include "tumble/math/interruption.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::hdf5 {
@@ -195,6 +196,7 @@ class Writer {
 
   void extend(Dataset& target, const std::vector<double>& values, const Unit& unit) {
     for (std::size_t first = 0; first < values.size(); first += largest_written_chunk) {
+      stop_if_asked();
       const hsize_t start = target.count;
       const hsize_t count = std::min<hsize_t>(largest_written_chunk, values.size() - first);
       scratch_.resize(count);

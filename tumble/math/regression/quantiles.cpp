@@ -9,8 +9,11 @@
 namespace tumble {
 
 double student_quantile(double probability, double degrees_of_freedom) {
-  // Boost takes an infinite number of degrees of freedom as the normal distribution.
-  return boost::math::quantile(boost::math::students_t_distribution<double>(degrees_of_freedom), probability);
+  // Boost takes an infinite number of degrees of freedom as the normal distribution. Of almost none, the quantile is
+  // beyond all doubles: infinite, where Boost would throw.
+  namespace policies = boost::math::policies;
+  using Infinite = policies::policy<policies::overflow_error<policies::ignore_error>>;
+  return boost::math::quantile(boost::math::students_t_distribution<double, Infinite>(degrees_of_freedom), probability);
 }
 
 double chi_square_quantile(double probability, double degrees_of_freedom) {
