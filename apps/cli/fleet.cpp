@@ -119,8 +119,67 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   hand_over(arguments);
 }
 
+/// How the work is spread.
+std::vector<Argument> workers_of(Arguments& arguments) {
+  return {{.name = "--executor",
+           .value = &arguments.executor,
+           .description = "run, record: where the work is done (default: processes)",
+           .words = {"processes", "serial", "dask"}},
+          {.name = "--scheduler",
+           .value = &arguments.scheduler,
+           .description = "run, record: a Dask cluster that is there: tcp://host:8786",
+           .type = "ADDRESS"},
+          {.name = "--workers",
+           .value = &arguments.workers,
+           .description = "run, record: number of processes (default: one for each\nprocessor)",
+           .type = "NUMBER"},
+          {.name = "--retries",
+           .value = &arguments.retries,
+           .description = "run, record: how often a task is tried again whose worker\nended (default: 2)",
+           .type = "NUMBER"},
+          {.name = "--timeout",
+           .value = &arguments.timeout,
+           .description = "run: seconds after which a worker is ended",
+           .type = "SECONDS"}};
+}
+
+/// What is done with each recording.
+std::vector<Argument> reduction_of(Arguments& arguments) {
+  return {{"--retry-errors", &arguments.retry_errors, "run: reduce recordings again whose row is an error"},
+          {.name = "--serial",
+           .value = &arguments.serial,
+           .description = "run: regular expression that finds the serial number in a\nname (default: the file's name)",
+           .type = "PATTERN"},
+          {.name = "--archive",
+           .value = &arguments.archive,
+           .description = "run: archive that takes the results",
+           .type = "ARCHIVE"},
+          {.name = "--by", .value = &arguments.by, .description = "run: who archives them", .type = "NAME"},
+          {.name = "--set",
+           .value = &arguments.sets,
+           .description = "run, record: replaces a value of the plan; repeatable",
+           .type = "KEY=VALUE"}};
+}
+
+/// What a summary holds.
+std::vector<Argument> summary_of(Arguments& arguments) {
+  return {{.name = "--parameter",
+           .value = &arguments.parameters,
+           .description = "summary: this parameter only; repeatable",
+           .type = "NAME"},
+          {.name = "--min",
+           .value = &arguments.least,
+           .description = "summary: lower limit, for capability and risk; repeatable",
+           .type = "NAME=VALUE"},
+          {.name = "--max",
+           .value = &arguments.most,
+           .description = "summary: upper limit; repeatable",
+           .type = "NAME=VALUE"},
+          {"--json", &arguments.json, "summary: print JSON instead of text"}};
+}
+
 std::vector<Argument> arguments_of(Arguments& arguments) {
-  return {
+  std::vector<Argument> all{
       {"ACTION", &arguments.action, "run, record, status, compact or summary", true},
       {"WHAT", &arguments.what,
        "run: PLAN and recordings, patterns or folders;\nrecord: PLAN and the files of one record;\nstatus, compact, "
@@ -128,54 +187,10 @@ std::vector<Argument> arguments_of(Arguments& arguments) {
       {.name = "-o,--output",
        .value = &arguments.output,
        .description = "run, record: folder of the fleet;\nsummary: file to write (.json, .html)",
-       .type = "FOLDER|FILE"},
-      {.name = "--executor",
-       .value = &arguments.executor,
-       .description = "run, record: where the work is done (default: processes)",
-       .words = {"processes", "serial", "dask"}},
-      {.name = "--scheduler",
-       .value = &arguments.scheduler,
-       .description = "run, record: a Dask cluster that is there: tcp://host:8786",
-       .type = "ADDRESS"},
-      {.name = "--workers",
-       .value = &arguments.workers,
-       .description = "run, record: number of processes (default: one for each\nprocessor)",
-       .type = "NUMBER"},
-      {.name = "--retries",
-       .value = &arguments.retries,
-       .description = "run, record: how often a task is tried again whose worker\nended (default: 2)",
-       .type = "NUMBER"},
-      {.name = "--timeout",
-       .value = &arguments.timeout,
-       .description = "run: seconds after which a worker is ended",
-       .type = "SECONDS"},
-      {"--retry-errors", &arguments.retry_errors, "run: reduce recordings again whose row is an error"},
-      {.name = "--serial",
-       .value = &arguments.serial,
-       .description = "run: regular expression that finds the serial number in a\nname (default: the file's name)",
-       .type = "PATTERN"},
-      {.name = "--archive",
-       .value = &arguments.archive,
-       .description = "run: archive that takes the results",
-       .type = "ARCHIVE"},
-      {.name = "--by", .value = &arguments.by, .description = "run: who archives them", .type = "NAME"},
-      {.name = "--set",
-       .value = &arguments.sets,
-       .description = "run, record: replaces a value of the plan; repeatable",
-       .type = "KEY=VALUE"},
-      {.name = "--parameter",
-       .value = &arguments.parameters,
-       .description = "summary: this parameter only; repeatable",
-       .type = "NAME"},
-      {.name = "--min",
-       .value = &arguments.least,
-       .description = "summary: lower limit, for capability and risk; repeatable",
-       .type = "NAME=VALUE"},
-      {.name = "--max",
-       .value = &arguments.most,
-       .description = "summary: upper limit; repeatable",
-       .type = "NAME=VALUE"},
-      {"--json", &arguments.json, "summary: print JSON instead of text"}};
+       .type = "FOLDER|FILE"}};
+  for (const auto& some : {workers_of(arguments), reduction_of(arguments), summary_of(arguments)})
+    all.insert(all.end(), some.begin(), some.end());
+  return all;
 }
 
 }  // namespace
