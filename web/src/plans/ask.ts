@@ -121,8 +121,9 @@ export async function ask<Answer>(path: string, body: unknown, control?: AbortSi
   ++waiting.value;
   try {
     const response = await fetch(inLanguage(path), { method: "POST", body: JSON.stringify(body), signal: control });
-    const answer = await response.json().catch(() => ({ problems: [response.statusText] }));
-    if (!response.ok) throw { status: response.status, problems: answer.problems ?? [response.statusText] } as Problem;
+    const answer = await response.json().catch(() => null);
+    if (response.ok && answer === null) throw { status: 0, problems: [] } as Problem; // the answer was cut off
+    if (!response.ok) throw { status: response.status, problems: answer?.problems ?? [response.statusText] } as Problem;
     return answer as Answer;
   } finally {
     --waiting.value;
