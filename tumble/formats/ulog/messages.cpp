@@ -68,7 +68,7 @@ std::vector<std::size_t> appended(const char* flags, const std::string& path) {
   std::vector<std::size_t> places;
   for (int k = 0; k < 3; ++k) {
     std::uint64_t place;
-    std::memcpy(&place, flags + 16 + 8 * k, sizeof place);
+    std::memcpy(&place, flags + 16 + std::ptrdiff_t{8} * k, sizeof place);
     if ((flags[8] & 1) != 0 && place > 0) places.push_back(place);
   }
   std::ranges::sort(places);
