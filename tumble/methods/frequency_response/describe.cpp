@@ -234,6 +234,25 @@ double weight_of(const LoopFit& fit, const Models& models) {
   return one == models.supported.end() ? 0.0 : one->weight;
 }
 
+std::string verdict_on(const LoopFit& fit, const Models& models) {
+  if (&fit == models.chosen) return "yes";
+  if (!fit.converged) return "no: did not converge";
+  return fit.accepted ? "no" : "no: does not fit";
+}
+
+/// A value of the fit and its sd; dashes where the model lacks this parameter.
+void add_value(const LoopFit& fit, const Measured& m, std::size_t parameter, bool logarithm,
+               std::vector<Table::Cell>& row) {
+  if (parameter >= fit.theta.size()) {
+    row.insert(row.end(), 2, std::string("-"));
+    return;
+  }
+  const double slope = logarithm ? std::exp(fit.theta[parameter]) : 1.0;
+  const auto [value, sd] = of_fit(fit, m, parameter, slope);
+  row.emplace_back(logarithm ? std::exp(value) : value);
+  row.emplace_back(sd);
+}
+
 Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool relative, const Models& models) {
   const Unit one, hertz = Unit::parse("Hz"), ms = Unit::parse("ms");
   Table table{"models",
@@ -255,27 +274,15 @@ Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool rel
               {}};
   for (const LoopFit& fit : fits) {
     std::vector<Table::Cell> row{std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
-                                 fit.chi_square, fit.degrees_of_freedom, fit.aicc,
-                                 std::string(&fit == models.chosen ? "yes"
-                                             : !fit.converged      ? "no: did not converge"
-                                             : !fit.accepted       ? "no: does not fit"
-                                                                   : "no")};
-    row.emplace_back(weight_of(fit, models));
-    row.emplace_back(std::exp(fit.theta[0] - (relative ? m.log_gain.front() : 0.0)));
-    const auto add = [&](std::size_t parameter, bool logarithm) {
-      if (parameter >= fit.theta.size()) {
-        row.emplace_back(std::string("-"));
-        row.emplace_back(std::string("-"));
-        return;
-      }
-      const double slope = logarithm ? std::exp(fit.theta[parameter]) : 1.0;
-      const auto [value, sd] = of_fit(fit, m, parameter, slope);
-      row.emplace_back(logarithm ? std::exp(value) : value);
-      row.emplace_back(sd);
-    };
-    add(1, false);
-    add(2, true);
-    add(3, false);
+                                 fit.chi_square,
+                                 fit.degrees_of_freedom,
+                                 fit.aicc,
+                                 verdict_on(fit, models),
+                                 weight_of(fit, models),
+                                 std::exp(fit.theta[0] - (relative ? m.log_gain.front() : 0.0))};
+    add_value(fit, m, 1, false, row);
+    add_value(fit, m, 2, true, row);
+    add_value(fit, m, 3, false, row);
     table.rows.push_back(std::move(row));
   }
   return table;
