@@ -41,7 +41,11 @@ int run(const ArchiveArguments& arguments, const Terminal& terminal) {
 
 std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
   return {
-      {"ACTION", &arguments.action, fmt::format("one of {}", fmt::join(action_names(), ", ")), true},
+      {.name = "ACTION",
+       .value = &arguments.action,
+       .description = fmt::format("one of {}", fmt::join(action_names(), ", ")),
+       .required = true,
+       .actions = action_names()},
       {"WHAT", &arguments.what,
        "ingest: files and folders of runs; show: RESULT, FILE or RUN; history, export: SERIAL or MODEL/SERIAL; chart, "
        "summary: PARAMETER; recompute, withdraw: RESULT; note: unit, instrument or model; import: FILE"},

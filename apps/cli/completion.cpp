@@ -42,14 +42,10 @@ std::vector<std::string> first_words_of(const Verb& verb) {
   if (verb.name == "list") words = catalogue_kinds();
   if (verb.name == "identify" || verb.name == "init")
     for (const auto* method : method_catalogue()) words.emplace_back(method->name);
-  if (verb.name == "archive")
-    words = {"init", "ingest", "list",      "show", "history",  "chart",  "summary",
-             "due",  "verify", "recompute", "note", "withdraw", "export", "import"};
-  if (verb.name == "fleet") words = {"run", "record", "status", "compact", "summary"};
-  if (verb.name == "station") words = {"check"};
   for (const auto& argument : verb.arguments)
     if (!argument.name.starts_with('-')) {
       words.insert(words.end(), argument.words.begin(), argument.words.end());
+      words.insert(words.end(), argument.actions.begin(), argument.actions.end());
       break;
     }
   if (verb.name == "init")

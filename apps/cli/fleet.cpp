@@ -110,12 +110,17 @@ int summary(const Arguments& arguments, const Terminal& terminal) {
   return 0;
 }
 
+const std::vector<std::string>& fleet_actions() {
+  static const std::vector<std::string> all{"run", "record", "status", "compact", "summary"};
+  return all;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.action == "summary") return summary(arguments, terminal);
-  const std::vector<std::string> words{"run", "record", "status", "compact", "summary"};
-  if (std::ranges::find(words, arguments.action) == words.end())
-    throw Error(Error::Kind::bad_input, fmt::format("fleet {}: one of {} is expected{}", arguments.action,
-                                                    fmt::join(words, ", "), did_you_mean(arguments.action, words)));
+  if (std::ranges::find(fleet_actions(), arguments.action) == fleet_actions().end())
+    throw Error(Error::Kind::bad_input,
+                fmt::format("fleet {}: one of {} is expected{}", arguments.action, fmt::join(fleet_actions(), ", "),
+                            did_you_mean(arguments.action, fleet_actions())));
   hand_over(arguments);
 }
 
@@ -180,7 +185,11 @@ std::vector<Argument> summary_of(Arguments& arguments) {
 
 std::vector<Argument> arguments_of(Arguments& arguments) {
   std::vector<Argument> all{
-      {"ACTION", &arguments.action, "run, record, status, compact or summary", true},
+      {.name = "ACTION",
+       .value = &arguments.action,
+       .description = "run, record, status, compact or summary",
+       .required = true,
+       .actions = fleet_actions()},
       {"WHAT", &arguments.what,
        "run: PLAN and recordings, patterns or folders;\nrecord: PLAN and the files of one record;\nstatus, compact, "
        "summary: FOLDER of the fleet"},

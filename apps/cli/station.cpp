@@ -104,7 +104,7 @@ Verb station_verb() {
   return {
       "station",
       "Speak to all devices of a station, and move none",
-      {{"WHAT", &arguments->what, "check", true},
+      {{.name = "WHAT", .value = &arguments->what, .description = "check", .required = true, .actions = {"check"}},
        {"STATION", &arguments->station, "station file (.toml)", true},
        {"-o,--output", &arguments->output, "write the answers as JSON in place of the table; - is standard output"}},
       "Example:\n"

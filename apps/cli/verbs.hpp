@@ -22,6 +22,8 @@ struct Argument {
   std::vector<std::string> words = {};  ///< what is accepted; empty: any text
   char separator = 0;                   ///< between several values of one occurrence; 0: one value each
   std::string bytes = {};               ///< a size with a unit; its default as the help shows it: "2 GB"
+  /// What shells offer here, of which the verb itself refuses all others.
+  std::vector<std::string> actions = {};
 };
 
 /// A word of the command line: its options, and what to do once they are read.
