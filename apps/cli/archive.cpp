@@ -39,13 +39,17 @@ int run(const ArchiveArguments& arguments, const Terminal& terminal) {
                                                   fmt::join(words, ", "), did_you_mean(arguments.action, words)));
 }
 
+Argument action_of(ArchiveArguments& arguments) {
+  return {.name = "ACTION",
+          .value = &arguments.action,
+          .description = fmt::format("one of {}", fmt::join(action_names(), ", ")),
+          .required = true,
+          .actions = action_names()};
+}
+
 std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
   return {
-      {.name = "ACTION",
-       .value = &arguments.action,
-       .description = fmt::format("one of {}", fmt::join(action_names(), ", ")),
-       .required = true,
-       .actions = action_names()},
+      action_of(arguments),
       {"WHAT", &arguments.what,
        "ingest: files and folders of runs; show: RESULT, FILE or RUN; history, export: SERIAL or MODEL/SERIAL; chart, "
        "summary: PARAMETER; recompute, withdraw: RESULT; note: unit, instrument or model; import: FILE"},
