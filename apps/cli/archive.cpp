@@ -47,36 +47,9 @@ Argument action_of(ArchiveArguments& arguments) {
           .actions = action_names()};
 }
 
-std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
+/// What is looked at, and how.
+std::vector<Argument> view_of(ArchiveArguments& arguments) {
   return {
-      action_of(arguments),
-      {"WHAT", &arguments.what,
-       "ingest: files and folders of runs; show: RESULT, FILE or RUN; history, export: SERIAL or MODEL/SERIAL; chart, "
-       "summary: PARAMETER; recompute, withdraw: RESULT; note: unit, instrument or model; import: FILE"},
-      archive_argument(arguments.archive),
-      by_argument(arguments.archive),
-      {.name = "--reason", .value = &arguments.archive.why, .description = "why it is done", .type = "TEXT"},
-      {.name = "--replaces",
-       .value = &arguments.replaces,
-       .description = "ingest: the result that the new one corrects",
-       .type = "RESULT"},
-      {.name = "--unit",
-       .value = &arguments.unit,
-       .description = "ingest: the unit, where the files do not say it;\nchart: the unit whose results are charted",
-       .type = "MODEL/SERIAL"},
-      {.name = "--ended",
-       .value = &arguments.date,
-       .description = "ingest: when the test ended, where recordings do not say it;\nnote: when it happened: "
-                      "2026-11-20T09:00:00Z",
-       .type = "TIME"},
-      {.name = "--lab",
-       .value = &arguments.lab,
-       .description = "ingest: equipment of a laboratory file",
-       .type = "LAB"},
-      {.name = "--files",
-       .value = &arguments.files,
-       .description = "init: folder of the files, or `database`; required on a server",
-       .type = "FOLDER"},
       {.name = "--model", .value = &arguments.model, .description = "units of this model only", .type = "MODEL"},
       {.name = "--parameter",
        .value = &arguments.parameter,
@@ -104,6 +77,41 @@ std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
        .type = "FIGURE"},
       {"--json", &arguments.json, "print JSON instead of tables"},
       {"-o,--output", &arguments.output, "show, export, verify: file to write"}};
+}
+
+std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
+  std::vector<Argument> all{
+      action_of(arguments),
+      {"WHAT", &arguments.what,
+       "ingest: files and folders of runs; show: RESULT, FILE or RUN; history, export: SERIAL or MODEL/SERIAL; chart, "
+       "summary: PARAMETER; recompute, withdraw: RESULT; note: unit, instrument or model; import: FILE"},
+      archive_argument(arguments.archive),
+      by_argument(arguments.archive),
+      {.name = "--reason", .value = &arguments.archive.why, .description = "why it is done", .type = "TEXT"},
+      {.name = "--replaces",
+       .value = &arguments.replaces,
+       .description = "ingest: the result that the new one corrects",
+       .type = "RESULT"},
+      {.name = "--unit",
+       .value = &arguments.unit,
+       .description = "ingest: the unit, where the files do not say it;\nchart: the unit whose results are charted",
+       .type = "MODEL/SERIAL"},
+      {.name = "--ended",
+       .value = &arguments.date,
+       .description = "ingest: when the test ended, where recordings do not say it;\nnote: when it happened: "
+                      "2026-11-20T09:00:00Z",
+       .type = "TIME"},
+      {.name = "--lab",
+       .value = &arguments.lab,
+       .description = "ingest: equipment of a laboratory file",
+       .type = "LAB"},
+      {.name = "--files",
+       .value = &arguments.files,
+       .description = "init: folder of the files, or `database`; required on a server",
+       .type = "FOLDER"}};
+  const auto view = view_of(arguments);
+  all.insert(all.end(), view.begin(), view.end());
+  return all;
 }
 
 }  // namespace
