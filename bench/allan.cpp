@@ -4,10 +4,12 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "tumble/math/parallel.hpp"
@@ -59,6 +61,17 @@ void hundred_factors(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(tumble::overlapping_allan(rate, 1.0, hundred));
 }
 BENCHMARK(hundred_factors)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+
+/// 104 factors between 1 and 10^6.5, even in their logarithm: they have no common factors, so that no sum serves two.
+void hundred_free_factors(benchmark::State& state) {
+  const auto rate = recording(ten_million, 1);
+  std::set<std::size_t> factors;
+  for (int k = 0; factors.size() < 104; ++k) factors.insert(static_cast<std::size_t>(std::pow(10.0, 6.5 / 112.0 * k)));
+  tumble::AllanOptions options;
+  options.factors.assign(factors.begin(), factors.end());
+  for (auto _ : state) benchmark::DoNotOptimize(tumble::overlapping_allan(rate, 1.0, options));
+}
+BENCHMARK(hundred_free_factors)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 constexpr std::size_t million = 1000000;
 

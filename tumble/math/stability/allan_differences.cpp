@@ -1,60 +1,31 @@
 #include "tumble/math/stability/allan_differences.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <iterator>
 #include <limits>
-#include <numeric>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/stability/difference_kernels.hpp"
 #include "tumble/math/stability/lag_sums.hpp"
 
 namespace tumble {
 namespace {
 
-/// sum_{n<count} ((x_n - x_{n+m}) + (x_{n+2m} - x_{n+m}))^2: differences of values near each other are exact, which the
-/// sum of the outer two is not. Lanes and order of addition are fixed.
-[[gnu::always_inline]] inline double sum_in_lanes(const double* x, std::size_t m, std::size_t count) {
-  using Lanes = double __attribute__((vector_size(32)));
-  constexpr std::size_t width = 4;
-  Lanes squares[2] = {};
-  std::size_t n = 0;
-  for (; n + 2 * width <= count; n += 2 * width) {
-#pragma GCC unroll 2
-    for (std::size_t k = 0; k < 2; ++k) {
-      const double* const p = x + n + k * width;
-      Lanes first, middle, last;
-      std::memcpy(&first, p, sizeof first);
-      std::memcpy(&middle, p + m, sizeof middle);
-      std::memcpy(&last, p + 2 * m, sizeof last);
-      const Lanes z = (first - middle) + (last - middle);
-      squares[k] += z * z;
+/// All terms of these factors, to their places: piece by piece, which serves all of them while the caches hold it.
+void add_directly(std::span<const double> x, std::span<const std::size_t> factors, std::span<const std::size_t> places,
+                  std::span<double> sums) {
+  constexpr std::size_t piece = 32768;
+  if (places.empty()) return;
+  const std::size_t most = x.size() - 2 * factors[places.front()];  // terms
+  std::vector<double> partial((most + piece - 1) / piece * places.size(), 0.0);
+  parallel_pieces(most, piece, [&](std::size_t first, std::size_t last) {
+    double* const here = partial.data() + first / piece * places.size();
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const std::size_t m = factors[places[k]], end = std::min(last, x.size() - 2 * m);
+      if (first < end) here[k] = second_difference_squares(x.data() + first, m, end - first);
     }
-  }
-  const Lanes both = squares[0] + squares[1];
-  double sum = (both[0] + both[1]) + (both[2] + both[3]);
-  for (; n < count; ++n) {
-    const double z = (x[n] - x[n + m]) + (x[n + 2 * m] - x[n + m]);
-    sum += z * z;
-  }
-  return sum;
-}
-
-#ifdef __x86_64__
-[[gnu::target("avx2")]] double sum_avx2(const double* x, std::size_t m, std::size_t count) {
-  return sum_in_lanes(x, m, count);
-}
-#endif
-
-/// All terms of one factor.
-double sum_directly(std::span<const double> x, std::size_t factor) {
-  constexpr std::size_t piece = 65536;
-  const std::size_t terms = x.size() - 2 * factor;
-  std::vector<double> partial((terms + piece - 1) / piece, 0.0);
-  parallel_pieces(terms, piece, [&](std::size_t first, std::size_t last) {
-    partial[first / piece] = second_difference_squares(x.data() + first, factor, last - first);
   });
-  return std::accumulate(partial.begin(), partial.end(), 0.0);
+  for (std::size_t i = 0; i < partial.size(); ++i) sums[places[i % places.size()]] += partial[i];
 }
 
 /// Factors whose sum of second differences follows from sums over lags, and their doubles.
@@ -73,10 +44,7 @@ std::vector<std::size_t> lags_of(std::size_t size, std::span<const std::size_t> 
 }  // namespace
 
 double second_difference_squares(const double* x, std::size_t factor, std::size_t count) {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) return sum_avx2(x, factor, count);
-#endif
-  return sum_in_lanes(x, factor, count);
+  return difference_kernels().second_differences(x, factor, count);
 }
 
 void add_second_differences(std::span<const double> x, std::span<const std::size_t> factors, std::span<double> sums) {
@@ -95,12 +63,17 @@ void add_second_differences(std::span<const double> x, std::span<const std::size
     const auto found = std::lower_bound(lags.begin(), lags.end(), lag);
     return found != lags.end() && *found == lag ? &by_lag[static_cast<std::size_t>(found - lags.begin())] : nullptr;
   };
+  std::vector<std::size_t> left;
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const LagSum *one = at(factors[i]), *two = at(2 * factors[i]);
     const double sum = one && two ? 2.0 * one->inner - two->all : 0.0;
     const bool exact = one && two && rounding * (2.0 * one->inner + two->all) <= 1e-10 * sum;
-    sums[i] += exact ? sum : sum_directly(x, factors[i]);
+    if (exact)
+      sums[i] += sum;
+    else
+      left.push_back(i);
   }
+  add_directly(x, factors, left, sums);
 }
 
 std::vector<double> second_difference_sums(const Phase& phase, std::span<const std::size_t> factors) {

@@ -2,124 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <tuple>
 #include <utility>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/stability/difference_kernels.hpp"
 
 namespace tumble {
 namespace {
 
-using Lanes = double __attribute__((vector_size(32)));
-constexpr std::size_t width = sizeof(Lanes) / sizeof(double);
-
-/// sum += z z, rounded once.
-template <bool avx2>
-[[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
-#if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
-  if constexpr (avx2) {
-    Lanes next = sum;
-    asm("vfmadd231pd %1, %1, %0" : "+x"(next) : "x"(z));
-    sum = next;
-    return;
-  }
-#endif
-  for (std::size_t i = 0; i < width; ++i) sum[i] = std::fma(z[i], z[i], sum[i]);
-}
-
-/// squares[into[g]] += sum_{n<count} (a_{n + lags[g]} - a_n)^2 in lanes. These and the order of addition are fixed, so
-/// the result does not depend on the processor that runs it.
-template <std::size_t together, bool avx2>
-[[gnu::always_inline]] inline void add_in_lanes(const double* a, const std::size_t* lags, const std::size_t* into,
-                                                std::size_t count, Lanes* squares) {
-  constexpr std::size_t beside = together == 1 ? 4 : together <= 4 ? 2 : 1;  // sums of one lag, so that none waits
-  Lanes sums[together][beside] = {};
-  std::size_t n = 0;
-  for (; n + beside * width <= count; n += beside * width) {
-#pragma GCC unroll 4
-    for (std::size_t k = 0; k < beside; ++k) {
-      Lanes first;
-      std::memcpy(&first, a + n + k * width, sizeof first);
-#pragma GCC unroll 12
-      for (std::size_t g = 0; g < together; ++g) {
-        Lanes z;
-        std::memcpy(&z, a + n + k * width + lags[g], sizeof z);
-        add_square<avx2>(first - z, sums[g][k]);
-      }
-    }
-  }
-  for (std::size_t g = 0; g < together; ++g) {
-    for (std::size_t k = 0; k < beside; ++k) squares[into[g]] += sums[g][k];
-    for (std::size_t i = n; i < count; ++i) squares[into[g]][0] += (a[i] - a[i + lags[g]]) * (a[i] - a[i + lags[g]]);
-  }
-}
-
-struct alignas(64) Line {
-  double values[8];
-};
-constexpr std::size_t line = 8, most_lines = 8;
-
-/// Columns that lie beside each other, of rows a step apart, line by line.
-template <std::size_t lines>
-[[gnu::always_inline]] inline void put_lines(const double* x, std::size_t step, std::size_t rows, Line* tile) {
-  for (std::size_t row = 0; row < rows; ++row)
-    for (std::size_t k = 0; k < 2 * lines; ++k) {
-      Lanes half;
-      std::memcpy(&half, x + row * step + k * width, sizeof half);
-      std::memcpy(tile[k / 2 * rows + row].values + k % 2 * width, &half, sizeof half);
-    }
-}
-
-template <std::size_t together>
-void add_plain(const double* a, const std::size_t* lags, const std::size_t* into, std::size_t count, Lanes* squares) {
-  add_in_lanes<together, false>(a, lags, into, count, squares);
-}
-
-template <std::size_t lines>
-void put_plain(const double* x, std::size_t step, std::size_t rows, Line* tile) {
-  put_lines<lines>(x, step, rows, tile);
-}
-
-#ifdef __x86_64__
-template <std::size_t together>
-[[gnu::target("avx2,fma")]] void add_avx2(const double* a, const std::size_t* lags, const std::size_t* into,
-                                          std::size_t count, Lanes* squares) {
-  add_in_lanes<together, true>(a, lags, into, count, squares);
-}
-
-template <std::size_t lines>
-[[gnu::target("avx2,fma")]] void put_avx2(const double* x, std::size_t step, std::size_t rows, Line* tile) {
-  put_lines<lines>(x, step, rows, tile);
-}
-#endif
-
-constexpr std::size_t most_together = 12;  // lags that share the first value of their differences: one register each
-
-/// What the processor can do, chosen by hand: the resolver of target_clones runs before a thread sanitiser is ready.
-struct Kernels {
-  std::array<void (*)(const double*, const std::size_t*, const std::size_t*, std::size_t, Lanes*), most_together> add;
-  void (*put_line)(const double*, std::size_t, std::size_t, Line*);
-  void (*put_lines)(const double*, std::size_t, std::size_t, Line*);
-};
-
-template <std::size_t... g>
-Kernels kernels_of(std::index_sequence<g...>) {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    return {{&add_avx2<g + 1>...}, &put_avx2<1>, &put_avx2<most_lines>};
-#endif
-  return {{&add_plain<g + 1>...}, &put_plain<1>, &put_plain<most_lines>};
-}
-
-const Kernels& kernels() {
-  static const Kernels chosen = kernels_of(std::make_index_sequence<most_together>());
-  return chosen;
-}
+constexpr std::size_t line = 8, most_lines = DifferenceKernels::many_lines;
 
 /// The series as rows of `step` values: lags that are multiples of it are whole rows, and 8 columns of all rows that
-/// they reach, put one after the other, fit into the first cache, where every value then serves every lag twice.
+/// they reach, put one after the other, fit into the first cache or hardly more, where every value then serves every
+/// lag twice.
 struct Level {
   std::size_t step = 1;
   std::size_t rows = 1;           ///< worked through at once
@@ -128,10 +25,10 @@ struct Level {
 };
 constexpr std::size_t most_lags = 128;
 constexpr std::size_t short_series = 65536;                 // 512 kB: all its lags from the second cache
-constexpr std::size_t first_step = 32, step_ratio = 8;      // of the levels
-constexpr std::size_t shortest = 16;                        // lag of a level [rows]: below 512 values there are no rows
+constexpr std::size_t first_step = 64, step_ratio = 16;     // of the levels
+constexpr std::size_t shortest = 16;                        // lag of a level [rows]: below 1024 values there are no rows
 constexpr std::size_t fewest_rows = step_ratio * shortest;  // of the last level, which takes all longer lags
-constexpr std::size_t near_step = 256;  // up to which a piece is worked through by all levels while it is in the cache
+constexpr std::size_t near_step = 64;  // up to which a piece is worked through by all levels while it is in the cache
 constexpr std::size_t piece = 65536;
 
 std::size_t next_step(std::size_t step) { return step == 1 ? first_step : step_ratio * step; }
@@ -149,7 +46,7 @@ std::vector<Level> levels_of(std::size_t size, std::span<const std::size_t> lags
     const std::size_t step = step_of(size, lags[i]);
     if (levels.empty() || levels.back().step != step || levels.back().lags.size() == most_lags) {
       const bool last = size / next_step(step) < fewest_rows;
-      const std::size_t rows = step == 1 ? 2048 : step <= near_step ? 256 : last ? size / step + 1 : 512;
+      const std::size_t rows = step == 1 ? 2048 : step > near_step && last ? size / step + 1 : 512;
       levels.push_back({.step = step, .rows = rows, .lags = {}, .place = i});
     }
     levels.back().lags.push_back(lags[i] / step);
@@ -184,24 +81,26 @@ std::vector<Stretch> stretches_of(const Level& level, std::size_t first, std::si
 /// Rows of `columns` values from the first of the first stretch on, with all rows after them that the lags reach.
 void add_rows(const double* values, std::size_t columns, const std::vector<Stretch>& stretches, const Level& level,
               LagSum* sums) {
-  std::array<Lanes, 3 * most_lags> squares;
+  const DifferenceKernels& kernels = difference_kernels();
+  std::array<EightSums, 3 * most_lags> squares;
   std::array<std::size_t, most_lags> lags;
-  std::fill_n(squares.begin(), 3 * level.lags.size(), Lanes{});
+  std::fill_n(squares.begin(), 3 * level.lags.size(), EightSums{});
   for (std::size_t g = 0; g < level.lags.size(); ++g) lags[g] = level.lags[g] * columns;
   for (const Stretch& stretch : stretches) {
     const double* const from = values + (stretch.first - stretches.front().first) * columns;
     const std::size_t count = (stretch.last - stretch.first) * columns;
     std::size_t g = 0;
-    for (std::size_t rounds = (stretch.into.size() + most_together - 1) / most_together; rounds > 0; --rounds) {
+    for (std::size_t rounds = (stretch.into.size() + kernels.most_together - 1) / kernels.most_together; rounds > 0;
+         --rounds) {
       const std::size_t together = (stretch.into.size() - g + rounds - 1) / rounds;
-      kernels().add[together - 1](from, lags.data() + g, stretch.into.data() + g, count, squares.data());
+      kernels.add_lags[together - 1](from, lags.data() + g, stretch.into.data() + g, count, squares.data());
       g += together;
     }
   }
   for (std::size_t g = 0; g < level.lags.size(); ++g)
     for (int often = 0; often < 3; ++often) {
-      const Lanes& one = squares[3 * g + often];
-      const double sum = (one[0] + one[1]) + (one[2] + one[3]);
+      const auto& one = squares[3 * g + often].values;
+      const double sum = ((one[0] + one[1]) + (one[2] + one[3])) + ((one[4] + one[5]) + (one[6] + one[7]));
       sums[g].all += sum;
       sums[g].inner += often * sum;
     }
@@ -229,7 +128,7 @@ void add_columns(std::span<const double> x, const Level& level, std::size_t row,
   const std::size_t lines = level.step <= near_step ? 1 : most_lines;
   room.resize(std::max(room.size(), lines * reached));
   for (; column + lines * line <= end; column += lines * line) {
-    (lines == 1 ? kernels().put_line : kernels().put_lines)(from + column, level.step, reached, room.data());
+    difference_kernels().put_lines(from + column, level.step, reached, lines, room.data());
     for (std::size_t k = 0; k < lines; ++k) {
       if (lines > 1 && column + 2 * lines * line <= end)
         fetch(from + column + lines * line, level.step, k * reached / lines, (k + 1) * reached / lines);
@@ -294,7 +193,7 @@ std::vector<LagSum> lag_sums(std::span<const double> x, std::span<const std::siz
   const auto tasks = tasks_of(x.size(), levels);
   std::vector<LagSum> partial(tasks.size() * lags.size()), sums(lags.size());
   parallel_for(tasks.size(), [&](std::size_t t) {
-    std::vector<Line> room;
+    static thread_local std::vector<Line> room;  // a task is short beside the pages of its own room
     for (std::size_t k = tasks[t].from; k < tasks[t].to; ++k)
       add_level(x, levels[k], tasks[t].part, room, partial.data() + t * lags.size() + levels[k].place);
   });

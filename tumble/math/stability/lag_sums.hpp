@@ -17,8 +17,8 @@ struct LagSum {
   double inner = 0.0;  ///< sum of d_n^2 + d_{n+m}^2 over n < N - 2m
 };
 
-/// Whether lag_sums can work a lag out: it is short, or the series is, or it is a multiple of a power of two of about a
-/// sixteenth to a hundredth of it.
+/// Whether lag_sums can work a lag out: it is short, or the series is, or it is a multiple of a power of two, a
+/// sixteenth of it to a 256th.
 bool has_lag_sum(std::size_t size, std::size_t lag);
 
 /// One sum a lag, each below the size of the series and with has_lag_sum; on all threads where the series is long. The
