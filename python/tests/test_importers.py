@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -83,6 +85,37 @@ def test_tdms_is_read_with_the_units_and_the_clock_of_its_waveforms(tmp_path):
     assert both["volts"].shown_unit == "mV"
 
 
+def test_tdms_waveforms_keep_the_time_between_them(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    noon = np.datetime64("2026-03-01T12:00:00.000000")
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        for name, date in [("late", noon + np.timedelta64(500, "ms")), ("early", noon)]:
+            properties = {"unit_string": "V", "wf_increment": 1 / RATE, "wf_start_time": date}
+            writer.write_segment([nptdms.ChannelObject(name, "x", samples(), properties)])
+    recording = tumble.read(tmp_path / "a.tdms")
+    assert [recording[name].times[0] for name in ("early.x", "late.x")] == [0.0, 0.5]
+
+
+@pytest.mark.parametrize("dates", [True, False])
+def test_tdms_without_waveforms_takes_the_times_of_a_channel(tmp_path, dates):
+    nptdms = pytest.importorskip("nptdms")
+    x, times = samples(), np.arange(len(samples())) / RATE
+    stamps = np.datetime64("2026-03-01T12:00:00.000000") + np.round(1e6 * times).astype("timedelta64[us]")
+    clock = ("Stamp", stamps, {}) if dates else ("Time", 1e3 * times, {"unit_string": "ms"})
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("log", *clock),
+                nptdms.ChannelObject("log", "gyro.x", x, {"unit_string": "deg/s"}),
+                nptdms.ChannelObject("log", "note", ["a"] * len(x)),
+            ]
+        )
+    recording = tumble.read(tmp_path / "a.tdms")
+    assert list(recording) == ["gyro.x"]
+    np.testing.assert_allclose(recording["gyro.x"].times, times, atol=2e-9)
+    assert "note" in recording.meta["skipped"]
+
+
 @pytest.mark.parametrize("version", [1, 2])
 def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
     pytest.importorskip("rosbags")
@@ -157,6 +190,24 @@ def test_the_command_of_python_converts(tmp_path):
     done = subprocess.run([*convert, *sets], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     np.testing.assert_allclose(tumble.read(tmp_path / "a.h5")["gyro.x"].in_(), 0.1 * np.arange(20), rtol=4e-16)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
+def test_a_list_that_cannot_be_written_is_an_error():
+    with open("/dev/full", "w") as full:
+        listed = subprocess.run(
+            [sys.executable, "-m", "tumble", "importers"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (listed.returncode, listed.stderr) == (3, "error: standard output: No space left on device\n")
+
+
+def test_a_recording_is_unpickled_in_another_folder(tmp_path, monkeypatch):
+    tumble.from_arrays({"gyro.x[deg/s]": samples()}, rate=RATE).save(tmp_path / "a.csv")
+    monkeypatch.chdir(tmp_path)
+    kept = pickle.dumps(tumble.read("a.csv"))
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    np.testing.assert_array_equal(pickle.loads(kept)["gyro.x"].values, tumble.read("../a.csv")["gyro.x"].values)
 
 
 def test_every_importer_names_itself():

@@ -7,6 +7,7 @@ python3 -m tumble importers                                  these formats
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from typing import Any
 
@@ -34,14 +35,23 @@ def main(arguments: list[str] | None = None) -> int:
     verbs.add_parser("importers", help="list the formats that Python reads")
     given = parser.parse_args(arguments)
     if given.verb == "importers":
-        for one in importers():
-            print(f"{one.name:10}  {', '.join(one.suffixes):30}  {one.summary}")
-        return 0
+        return _print("".join(f"{one.name:10}  {', '.join(one.suffixes):30}  {one.summary}\n" for one in importers()))
     try:
         read(given.recording, **_arguments(given.set)).save(given.output)
     except tumble.TumbleError as error:
         print("error: " + "\n       ".join(error.problems), file=sys.stderr)
         return error.status
+    return 0
+
+
+def _print(text: str) -> int:
+    """Exit status: that of a file that cannot be written where nobody takes the text."""
+    try:
+        print(text, end="", flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left would fail again at the end
+        print(f"error: standard output: {error.strerror}", file=sys.stderr)
+        return tumble.FileError.status
     return 0
 
 

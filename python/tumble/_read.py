@@ -96,7 +96,7 @@ def read(
         return imported
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
-    return Recording(core, (text, {key: value for key, value in given.items() if value is not None}))
+    return Recording(core, _source_of(text, given))
 
 
 PLAIN = ("rate", "segment_column", "missing", "decimal", "time", "date", "encoding", "skip", "frames")
@@ -124,8 +124,13 @@ def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
         raise
     except Exception as error:  # of whatever package reads the file
         raise FileError(f"{path}: {importer.name} cannot read it: {error}") from error
-    recording._source = (path, {key: value for key, value in given.items() if value is not None})
+    recording._source = _source_of(path, given)
     return recording
+
+
+def _source_of(path: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """How to read the file again, from any folder."""
+    return os.path.abspath(path), {key: value for key, value in given.items() if value is not None}
 
 
 def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from tumble.importers import Column
 _NAMED = re.compile(r"^(?P<name>.+?)\s*\[(?P<unit>[^\[\]]*)\]$")
 
 
-def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> tuple[list[Column], list[str]]:
+def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str | None]) -> tuple[list[Column], list[str]]:
     """Columns of numbers with their times, and the names of those that hold none.
 
     Given     named  header and values (array) of each column
@@ -24,7 +24,7 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> tu
     for header, values in named:
         match = _NAMED.match(header)
         name = match["name"] if match else header
-        unit = match["unit"] if match else units.get(header)
+        unit = match["unit"] if match else units.get(header) or None
         array = np.asarray(values)
         if array.dtype.kind in "mM" and times is None:
             times = array
