@@ -27,7 +27,7 @@ inline void add_square(double z, double& sum) { sum = std::fma(z, z, sum); }
 template <class Lanes>
 [[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
 #if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
-  if constexpr (width<Lanes> > 2) {
+  if constexpr (width < Lanes >> 2) {
     Lanes next = sum;
     asm("vfmadd231pd %1, %1, %0" : "+v"(next) : "v"(z));
     sum = next;
@@ -83,7 +83,8 @@ template <std::size_t lines, class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void put_in_lanes(const double* x, std::size_t step, std::size_t rows, std::size_t lines,
                                                 Line* tile) {
-  if (lines == DifferenceKernels::many_lines) return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
+  if (lines == DifferenceKernels::many_lines)
+    return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
   for (std::size_t k = 0; k < lines; ++k) put_some<1, Lanes>(x + 8 * k, step, rows, tile + k * rows);
 }
 

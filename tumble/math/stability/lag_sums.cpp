@@ -24,9 +24,9 @@ struct Level {
   std::size_t place = 0;          ///< of the first among all lags
 };
 constexpr std::size_t most_lags = 128;
-constexpr std::size_t short_series = 65536;                 // 512 kB: all its lags from the second cache
-constexpr std::size_t first_step = 64, step_ratio = 16;     // of the levels
-constexpr std::size_t shortest = 16;                        // lag of a level [rows]: below 1024 values there are no rows
+constexpr std::size_t short_series = 65536;              // 512 kB: all its lags from the second cache
+constexpr std::size_t first_step = 64, step_ratio = 16;  // of the levels
+constexpr std::size_t shortest = 16;                     // lag of a level [rows]: below 1024 values there are no rows
 constexpr std::size_t fewest_rows = step_ratio * shortest;  // of the last level, which takes all longer lags
 constexpr std::size_t near_step = 64;  // up to which a piece is worked through by all levels while it is in the cache
 constexpr std::size_t piece = 65536;
