@@ -61,6 +61,18 @@ TEST(Image, OfPngIsRefusedWithAnyByteChanged) {
   EXPECT_EQ(fault_of_image(with(whole, 45, "x")), "it is damaged: the checksum of the chunk at byte 33 is wrong");
 }
 
+/// Lengths and markers that lead out of the bytes: a fault or none, and no read beyond them.
+TEST(Image, WithAnyByteChangedIsReadToItsEndAndNoFurther) {
+  for (std::string whole :
+       {picture("mark.jpg"), picture("mark_progressive.jpg"), picture("mark.gif"), svg("width=\"9\"")}) {
+    std::size_t refused = 0;
+    for (std::size_t place = 0; place < whole.size(); ++place)
+      for (const char byte : {'\0', '\x3b', '\xd9', '\xff'})
+        refused += fault_of_image(with(whole, place, std::string(1, byte))).empty() ? 0 : 1;
+    EXPECT_GT(refused, 10u);
+  }
+}
+
 TEST(Image, WithoutASizeIsRefused) {
   const std::string png = picture("mark.png"), jpeg = picture("mark.jpg"), gif = picture("mark.gif");
   const std::string zero = "its width or height is zero";
