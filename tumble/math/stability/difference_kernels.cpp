@@ -1,5 +1,6 @@
 #include "tumble/math/stability/difference_kernels.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -27,7 +28,7 @@ inline void add_square(double z, double& sum) { sum = std::fma(z, z, sum); }
 template <class Lanes>
 [[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
 #if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
-  if constexpr (width<Lanes> > 2) {
+  if constexpr (width < Lanes >> 2) {
     Lanes next = sum;
     asm("vfmadd231pd %1, %1, %0" : "+v"(next) : "v"(z));
     sum = next;
@@ -49,26 +50,30 @@ template <std::size_t together, class Lanes>
 [[gnu::always_inline]] inline void add_in_lanes(const double* x, const std::size_t* lags, const std::size_t* into,
                                                 std::size_t count, EightSums* squares) {
   constexpr std::size_t beside = 8 / width<Lanes>;
-  Lanes sums[together][beside] = {};
   std::size_t n = 0;
-  for (; n + 8 <= count; n += 8) {
+  while (n + 8 <= count) {
+    const std::size_t end = n + std::min(count - n, 8 * DifferenceKernels::chain);
+    Lanes sums[together][beside] = {};
+    for (; n + 8 <= end; n += 8) {
 #pragma GCC unroll 4
-    for (std::size_t k = 0; k < beside; ++k) {
-      Lanes first;
-      load(x + n + k * width<Lanes>, first);
+      for (std::size_t k = 0; k < beside; ++k) {
+        Lanes first;
+        load(x + n + k * width<Lanes>, first);
 #pragma GCC unroll 12
-      for (std::size_t g = 0; g < together; ++g) {
-        Lanes z;
-        load(x + n + k * width<Lanes> + lags[g], z);
-        add_square<Lanes>(first - z, sums[g][k]);
+        for (std::size_t g = 0; g < together; ++g) {
+          Lanes z;
+          load(x + n + k * width<Lanes> + lags[g], z);
+          add_square<Lanes>(first - z, sums[g][k]);
+        }
       }
     }
+    for (std::size_t g = 0; g < together; ++g) {
+      auto& all = squares[into[g]].values;
+      for (std::size_t lane = 0; lane < 8; ++lane) all[lane] += sums[g][lane / width<Lanes>][lane % width<Lanes>];
+    }
   }
-  for (std::size_t g = 0; g < together; ++g) {
-    auto& all = squares[into[g]].values;
-    for (std::size_t lane = 0; lane < 8; ++lane) all[lane] += sums[g][lane / width<Lanes>][lane % width<Lanes>];
-    for (std::size_t i = n; i < count; ++i) add_square(x[i] - x[i + lags[g]], all[i - n]);
-  }
+  for (std::size_t g = 0; g < together; ++g)
+    for (std::size_t i = n; i < count; ++i) add_square(x[i] - x[i + lags[g]], squares[into[g]].values[i - n]);
 }
 
 template <std::size_t lines, class Lanes>
@@ -83,7 +88,8 @@ template <std::size_t lines, class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void put_in_lanes(const double* x, std::size_t step, std::size_t rows, std::size_t lines,
                                                 Line* tile) {
-  if (lines == DifferenceKernels::many_lines) return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
+  if (lines == DifferenceKernels::many_lines)
+    return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
   for (std::size_t k = 0; k < lines; ++k) put_some<1, Lanes>(x + 8 * k, step, rows, tile + k * rows);
 }
 
@@ -158,8 +164,7 @@ std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
 #ifdef __x86_64__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return found;
   found.push_back({{&add_avx2<g % 6 + 1>...}, 6, &put_avx2, &second_avx2});
-  if (__builtin_cpu_supports("avx512f"))
-    found.push_back({{&add_avx512<g + 1>...}, 12, &put_avx512, &second_avx512});
+  if (__builtin_cpu_supports("avx512f")) found.push_back({{&add_avx512<g + 1>...}, 12, &put_avx512, &second_avx512});
 #endif
   return found;
 }

@@ -20,6 +20,7 @@ struct alignas(64) Line {
 /// are fixed, so that the result does not depend on the processor.
 struct DifferenceKernels {
   static constexpr std::size_t registers = 12;  ///< that hold sums
+  static constexpr std::size_t chain = 64;      ///< squares that a lane takes before it is added to what is there
 
   /// squares[into[g]] += sum_{n<count} (x_{n + lags[g]} - x_n)^2, in lanes n mod 8. Entry k takes k + 1 lags, which
   /// share the first value of their differences; `most_together` of the entries are meant.

@@ -77,7 +77,8 @@ TEST(DifferenceKernels, GiveTheSumsOfTheDefinition) {
     second += z * z;
   }
   const auto sums = lag_sums_of(difference_kernels(), x.data(), count)[1].values;  // of the last lag but one: 300
-  EXPECT_NEAR(std::accumulate(sums.begin(), sums.end(), 0.0), static_cast<double>(first), 1e-13 * static_cast<double>(first));
+  EXPECT_NEAR(std::accumulate(sums.begin(), sums.end(), 0.0), static_cast<double>(first),
+              1e-13 * static_cast<double>(first));
   EXPECT_NEAR(difference_kernels().second_differences(x.data(), m, count), static_cast<double>(second),
               1e-13 * static_cast<double>(second));
 }
