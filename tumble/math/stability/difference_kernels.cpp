@@ -22,11 +22,28 @@ template <class Lanes>
   std::memcpy(&lanes, from, sizeof lanes);
 }
 
-/// sum += z z, rounded once, as some of the processors do by themselves.
-inline void add_square(double z, double& sum) { sum = std::fma(z, z, sum); }
+/// Whether square and sum are rounded once: where the processor does that by itself. std::fma takes a hundred times as
+/// long where it does not.
+#ifdef __FP_FAST_FMA
+template <class Lanes>
+constexpr bool fused = true;
+#else
+template <class Lanes>
+constexpr bool fused = width<Lanes> > 2;
+#endif
+
+/// sum += z z
+template <class Lanes>
+[[gnu::always_inline]] inline void add_square(double z, double& sum) {
+  sum = fused<Lanes> ? std::fma(z, z, sum) : sum + z * z;
+}
 
 template <class Lanes>
 [[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
+  if constexpr (!fused<Lanes>) {
+    sum += z * z;
+    return;
+  }
 #if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
   if constexpr (width < Lanes >> 2) {
     Lanes next = sum;
@@ -73,7 +90,7 @@ template <std::size_t together, class Lanes>
     }
   }
   for (std::size_t g = 0; g < together; ++g)
-    for (std::size_t i = n; i < count; ++i) add_square(x[i] - x[i + lags[g]], squares[into[g]].values[i - n]);
+    for (std::size_t i = n; i < count; ++i) add_square<Lanes>(x[i] - x[i + lags[g]], squares[into[g]].values[i - n]);
 }
 
 template <std::size_t lines, class Lanes>
@@ -114,7 +131,7 @@ template <class Lanes>
   std::memcpy(sums, squares, sizeof sums);
   for (std::size_t half = lanes / 2; half > 0; half /= 2)
     for (std::size_t i = 0; i < half; ++i) sums[i] += sums[i + half];
-  for (; n < count; ++n) add_square((x[n] - x[n + m]) + (x[n + 2 * m] - x[n + m]), sums[0]);
+  for (; n < count; ++n) add_square<Lanes>((x[n] - x[n + m]) + (x[n + 2 * m] - x[n + m]), sums[0]);
   return sums[0];
 }
 
@@ -160,11 +177,12 @@ template <std::size_t together>
 /// Twelve registers hold sums, of 16 or of 32: one register a lag, or two or four.
 template <std::size_t... g>
 std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
-  std::vector<DifferenceKernels> found{{{&add_plain<g % 3 + 1>...}, 3, &put_plain, &second_plain}};
+  std::vector<DifferenceKernels> found{{{&add_plain<g % 3 + 1>...}, 3, fused<Two>, &put_plain, &second_plain}};
 #ifdef __x86_64__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return found;
-  found.push_back({{&add_avx2<g % 6 + 1>...}, 6, &put_avx2, &second_avx2});
-  if (__builtin_cpu_supports("avx512f")) found.push_back({{&add_avx512<g + 1>...}, 12, &put_avx512, &second_avx512});
+  found.push_back({{&add_avx2<g % 6 + 1>...}, 6, true, &put_avx2, &second_avx2});
+  if (__builtin_cpu_supports("avx512f"))
+    found.push_back({{&add_avx512<g + 1>...}, 12, true, &put_avx512, &second_avx512});
 #endif
   return found;
 }
