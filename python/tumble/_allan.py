@@ -88,7 +88,8 @@ def allan_deviation(
               sample_rate        [Hz], or text such as "100 Hz"; of a channel None: its own
               taus               "octave" (1, 2, 4 ... samples), "log" (points_per_decade), "decade" (1, 2, 4, 10 ...),
                                  "all" (every multiple of the sampling interval), or averaging times [s], which are
-                                 rounded to multiples of it; of theo1 strides, 4/3 of the averaging times
+                                 rounded to multiples of it; of theo1 strides, 4/3 of the averaging times. "log"
+                                 takes half the time of as many of your own: its sums are made of each other
               kind               overlapping, allan, modified, time, hadamard, overlapping_hadamard, total,
                                  modified_total, time_total, hadamard_total, parabolic, theo1, theoh, mtie, tierms;
                                  or adev, oadev ..., the words of the command line

@@ -26,6 +26,9 @@ void check(double sample_rate, const AllanOptions& options) {
   if (!(options.longest_fraction > 0.0 && options.longest_fraction <= 0.5)) {
     problems.push_back("longest fraction of the record must be above 0 and at most 0.5");
   }
+  const auto& factors = options.factors;
+  if (!std::is_sorted(factors.begin(), factors.end()) || (!factors.empty() && factors.front() == 0))
+    problems.push_back("averaging factors must be whole numbers from 1 on, in ascending order");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -115,7 +118,7 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
 std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
                                               std::span<const std::size_t> factors, double confidence,
                                               std::span<const int> alphas) {
-  check(sample_rate, {.confidence = confidence});
+  check(sample_rate, {.confidence = confidence, .factors = {factors.begin(), factors.end()}});
   return points_of(integrate_rate_once(rate, 1), sample_rate, factors, confidence, alphas);
 }
 

@@ -28,11 +28,14 @@ void add_directly(std::span<const double> x, std::span<const std::size_t> factor
   for (std::size_t i = 0; i < partial.size(); ++i) sums[places[i % places.size()]] += partial[i];
 }
 
-/// Factors whose sum of second differences follows from sums over lags, and their doubles.
+/// Factors whose sum of second differences follows from sums over lags, and their doubles. Sums that serve one factor
+/// alone are two for one, and no quicker.
 std::vector<std::size_t> lags_of(std::size_t size, std::span<const std::size_t> factors) {
+  const auto given = [&](std::size_t m) { return std::binary_search(factors.begin(), factors.end(), m); };
   std::vector<std::size_t> lags, doubles;
   for (const std::size_t m : factors) {
     if (!has_lag_sum(size, m) || !has_lag_sum(size, 2 * m)) continue;
+    if (!given(2 * m) && (m % 2 != 0 || !given(m / 2))) continue;
     lags.push_back(m);
     doubles.push_back(2 * m);
   }
@@ -49,7 +52,8 @@ double second_difference_squares(const double* x, std::size_t factor, std::size_
 
 void add_second_differences(std::span<const double> x, std::span<const std::size_t> factors, std::span<double> sums) {
   constexpr std::size_t worth_sharing = 2048;
-  constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();  // of a sum over a lag; measured: up to 2.3
+  // Of a sum over a lag. Measured: up to 2.3, and 4.3 of terms that are equal and so are rounded in one direction.
+  constexpr double rounding = 16.0 * std::numeric_limits<double>::epsilon(), tolerance = 2e-10;  // 1e-10 of a deviation
   const auto beyond = std::find_if(factors.begin(), factors.end(), [&](std::size_t m) { return 2 * m >= x.size(); });
   factors = factors.first(static_cast<std::size_t>(beyond - factors.begin()));
   if (x.size() < worth_sharing) {
@@ -67,7 +71,7 @@ void add_second_differences(std::span<const double> x, std::span<const std::size
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const LagSum *one = at(factors[i]), *two = at(2 * factors[i]);
     const double sum = one && two ? 2.0 * one->inner - two->all : 0.0;
-    const bool exact = one && two && rounding * (2.0 * one->inner + two->all) <= 1e-10 * sum;
+    const bool exact = one && two && rounding * (2.0 * one->inner + two->all) <= tolerance * sum;
     if (exact)
       sums[i] += sum;
     else

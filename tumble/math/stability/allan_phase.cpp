@@ -205,11 +205,12 @@ Phase integrate_rate_once(std::span<const double> rate, std::size_t fewest) {
   double* const x = phase.storage.get();
   const std::size_t pieces = (chunks.size() + chunks_of_piece - 1) / chunks_of_piece;
   std::vector<long double> carried(pieces + 1, 0.0L);  // the integral at the start of each piece
-  std::atomic<std::size_t> known{0};                   // pieces whose start is known
-  parallel_for(pieces, [&](std::size_t p) {
+  std::atomic<std::size_t> begun{0}, known{0};         // pieces; those whose start is known
+  parallel_for(pieces, [&](std::size_t) {
+    const std::size_t p = begun++;  // its own count: who is stopped before a piece takes none, and none waits in vain
     const std::size_t first = p * chunks_of_piece, last = std::min(chunks.size(), first + chunks_of_piece);
     for (std::size_t k = first; k < last; ++k) chunks[k] = sum_of_chunk(chunk_of(rate, k), mean);
-    for (std::size_t at = known; at != p; at = known) known.wait(at);  // the piece before was begun before
+    for (std::size_t at = known; at != p; at = known) known.wait(at);
     std::array<double, chunks_of_piece> starts;
     long double start = carried[p];
     for (std::size_t k = first; k < last; ++k) {

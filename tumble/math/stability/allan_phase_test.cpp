@@ -5,7 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <stdexcept>
 
+#include "tumble/math/interruption.hpp"
+#include "tumble/math/threads.hpp"
 #include "tumble/units/error.hpp"
 
 namespace {
@@ -64,6 +67,26 @@ TEST(AllanPhase, RefusesWhatCannotBeIntegrated) {
     }
     EXPECT_THROW(integrate(std::vector<double>(2000, std::nan("")), 1), tumble::Error);
   }
+}
+
+// Pieces wait for those before them, which must not be those that were stopped.
+TEST(AllanPhase, IsStoppedBetweenAnyTwoPieces) {
+  const auto rate = recording(2'000'000, {});
+  for (const std::size_t threads : {1u, 2u, 7u}) {
+    tumble::limit_threads(threads);
+    for (int stop = 0; stop < 30; ++stop) {
+      int asked = 0;
+      const tumble::Interruption interruption([&] {
+        if (asked++ == stop % 4) throw std::runtime_error("enough");
+      });
+      try {
+        integrate_rate_once(rate, 3);
+      } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "enough");
+      }
+    }
+  }
+  tumble::limit_threads(0);
 }
 
 }  // namespace

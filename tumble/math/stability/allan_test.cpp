@@ -126,6 +126,8 @@ TEST(OverlappingAllan, RefusesWhatItCannotUse) {
   EXPECT_EQ(kind_of(rate, 1.0, {.points_per_decade = -1.0}), Error::Kind::bad_input);
   EXPECT_EQ(kind_of(rate, 1.0, {.confidence = 1.0}), Error::Kind::bad_input);
   EXPECT_EQ(kind_of(rate, 1.0, {.longest_fraction = 0.6}), Error::Kind::bad_input);
+  EXPECT_EQ(kind_of(rate, 1.0, {.factors = {4, 1}}), Error::Kind::bad_input);
+  EXPECT_EQ(kind_of(rate, 1.0, {.factors = {0, 1}}), Error::Kind::bad_input);
 }
 
 TEST(AveragingFactors, AreDistinctAndReachTheLongest) {

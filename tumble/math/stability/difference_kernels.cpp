@@ -1,9 +1,10 @@
 #include "tumble/math/stability/difference_kernels.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 namespace tumble {
 namespace {
@@ -21,13 +22,30 @@ template <class Lanes>
   std::memcpy(&lanes, from, sizeof lanes);
 }
 
-/// sum += z z, rounded once, as some of the processors do by themselves.
-inline void add_square(double z, double& sum) { sum = std::fma(z, z, sum); }
+/// Whether square and sum are rounded once: where the processor does that by itself. std::fma takes a hundred times as
+/// long where it does not.
+#ifdef __FP_FAST_FMA
+template <class Lanes>
+constexpr bool fused = true;
+#else
+template <class Lanes>
+constexpr bool fused = width<Lanes> > 2;
+#endif
+
+/// sum += z z
+template <class Lanes>
+[[gnu::always_inline]] inline void add_square(double z, double& sum) {
+  sum = fused<Lanes> ? std::fma(z, z, sum) : sum + z * z;
+}
 
 template <class Lanes>
 [[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
+  if constexpr (!fused<Lanes>) {
+    sum += z * z;
+    return;
+  }
 #if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
-  if constexpr (width<Lanes> > 2) {
+  if constexpr (fused<Lanes>) {
     Lanes next = sum;
     asm("vfmadd231pd %1, %1, %0" : "+v"(next) : "v"(z));
     sum = next;
@@ -49,26 +67,30 @@ template <std::size_t together, class Lanes>
 [[gnu::always_inline]] inline void add_in_lanes(const double* x, const std::size_t* lags, const std::size_t* into,
                                                 std::size_t count, EightSums* squares) {
   constexpr std::size_t beside = 8 / width<Lanes>;
-  Lanes sums[together][beside] = {};
   std::size_t n = 0;
-  for (; n + 8 <= count; n += 8) {
+  while (n + 8 <= count) {
+    const std::size_t end = n + std::min(count - n, 8 * DifferenceKernels::chain);
+    Lanes sums[together][beside] = {};
+    for (; n + 8 <= end; n += 8) {
 #pragma GCC unroll 4
-    for (std::size_t k = 0; k < beside; ++k) {
-      Lanes first;
-      load(x + n + k * width<Lanes>, first);
+      for (std::size_t k = 0; k < beside; ++k) {
+        Lanes first;
+        load(x + n + k * width<Lanes>, first);
 #pragma GCC unroll 12
-      for (std::size_t g = 0; g < together; ++g) {
-        Lanes z;
-        load(x + n + k * width<Lanes> + lags[g], z);
-        add_square<Lanes>(first - z, sums[g][k]);
+        for (std::size_t g = 0; g < together; ++g) {
+          Lanes z;
+          load(x + n + k * width<Lanes> + lags[g], z);
+          add_square<Lanes>(first - z, sums[g][k]);
+        }
       }
     }
+    for (std::size_t g = 0; g < together; ++g) {
+      auto& all = squares[into[g]].values;
+      for (std::size_t lane = 0; lane < 8; ++lane) all[lane] += sums[g][lane / width<Lanes>][lane % width<Lanes>];
+    }
   }
-  for (std::size_t g = 0; g < together; ++g) {
-    auto& all = squares[into[g]].values;
-    for (std::size_t lane = 0; lane < 8; ++lane) all[lane] += sums[g][lane / width<Lanes>][lane % width<Lanes>];
-    for (std::size_t i = n; i < count; ++i) add_square(x[i] - x[i + lags[g]], all[i - n]);
-  }
+  for (std::size_t g = 0; g < together; ++g)
+    for (std::size_t i = n; i < count; ++i) add_square<Lanes>(x[i] - x[i + lags[g]], squares[into[g]].values[i - n]);
 }
 
 template <std::size_t lines, class Lanes>
@@ -83,7 +105,8 @@ template <std::size_t lines, class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void put_in_lanes(const double* x, std::size_t step, std::size_t rows, std::size_t lines,
                                                 Line* tile) {
-  if (lines == DifferenceKernels::many_lines) return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
+  if (lines == DifferenceKernels::many_lines)
+    return put_some<DifferenceKernels::many_lines, Lanes>(x, step, rows, tile);
   for (std::size_t k = 0; k < lines; ++k) put_some<1, Lanes>(x + 8 * k, step, rows, tile + k * rows);
 }
 
@@ -108,7 +131,7 @@ template <class Lanes>
   std::memcpy(sums, squares, sizeof sums);
   for (std::size_t half = lanes / 2; half > 0; half /= 2)
     for (std::size_t i = 0; i < half; ++i) sums[i] += sums[i + half];
-  for (; n < count; ++n) add_square((x[n] - x[n + m]) + (x[n + 2 * m] - x[n + m]), sums[0]);
+  for (; n < count; ++n) add_square<Lanes>((x[n] - x[n + m]) + (x[n + 2 * m] - x[n + m]), sums[0]);
   return sums[0];
 }
 
@@ -151,15 +174,21 @@ template <std::size_t together>
 }
 #endif
 
+/// Without a destructor: threads may work on while the program ends.
+struct Found {
+  std::array<DifferenceKernels, 3> kernels;
+  std::size_t count = 0;
+};
+
 /// Twelve registers hold sums, of 16 or of 32: one register a lag, or two or four.
 template <std::size_t... g>
-std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
-  std::vector<DifferenceKernels> found{{{&add_plain<g % 3 + 1>...}, 3, &put_plain, &second_plain}};
+Found find_kernels(std::index_sequence<g...>) {
+  Found found{{DifferenceKernels{{&add_plain<g % 3 + 1>...}, 3, fused<Two>, &put_plain, &second_plain}}, 1};
 #ifdef __x86_64__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return found;
-  found.push_back({{&add_avx2<g % 6 + 1>...}, 6, &put_avx2, &second_avx2});
+  found.kernels[found.count++] = {{&add_avx2<g % 6 + 1>...}, 6, true, &put_avx2, &second_avx2};
   if (__builtin_cpu_supports("avx512f"))
-    found.push_back({{&add_avx512<g + 1>...}, 12, &put_avx512, &second_avx512});
+    found.kernels[found.count++] = {{&add_avx512<g + 1>...}, 12, true, &put_avx512, &second_avx512};
 #endif
   return found;
 }
@@ -167,8 +196,8 @@ std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
 }  // namespace
 
 std::span<const DifferenceKernels> all_difference_kernels() {
-  static const auto found = find_kernels(std::make_index_sequence<DifferenceKernels::registers>());
-  return found;
+  static const Found found = find_kernels(std::make_index_sequence<DifferenceKernels::registers>());
+  return {found.kernels.data(), found.count};
 }
 
 }  // namespace tumble

@@ -1,4 +1,4 @@
-// The loops of every processor that this one can stand for, against the first, which all can run: the same bits.
+// The loops of every processor that this one can stand for, against those of the newest: the same bits.
 
 #include "tumble/math/stability/difference_kernels.hpp"
 
@@ -37,18 +37,28 @@ std::array<EightSums, lags.size()> lag_sums_of(const DifferenceKernels& kernels,
   return sums;
 }
 
-// Counts that end in whole lanes and in each part of them, from places that lie on no line of the cache too.
+void expect_near(double found, double expected) { EXPECT_NEAR(found, expected, 1e-14 * expected); }
+
+// Counts that end in whole lanes and in each part of them, from places that lie on no line of the cache too. Kernels
+// that round alike give the same bits. Else each addition differs by half an epsilon of the sum at most, in either
+// direction: 1e-14 are 6 standard deviations of 250 in one lane.
 TEST(DifferenceKernels, OfEveryProcessorGiveTheSameBits) {
   const auto x = walk(4096);
-  const auto& plain = all_difference_kernels().front();
+  const auto& last = all_difference_kernels().back();
   for (const auto& kernels : all_difference_kernels()) {
     for (std::size_t count = 0; count <= 2000; count += count < 40 ? 1 : 97) {
       const double* const from = x.data() + count % 7;
-      const auto expected = lag_sums_of(plain, from, count), found = lag_sums_of(kernels, from, count);
+      const auto expected = lag_sums_of(last, from, count), found = lag_sums_of(kernels, from, count);
       for (std::size_t g = 0; g < lags.size(); ++g)
-        EXPECT_EQ(found[g].values, expected[g].values) << kernels.most_together << " together, " << count;
-      for (const std::size_t m : lags)
-        EXPECT_EQ(kernels.second_differences(from, m, count), plain.second_differences(from, m, count)) << m;
+        for (std::size_t lane = 0; lane < 8; ++lane) {
+          if (kernels.fused == last.fused) EXPECT_EQ(found[g].values[lane], expected[g].values[lane]) << count;
+          expect_near(found[g].values[lane], expected[g].values[lane]);
+        }
+      for (const std::size_t m : lags) {
+        const double one = kernels.second_differences(from, m, count), two = last.second_differences(from, m, count);
+        if (kernels.fused == last.fused) EXPECT_EQ(one, two) << m;
+        expect_near(one, two);
+      }
     }
   }
 }
@@ -77,7 +87,8 @@ TEST(DifferenceKernels, GiveTheSumsOfTheDefinition) {
     second += z * z;
   }
   const auto sums = lag_sums_of(difference_kernels(), x.data(), count)[1].values;  // of the last lag but one: 300
-  EXPECT_NEAR(std::accumulate(sums.begin(), sums.end(), 0.0), static_cast<double>(first), 1e-13 * static_cast<double>(first));
+  EXPECT_NEAR(std::accumulate(sums.begin(), sums.end(), 0.0), static_cast<double>(first),
+              1e-13 * static_cast<double>(first));
   EXPECT_NEAR(difference_kernels().second_differences(x.data(), m, count), static_cast<double>(second),
               1e-13 * static_cast<double>(second));
 }

@@ -24,9 +24,9 @@ struct Level {
   std::size_t place = 0;          ///< of the first among all lags
 };
 constexpr std::size_t most_lags = 128;
-constexpr std::size_t short_series = 65536;                 // 512 kB: all its lags from the second cache
-constexpr std::size_t first_step = 64, step_ratio = 16;     // of the levels
-constexpr std::size_t shortest = 16;                        // lag of a level [rows]: below 1024 values there are no rows
+constexpr std::size_t short_series = 65536;              // 512 kB: all its lags from the second cache
+constexpr std::size_t first_step = 64, step_ratio = 16;  // of the levels
+constexpr std::size_t shortest = 16;                     // lag of a level [rows]: below 1024 values there are no rows
 constexpr std::size_t fewest_rows = step_ratio * shortest;  // of the last level, which takes all longer lags
 constexpr std::size_t near_step = 64;  // up to which a piece is worked through by all levels while it is in the cache
 constexpr std::size_t piece = 65536;
@@ -191,17 +191,20 @@ bool has_lag_sum(std::size_t size, std::size_t lag) { return lag % step_of(size,
 std::vector<LagSum> lag_sums(std::span<const double> x, std::span<const std::size_t> lags) {
   const auto levels = levels_of(x.size(), lags);
   const auto tasks = tasks_of(x.size(), levels);
-  std::vector<LagSum> partial(tasks.size() * lags.size()), sums(lags.size());
+  std::vector<LagSum> partial(tasks.size() * lags.size()), sums;
   parallel_for(tasks.size(), [&](std::size_t t) {
     static thread_local std::vector<Line> room;  // a task is short beside the pages of its own room
     for (std::size_t k = tasks[t].from; k < tasks[t].to; ++k)
       add_level(x, levels[k], tasks[t].part, room, partial.data() + t * lags.size() + levels[k].place);
   });
-  for (std::size_t t = 0; t < tasks.size(); ++t)
-    for (std::size_t i = 0; i < lags.size(); ++i) {
-      sums[i].all += partial[t * lags.size() + i].all;
-      sums[i].inner += partial[t * lags.size() + i].inner;
+  for (std::size_t i = 0; i < lags.size(); ++i) {
+    long double all = 0.0L, inner = 0.0L;  // of any number of tasks
+    for (std::size_t k = i; k < partial.size(); k += lags.size()) {
+      all += partial[k].all;
+      inner += partial[k].inner;
     }
+    sums.push_back({static_cast<double>(all), static_cast<double>(inner)});
+  }
   return sums;
 }
 
