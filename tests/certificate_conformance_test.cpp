@@ -106,7 +106,7 @@ TEST_P(CertificateOfMethod, ValidatesAndReadsBack) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, CertificateOfMethod, ::testing::ValuesIn(method_catalogue()),
-                         [](const auto& info) { return info.param->name; });
+                         [](const auto& test) { return test.param->name; });
 
 /// A certificate of the example result, in English, without the page inside.
 std::string example_dcc() {

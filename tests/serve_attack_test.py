@@ -114,6 +114,8 @@ class Generated(unittest.TestCase):
         for begin, end in (("[", "]"), ('{"a":', "}")):
             status, _, content = self.server.ask("POST", "/api/plan/edit", f'{plan},"value":{begin * 150000}1{end * 150000}}}')
             self.assertEqual((status, json.loads(content)["problems"]), (400, ["the body is nested deeper than 64 levels"]))
+        content = self.server.ask("POST", "/api/plan/edit?language=zh", f'{plan},"value":{"[" * 99}1{"]" * 99}}}')[2]
+        self.assertEqual(json.loads(content)["problems"], ["正文嵌套超过 64 层"])
 
 
 class Bytes(unittest.TestCase):
@@ -181,6 +183,8 @@ class Folder(unittest.TestCase):
             second = subprocess.run([PROGRAM, "serve", server.folder, "--port", "0"], capture_output=True, text=True, timeout=20)
             self.assertEqual(second.returncode, 2)
             self.assertRegex(second.stderr, "another workbench serves '.*': use its link, or end it")
+            second = subprocess.run([PROGRAM, "--lang", "zh", "serve", server.folder, "--port", "0"], capture_output=True, text=True, timeout=20)
+            self.assertEqual(second.stderr, f"错误：文件夹“{server.folder}”正由另一个工作台使用：请用其链接打开，或按 Ctrl+C 结束它\n")
             self.assertEqual(server.ask("GET", "/api/jobs")[0], 200)
 
     def test_a_folder_that_went_away_is_said_and_not_made_again(self):
@@ -193,6 +197,8 @@ class Folder(unittest.TestCase):
                 status, _, content = server.ask(method, path, body)
                 self.assertEqual((status, json.loads(content)["problems"]),
                                  (503, ["the folder of the workbench was removed or has another name now"]), path)
+            content = server.ask("GET", "/api/results?language=zh")[2]
+            self.assertEqual(json.loads(content)["problems"], ["工作台的文件夹已被删除或改名"])
             self.assertFalse(server.folder.exists())
             self.assertEqual(server.ask("GET", "/")[0], 200)
             moved.rename(server.folder)
@@ -209,6 +215,8 @@ class Folder(unittest.TestCase):
                 self.assertEqual(status, 507, content)
                 self.assertRegex(json.loads(content)["problems"][0], "^the folder cannot be written: ")
                 self.assertNotIn(str(server.folder), content.decode())
+                content = server.ask("POST", path + "?language=zh", json.dumps(body))[2]
+                self.assertEqual(json.loads(content)["problems"], ["无法写入工作台的文件夹：不是文件夹"])
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import random
+import resource
 import shutil
 import signal
 import socket
@@ -68,6 +69,22 @@ class Stations(unittest.TestCase):
             # A serial number is a number of the unit, whatever it looks like: it is never an option of the program.
             hostile = server.json("POST", "/api/station/dry-run", {**self.RUN, "units": {"unit": "--speed=1000; rm -rf /"}})
             self.assertEqual(hostile["problems"], [])
+
+    def test_a_disk_without_room_is_said(self):
+        with Server() as server:
+            bench_files(server.folder)
+            most = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE)[1]
+            resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (0, most))  # no file takes a byte, as on a full disk
+            for mode in ("virtual", "rehearse"):
+                problems = server.json("POST", "/api/station/start", {**self.RUN, "mode": mode}, expect=(422,))["problems"]
+                self.assertRegex(problems[0], r"^the run was not begun: cannot write 'runs/plan-[-0-9]+\.log': File too large$")
+            chinese = server.json("POST", "/api/station/start?language=zh", self.RUN, expect=(422,))["problems"]
+            self.assertRegex(chinese[0], "^试验没有开始：无法写入“runs/plan-[-0-9]+\\.log”：文件过大$")
+            self.assertEqual(list((server.folder / "runs").iterdir()), [])
+            resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (1000, most))  # room for messages, none for the run
+            problems = server.json("POST", "/api/station/start", self.RUN, expect=(422,))["problems"]
+            self.assertRegex(problems[0], r"^the run was not begun: cannot write 'runs/plan-[-0-9]+/plan\.toml': File too large$")
+            self.assertEqual([path.suffix for path in (server.folder / "runs").iterdir()], [".log"])
 
     def test_a_run_survives_its_server_and_ctrl_c_at_the_terminal_of_the_server(self):
         with Server() as server:

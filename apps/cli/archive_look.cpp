@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "archive_actions.hpp"
@@ -54,8 +55,15 @@ void show_answer(const Estimate& estimate, const ArchiveArguments& arguments, co
   if (!arguments.figure.empty()) write_figures(figures_of(estimate), arguments.figure, terminal.language, terminal);
 }
 
+/// The file of -o may have any name except that of the archive.
+void check_file(const ArchiveArguments& arguments) {
+  const auto extension = std::filesystem::path(arguments.output).extension().string();
+  if (!arguments.output.empty())
+    check_output("-o", arguments.output, {archive_address(arguments.archive)}, {extension});
+}
+
 void check_figure(const ArchiveArguments& arguments) {
-  if (!arguments.figure.empty()) check_output(arguments.figure, {}, {".svg"});
+  if (!arguments.figure.empty()) check_output("--figure", arguments.figure, {}, {".svg"});
 }
 
 }  // namespace
@@ -69,6 +77,7 @@ int archive_list(const ArchiveArguments& arguments, const Terminal& terminal) {
 
 int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
   const std::string& digits = only_word(arguments, "RESULT|FILE|RUN");
+  check_file(arguments);
   const Archive archive = open_archive(arguments.archive);
   if (const auto file = find_file(archive, digits)) {
     if (arguments.output.empty())
@@ -148,6 +157,7 @@ int archive_due(const ArchiveArguments& arguments, const Terminal& terminal) {
 
 int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) {
   no_words(arguments);
+  check_file(arguments);
   const Archive archive = open_archive(arguments.archive);
   ArchiveCheck check;
   {

@@ -45,7 +45,7 @@ Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, c
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   const bool dcc = arguments.format == "dcc" || (arguments.format.empty() && arguments.output.ends_with(".xml"));
-  check_output(arguments.output, {arguments.result, arguments.lab},
+  check_output("-o", arguments.output, {arguments.result, arguments.lab},
                dcc ? std::vector<std::string>{".xml"} : std::vector<std::string>{".html", ".htm"});
   auto archive = optional_archive(arguments.archive);
   if (archive && arguments.output == standard_output)

@@ -38,7 +38,7 @@ std::vector<Figure> figures_for(const Comparison& comparison, const Arguments& a
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  if (!arguments.figure.empty()) check_output(arguments.figure, arguments.results, {".svg"});
+  if (!arguments.figure.empty()) check_output("--figure", arguments.figure, arguments.results, {".svg"});
   if (!arguments.parameters.empty() && arguments.figure.empty())
     throw Error(Error::Kind::bad_input, "--parameter chooses figures: --figure FIGURE.svg is required with it");
   std::vector<NamedResult> results;

@@ -34,7 +34,8 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.result, arguments.recording});
-  if (!arguments.save.empty()) check_output(arguments.save, {arguments.result, arguments.recording}, {".json"});
+  if (!arguments.save.empty())
+    check_output("--save", arguments.save, {arguments.result, arguments.recording}, {".json"});
   const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   const auto estimate = read_result(arguments.result);
   require_error_model(estimate, arguments.result);

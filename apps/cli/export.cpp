@@ -47,7 +47,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   }
   const bool to_file = !arguments.output.empty() && arguments.output != "-";
   if (to_file)  // any name: the consumer decides what its files are called
-    check_output(arguments.output, files, {std::filesystem::path(arguments.output).extension().string()});
+    check_output("-o", arguments.output, files, {std::filesystem::path(arguments.output).extension().string()});
   write_output(terminal, to_file ? arguments.output : "-", export_results(sources, wish));
   return 0;
 }

@@ -100,7 +100,7 @@ int summary(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.what.size() != 1)
     throw Error(Error::Kind::bad_input, "fleet summary: one folder is expected: tumble fleet summary FOLDER");
   if (!arguments.output.empty() && arguments.output != "-")
-    check_output(arguments.output, arguments.what, {".json", ".html", ".htm"});
+    check_output("-o", arguments.output, arguments.what, {".json", ".html", ".htm"});
   const Estimate estimate = summarise_fleet(arguments.what.front(), arguments.parameters, limits_of(arguments));
   if (arguments.output.ends_with(".json"))
     write_output(terminal, arguments.output, to_json(estimate));

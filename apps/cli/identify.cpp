@@ -96,7 +96,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
   auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
   read_prior_from(arguments.archive, plan);
-  if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
+  if (!arguments.output.empty()) check_output("-o", arguments.output, inputs_of(arguments, plan), {".json"});
   auto archive = optional_archive(arguments.archive);
   if (archive && !unit_is_known({plan.instrument_model, plan.instrument_serial}, arguments.archive, terminal))
     archive.reset();

@@ -30,7 +30,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     print(std::string(plan.text));
     return 0;
   }
-  check_output(arguments.output, {}, {".toml"});
+  check_output("-o", arguments.output, {}, {".toml"});
   if (std::filesystem::exists(arguments.output))
     throw Error(Error::Kind::bad_input, "-o " + arguments.output + ": the file is there already; choose another name");
   write_file_atomically(arguments.output, std::string(plan.text));

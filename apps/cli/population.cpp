@@ -20,7 +20,7 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  if (!arguments.output.empty()) check_output(arguments.output, {}, {".json"});
+  if (!arguments.output.empty()) check_output("-o", arguments.output, {}, {".json"});
   const Archive archive = open_archive(arguments.archive);
   const Estimate estimate = arguments.components.empty()
                                 ? population_of(archive, arguments.query)

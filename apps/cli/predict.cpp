@@ -75,7 +75,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   const auto options = options_of(arguments);
-  if (!arguments.output.empty()) check_output(arguments.output, {arguments.plan}, {".toml"});
+  if (!arguments.output.empty()) check_output("-o", arguments.output, {arguments.plan}, {".toml"});
   auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   read_prior_from(arguments.archive, plan);
   if (arguments.optimise) return optimise(arguments, options, plan, terminal);

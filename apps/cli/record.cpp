@@ -142,7 +142,7 @@ RecordRequest request_of(const Arguments& arguments) {
   request.start = !arguments.no_start;
   request.keep = arguments.keep;
   collected([&] { request.link = parse_link(arguments.link); });
-  collected([&] { check_output(arguments.output, {}, {".h5", ".hdf5"}); });
+  collected([&] { check_output("-o", arguments.output, {}, {".h5", ".hdf5"}); });
   collected([&] { request.duration = seconds_of("--for", arguments.duration); });
   collected([&] { request.silence = seconds_of("--silence", arguments.silence); });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

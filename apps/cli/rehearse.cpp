@@ -37,9 +37,7 @@ Rehearsal rehearsal_of(const Arguments& arguments) {
   Rehearsal rehearsal;
   rehearsal.recording =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
-  if (std::filesystem::path(rehearsal.recording).extension() != ".h5")
-    throw Error(Error::Kind::bad_input, "'" + rehearsal.recording + "': a run is sealed into a file that ends in .h5");
-  check_recording_output(rehearsal.recording, {arguments.plan});
+  check_output("-o", rehearsal.recording, {arguments.plan}, {".h5"});
   rehearsal.folder = std::filesystem::path(rehearsal.recording).replace_extension().string();
   rehearsal.plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   rehearsal.seed = arguments.seed;

@@ -37,8 +37,8 @@ PageOptions page_of(const Arguments& arguments, const Terminal& terminal) {
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.page.empty() && arguments.figure.empty())
     throw Error(Error::Kind::bad_input, "report: -o REPORT.html or --figure FIGURE.svg is required");
-  if (!arguments.page.empty()) check_output(arguments.page, {arguments.result}, {".html", ".htm"});
-  if (!arguments.figure.empty()) check_output(arguments.figure, {arguments.result}, {".svg"});
+  if (!arguments.page.empty()) check_output("-o", arguments.page, {arguments.result}, {".html", ".htm"});
+  if (!arguments.figure.empty()) check_output("--figure", arguments.figure, {arguments.result}, {".svg"});
   const auto estimate = read_result(arguments.result);
   if (!arguments.page.empty()) {
     write_output(terminal, arguments.page, to_html(estimate, page_of(arguments, terminal)));

@@ -13,9 +13,9 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  if (!arguments.output.empty()) check_output(arguments.output, {}, {".h5", ".hdf5"});
+  if (!arguments.output.empty()) check_output("-o", arguments.output, {}, {".h5", ".hdf5"});
   if (!arguments.raw.empty()) {
-    check_output(arguments.raw, {}, {".raw", ".bin", ".frames"});
+    check_output("--raw", arguments.raw, {}, {".raw", ".bin", ".frames"});
     const auto bytes = write_raw(arguments.run, arguments.raw);
     note(terminal, fmt::format("wrote {}: {} bytes as they came", arguments.raw, bytes));
     return 0;

@@ -74,21 +74,22 @@ void write_figures(const std::vector<Figure>& originals, const std::string& path
   }
 }
 
-void check_output(const std::string& output, const std::vector<std::string>& inputs,
+void check_output(const std::string& option, const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions) {
   if (output == standard_output) return;
   std::vector<std::string> problems;
   const fs::path path(output);
   const auto extension = path.extension().string();
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
-    problems.push_back(fmt::format("-o {}: the name must end in {}", output, fmt::join(extensions, ", ")));
+    problems.push_back(fmt::format("{} {}: the name must end in {}", option, output, fmt::join(extensions, ", ")));
   std::error_code unknown;
   const auto folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, unknown))
-    problems.push_back(fmt::format("-o {}: there is no folder {}", output, folder.string()));
+    problems.push_back(fmt::format("{} {}: there is no folder {}", option, output, folder.string()));
   for (const auto& input : inputs)
     if (fs::equivalent(path, input, unknown))
-      problems.push_back(fmt::format("-o {}: would overwrite the input {}; choose another name", output, input));
+      problems.push_back(
+          fmt::format("{} {}: would overwrite the input {}; choose another name", option, output, input));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -100,7 +101,7 @@ void check_recording_output(const std::string& output, const std::vector<std::st
       extensions.insert(extensions.end(), format->extensions.begin(), format->extensions.end());
     else if (std::ranges::find(format->extensions, extension) != format->extensions.end())
       format_to_write(output);  // says that the format is only read
-  check_output(output, inputs, extensions);
+  check_output("-o", output, inputs, extensions);
 }
 
 }  // namespace tumble::cli

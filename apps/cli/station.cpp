@@ -83,6 +83,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.what != "check")
     throw Error(Error::Kind::bad_input,
                 "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
+  if (!arguments.output.empty()) check_output("-o", arguments.output, {arguments.station}, {".json"});
   Answers all = answers_of(load_station(arguments.station));
   if (!arguments.output.empty()) {
     write_output(terminal, arguments.output, json_of(all));

@@ -90,11 +90,12 @@ void write_output(const Terminal& terminal, const std::string& path, const std::
 void write_figures(const std::vector<Figure>& figures, const std::string& path, Language language,
                    const Terminal& terminal);
 
+/// `option` is the one that names the file, for the message: "-o", "--figure".
 /// Throws Error::bad_input when `output` is one of `inputs`, has none of the `extensions`, or lies in a folder that is
 /// not there: before any work is done.
-void check_output(const std::string& output, const std::vector<std::string>& inputs,
+void check_output(const std::string& option, const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions);
-/// For an output that is a recording: as check_output(), with the extensions of the formats that can be written.
+/// For the recording of -o: as check_output(), with the extensions of the formats that can be written.
 void check_recording_output(const std::string& output, const std::vector<std::string>& inputs);
 
 }  // namespace tumble::cli

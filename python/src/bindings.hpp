@@ -35,6 +35,15 @@ void prepare_for_the_end();
 /// process, as CPython does from 3.14 on; except the main thread, which goes on.
 void wait_where_python_is_over();
 
+/// Counts a call at work without the interpreter's lock. While there is one, the process ends without destructors: they
+/// would take away what the threads of the call use.
+struct Call {
+  Call();
+  ~Call();
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+};
+
 /// Looks for Ctrl+C, at most 20 times a second. Called without the interpreter's lock, which it takes.
 class CtrlC {
  public:
@@ -48,6 +57,7 @@ class CtrlC {
 
 /// A call without the interpreter's lock, which Ctrl+C ends: nb::call_guard<Unlocked>.
 class Unlocked {
+  Call call_;
   CtrlC ctrl_c_;
   Interruption interruption_{[this] {
     if (ctrl_c_.is_due()) ctrl_c_.look();

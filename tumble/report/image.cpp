@@ -1,7 +1,10 @@
 #include "tumble/report/image.hpp"
 
+#include <fmt/format.h>
+
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/base64.hpp"
+#include "tumble/report/image/fault.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -22,25 +25,38 @@ bool is_svg(std::string_view text) {
   return false;
 }
 
-const char* kind_of_image(std::string_view bytes) {
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return "image/png";
-  if (bytes.starts_with("\xff\xd8\xff")) return "image/jpeg";
-  if (bytes.starts_with("GIF8")) return "image/gif";
-  return is_svg(bytes) ? "image/svg+xml" : nullptr;
+struct Kind {
+  const char* name;  ///< nothing: another kind of file
+  std::string (*fault)(std::string_view);
+};
+
+Kind kind_of(std::string_view bytes) {
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return {"image/png", image::fault_of_png};
+  if (bytes.starts_with("\xff\xd8\xff")) return {"image/jpeg", image::fault_of_jpeg};
+  if (bytes.starts_with("GIF87a") || bytes.starts_with("GIF89a")) return {"image/gif", image::fault_of_gif};
+  if (is_svg(bytes)) return {"image/svg+xml", image::fault_of_svg};
+  return {nullptr, [](std::string_view) { return std::string("its first bytes are those of no picture"); }};
 }
 
 }  // namespace
 
+std::string fault_of_image(std::string_view bytes) {
+  if (bytes.empty()) return "it is empty";
+  if (bytes.size() > largest_image) return fmt::format("it has {:.1f} MB", static_cast<double>(bytes.size()) * 1e-6);
+  return kind_of(bytes).fault(bytes);
+}
+
 std::string data_uri_of_image(std::string_view bytes) {
-  const char* kind = bytes.size() <= largest_image ? kind_of_image(bytes) : nullptr;
+  const char* kind = kind_of(bytes).name;
   return kind ? std::string("data:") + kind + ";base64," + base64_of(bytes) : "";
 }
 
 std::string data_uri_of_image_file(const std::string& path) {
-  auto uri = data_uri_of_image(read_text_file(path));
-  if (uri.empty())
-    throw Error(Error::Kind::bad_file, path + ": a picture of at most 1 MB is expected: PNG, JPEG, GIF or SVG");
-  return uri;
+  const std::string bytes = read_text_file(path), fault = fault_of_image(bytes);
+  if (!fault.empty())
+    throw Error(Error::Kind::bad_file,
+                fmt::format("{}: a picture of at most 1 MB is expected, PNG, JPEG, GIF or SVG: {}", path, fault));
+  return data_uri_of_image(bytes);
 }
 
 }  // namespace tumble

@@ -10,12 +10,12 @@
 #include <set>
 #include <utility>
 
+#include "tumble/station/conduct/channel_values.hpp"
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
-#include "tumble/station/recorder_read.hpp"
 #include "tumble/station/recorder_stream.hpp"
 #include "tumble/units/error.hpp"
 
@@ -45,7 +45,8 @@ class Conductor {
         wires_(wires),
         recorder_(recorder),
         company_(company),
-        estimates_(company.estimates, *state_.course) {
+        estimates_(company.estimates, *state_.course),
+        watched_(conduct::watched_channels(state_.course->station)) {
     const Station& station = state_.course->station;
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
@@ -60,10 +61,6 @@ class Conductor {
           station.instruments[i].answer_within);
     }
     begin_ = wires_.now();
-    for (const StationInterlock& interlock : station.interlocks)
-      for (const auto& term : interlock.require.terms) watched_.insert(term.channel);
-    for (const StationAxis& axis : station.axes)
-      if (!axis.settle.channel.empty()) watched_.insert(axis.settle.channel);
     heard_.assign(streams_.size(), begin_);
     next_show_ = next_values_ = begin_;
   }
@@ -86,6 +83,8 @@ class Conductor {
   }
 
  private:
+  const std::string& slot_of(std::size_t i) const { return state_.course->station.instruments[i].slot; }
+
   std::unique_ptr<InstrumentRecorder> recorder_of(std::size_t i) {
     const StationInstrument& instrument = state_.course->station.instruments[i];
     if (instrument.frames.empty()) return nullptr;
@@ -149,17 +148,15 @@ class Conductor {
     streams_[i]->receive(event.time, event.bytes);
     const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
     if (has_frame) heard_[i] = event.time;
-    if (starts_[i].receive(event.bytes, has_frame, event.time))
-      take(StreamStarted{state_.course->station.instruments[i].slot}, event.time);
+    if (starts_[i].receive(event.bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
 
   /// A unit that is switched off between two power-ups takes its link with it: whether it is back is decided when it is
   /// recorded.
   void stream_lost(std::size_t i, const LinkEvent& event) {
-    const std::string& slot = state_.course->station.instruments[i].slot;
-    if (state_.recording) return take(UnitFailed{slot, event.reason}, event.time);
-    perform(Note{"link", fmt::format("the stream of the unit in slot {} has ended: {}", slot, event.reason)});
+    if (state_.recording) return take(UnitFailed{slot_of(i), event.reason}, event.time);
+    perform(Note{"link", fmt::format("the stream of the unit in slot {} has ended: {}", slot_of(i), event.reason)});
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
@@ -213,7 +210,7 @@ class Conductor {
   void look_at_starts(double now) {
     for (std::size_t i = 0; i < starts_.size(); ++i)
       if (const std::string missing = starts_[i].at(now); !missing.empty())
-        perform(Note{"stream", fmt::format("slot {}: {}", state_.course->station.instruments[i].slot, missing)});
+        perform(Note{"stream", fmt::format("slot {}: {}", slot_of(i), missing)});
   }
 
   /// An event of the store, which others hear of when it is on the disk.
@@ -245,23 +242,15 @@ class Conductor {
   /// What interlocks and settle rules look at is told as soon as it has arrived.
   void tell_watched(std::size_t i, double time) {
     ChannelValues values;
-    for (const auto& shown : streams_[i]->shown()) {
-      if (!shown.seen) continue;
-      std::string channel = state_.course->station.instruments[i].slot + "." + shown.channel.name;
-      if (watched_.contains(channel)) values.values.emplace(std::move(channel), shown.last);
-    }
+    conduct::add_values(slot_of(i), *streams_[i], &watched_, values);
     if (!values.values.empty()) take(std::move(values), time);
   }
 
   void tell_values(double now) {
     next_values_ = now + values_every;
     ChannelValues values;
-    for (std::size_t i = 0; i < streams_.size(); ++i) {
-      if (!streams_[i]) continue;
-      for (const auto& shown : streams_[i]->shown())
-        if (shown.seen)
-          values.values[state_.course->station.instruments[i].slot + "." + shown.channel.name] = shown.last;
-    }
+    for (std::size_t i = 0; i < streams_.size(); ++i)
+      if (streams_[i]) conduct::add_values(slot_of(i), *streams_[i], nullptr, values);
     if (!values.values.empty()) take(std::move(values), now);
   }
 
@@ -323,19 +312,7 @@ class Conductor {
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    const bool begins = row.kind == RunRow::Kind::segment_begins;
-    if (begins || row.kind == RunRow::Kind::segment_ends) {
-      JournalRow step;
-      step.time = now;
-      step.segment = row.label;
-      step.index = row.segment;
-      step.run = row.run;
-      step.attempt = row.attempt;
-      step.step = begins ? JournalRow::Step::begins : JournalRow::Step::ends;
-      step.finished = row.ending == "complete";
-      step.reason = row.reason;
-      note_step(step);
-    }
+    if (const auto step = conduct::step_of(row, now)) note_step(*step);
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
     record({now, "journal", {}, row.label, conduct::text_of(row)});
     if (store_failed_) return;  // nothing waits for it any more
@@ -410,33 +387,6 @@ RunView Conductor::view(double now) const {
 RunEnd carry_out(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
                  const RunCompany& company) {
   return Conductor(std::move(state), parts, wires, recorder, company).run();
-}
-
-std::vector<RunRow> journal_of(const std::string& run) {
-  std::vector<RunRow> rows;
-  visit_store(run, [&](const StoreItem& item) {
-    if (item.kind == StoreItem::Kind::event && item.event->kind == "journal")
-      rows.push_back(conduct::row_of(item.event->json));
-  });
-  return rows;
-}
-
-double end_of(const std::string& run) {
-  double end = 0.0;
-  visit_store(run, [&](const StoreItem& item) { end = std::max(end, item.time); });
-  return end;
-}
-
-Wires shifted(Wires wires, double later) {
-  wires.now = [now = wires.now, later] { return now() + later; };
-  wires.wait = [wait = wires.wait, later](double until) {
-    double there = until - later;
-    while (there + later < until) there = std::nextafter(there, never);  // else that time would never come
-    auto events = wait(there);
-    for (LinkEvent& event : events) event.time += later;
-    return events;
-  };
-  return wires;
 }
 
 }  // namespace tumble

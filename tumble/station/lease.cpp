@@ -45,8 +45,11 @@ LeaseHolder holder_of(const std::string& content) {
 }
 
 void write_holder(int file, const std::string& content) {
-  if (ftruncate(file, 0) != 0 || pwrite(file, content.data(), content.size(), 0) < 0 || fsync(file) != 0)
-    throw Error(Error::Kind::bad_file, std::string("cannot write the lease of a device: ") + std::strerror(errno));
+  const auto size = static_cast<ssize_t>(content.size());
+  errno = ENOSPC;  // of a part that was written
+  if (ftruncate(file, 0) == 0 && pwrite(file, content.data(), content.size(), 0) == size && fsync(file) == 0) return;
+  throw Error(Error::Kind::bad_file,
+              fmt::format("cannot write the lease of a device in '{}': {}", folder().string(), std::strerror(errno)));
 }
 
 /// All links of a station, each once.

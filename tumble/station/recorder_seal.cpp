@@ -129,18 +129,32 @@ void verify_sealed(const BlockSource& source, const std::string& path) {
                 fmt::format("'{}' does not read back as it was written; the live store is kept", path));
 }
 
+/// The file under a name of its own, before it is read back.
+std::vector<Finding> write_part(const BlockSource& source, const std::string& part, const fs::path& target,
+                                Disk& disk) {
+  std::vector<Finding> findings;
+  try {
+    disk.produce(part, [&] {
+      const RecordingWriter writer = format_to_write("recording.h5").writer(part);
+      source([&](const Recording& block) {
+        writer.append(block);
+        findings = block.findings;
+      });
+      writer.commit();
+    });
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_file) throw;
+    throw Error(Error::Kind::bad_file, fmt::format("'{}' was not written, and the live store is kept: {}",
+                                                   target.string(), error.problems.front()));
+  }
+  return findings;
+}
+
 /// Writes one file under its name, whole or not at all. Returns its SHA-256, and the findings of the recording.
 SealedRecording write_sealed(const BlockSource& source, const fs::path& target, Disk& disk) {
   SealedRecording sealed;
   const std::string part = target.string() + ".part";
-  disk.produce(part, [&] {
-    const RecordingWriter writer = format_to_write("recording.h5").writer(part);
-    source([&](const Recording& block) {
-      writer.append(block);
-      sealed.findings = block.findings;
-    });
-    writer.commit();
-  });
+  sealed.findings = write_part(source, part, target, disk);
   disk.synchronise(part);
   sealed.sha256 = sha256_of_file(part);
   verify_sealed(source, part);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <utility>
 
 #include "tumble/station/made_station.hpp"
@@ -34,8 +35,25 @@ Station station_of(const Rehearsal& rehearsal) {
   Station station = station_for(rehearsal.plan);
   if (!rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, station);
   station.file = (fs::path(rehearsal.folder) / "station.toml").string();
-  write_in_run(rehearsal.folder, std::string(made_frames_name), frames_for(rehearsal.plan));
+  try {
+    write_in_run(rehearsal.folder, std::string(made_frames_name), frames_for(rehearsal.plan));
+  } catch (const Error& error) {
+    if (!rehearsal.resume) forget_run(rehearsal.folder);
+    throw not_begun(error, rehearsal.resume);
+  }
   return station;
+}
+
+std::unique_ptr<Recorder> store_of_rehearsal(const Rehearsal& rehearsal, Disk& disk) {
+  RecorderOptions options;
+  options.resume = rehearsal.resume;
+  options.commit_bytes = std::size_t{1} << 22;  // it comes faster than a disk synchronises
+  try {
+    return std::make_unique<Recorder>(rehearsal.folder, disk, options);
+  } catch (const Error& error) {
+    if (!rehearsal.resume) forget_run(rehearsal.folder);
+    throw not_begun(error, rehearsal.resume);
+  }
 }
 
 std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const Station& station) {
@@ -105,10 +123,8 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
     company.estimates = &*estimates;
   }
   {
-    RecorderOptions options;
-    options.resume = rehearsal.resume;
-    options.commit_bytes = std::size_t{1} << 22;  // it comes faster than a disk synchronises
-    Recorder recorder(rehearsal.folder, rehearsal.disk ? *rehearsal.disk : disk, options);
+    const std::unique_ptr<Recorder> store = store_of_rehearsal(rehearsal, rehearsal.disk ? *rehearsal.disk : disk);
+    Recorder& recorder = *store;
     note_facts(recorder, rehearsal.plan, *course, "rehearsed");
     if (rehearsal.desk)
       company = at_desk(*rehearsal.desk, rehearsal.folder,

@@ -1,8 +1,8 @@
 #include "tumble/station/run_folder.hpp"
 
 #include <filesystem>
-#include <fstream>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -10,10 +10,20 @@ namespace tumble {
 namespace fs = std::filesystem;
 
 void write_in_run(const std::string& folder, const std::string& name, const std::string& text) {
-  const fs::path path = fs::path(folder) / name;
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  if (!file.flush()) throw Error(Error::Kind::bad_file, "cannot write '" + path.string() + "'");
+  write_file_atomically((fs::path(folder) / name).string(), text);
+}
+
+void forget_run(const std::string& folder) {
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+}
+
+Error not_begun(const Error& error, bool resume) {
+  auto problems = error.problems;
+  for (std::string& problem : problems)
+    problem =
+        (resume ? "the run does not go on, and what it has recorded is kept: " : "the run was not begun: ") + problem;
+  return Error(error.kind, problems);
 }
 
 void make_run_folder(const std::string& folder, const Plan& plan, const Station& station) {
@@ -21,9 +31,15 @@ void make_run_folder(const std::string& folder, const Plan& plan, const Station&
   if (fs::exists(folder, problem))
     throw Error(Error::Kind::bad_input, "'" + folder + "' is there already: a run is never written over another one");
   if (!fs::create_directories(folder, problem))
-    throw Error(Error::Kind::bad_file, "cannot make the folder '" + folder + "': " + problem.message());
-  if (plan.text) write_in_run(folder, "plan.toml", *plan.text);
-  if (!station.text.empty()) write_in_run(folder, "station.toml", station.text);
+    throw not_begun(Error(Error::Kind::bad_file, "cannot make the folder '" + folder + "': " + problem.message()),
+                    false);
+  try {
+    if (plan.text) write_in_run(folder, "plan.toml", *plan.text);
+    if (!station.text.empty()) write_in_run(folder, "station.toml", station.text);
+  } catch (const Error& error) {
+    forget_run(folder);
+    throw not_begun(error, false);
+  }
 }
 
 std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,

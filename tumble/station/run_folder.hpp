@@ -6,16 +6,23 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/station/executive.hpp"
 #include "tumble/station/recorder.hpp"
+#include "tumble/units/error.hpp"
 
 /// The folder of a run: plan.toml, station.toml, the live store, and after sealing the recording.
 namespace tumble {
 
 /// Makes it, with the texts of plan and station. Throws Error::bad_input where it is there already, Error::bad_file
-/// where it cannot be made.
+/// where it cannot be made: then nothing of it remains.
 void make_run_folder(const std::string& folder, const Plan& plan, const Station& station);
 
 /// Writes a text file into it. Throws Error::bad_file.
 void write_in_run(const std::string& folder, const std::string& name, const std::string& text);
+
+/// Removes the folder of a run that has not begun; one without a recording would be taken for a run.
+void forget_run(const std::string& folder);
+
+/// `error` as the reason why a run was not begun, or does not go on.
+Error not_begun(const Error& error, bool resume);
 
 /// What a station and a plan are together, for these units.
 std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,

@@ -82,6 +82,22 @@ std::unique_ptr<LinkWires> begun(const PlannedRunAtStation& run, const Station& 
   }
 }
 
+/// The store of the run, which takes room before anything is sent.
+std::unique_ptr<Recorder> store_of_run(const PlannedRunAtStation& run, Disk& disk, Lease& lease) {
+  RecorderOptions options;
+  options.resume = run.resume;
+  options.view = true;
+  try {
+    return std::make_unique<Recorder>(run.folder, disk, options);
+  } catch (const Error& error) {
+    if (lease.left_behind().empty()) {  // else it has the record of a takeover
+      lease.end();
+      if (!run.resume) forget_run(run.folder);
+    }
+    throw not_begun(error, run.resume);
+  }
+}
+
 }  // namespace
 
 RunEnd run_plan(const PlannedRunAtStation& run) {
@@ -107,10 +123,8 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder);
   const auto estimates = estimates_of(run, *course);
   Disk disk;
-  RecorderOptions options;
-  options.resume = run.resume;
-  options.view = true;
-  Recorder recorder(run.folder, disk, options);
+  const std::unique_ptr<Recorder> store = store_of_run(run, disk, lease);
+  Recorder& recorder = *store;
   note_facts(recorder, run.plan, *course, run.who);
   if (!run.rig.empty()) recorder.set("rig", run.rig);
   if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});

@@ -2,6 +2,7 @@
 #include "tumble/station/run_plan.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -105,6 +106,66 @@ TEST(RunPlan, ARunThatIsRefusedLeavesNothingToBeTakenOver) {
   std::filesystem::create_directory(run.folder);
   EXPECT_THROW(run_plan(run), Error) << "its folder is there already";
   EXPECT_TRUE(Lease(station, scratch.file("other")).left_behind().empty());
+}
+
+/// Files of this process may have so many bytes, while it lives.
+struct FileLimit {
+  rlimit before{};
+  void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
+
+  explicit FileLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit limit{bytes, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileLimit(const FileLimit&) = delete;
+  FileLimit& operator=(const FileLimit&) = delete;
+  ~FileLimit() {
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+  }
+};
+
+/// A disk without room, as a limit of the size of files.
+TEST(RunPlan, WithoutRoomIsNotBegunAndSaysWhichFileHasNone) {
+  const ScratchFolder scratch;
+  Plan plan = short_plan();
+  plan.text = std::string(5000, '#');
+  const Station station = station_over_tcp(plan, scratch);
+  ServedRig rig(plan, station, fast);
+  const auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
+  const auto refusal = [&](rlim_t bytes) -> std::string {
+    const FileLimit limit(bytes);
+    try {
+      run_plan(run);
+    } catch (const Error& error) {
+      return error.problems.front();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(1000), "the run was not begun: cannot write '" + run.folder + "/plan.toml': File too large");
+  EXPECT_EQ(refusal(1'000'000), "the run was not begun: cannot keep 67108864 bytes free in '" + run.folder + "/" +
+                                    std::string(reserve_name) + "': File too large");
+  EXPECT_FALSE(std::filesystem::exists(run.folder)) << "it would be taken for a run";
+  EXPECT_TRUE(Lease(station, scratch.file("other")).left_behind().empty());
+  EXPECT_EQ(run_plan(run).ending, RunEnding::complete) << "as soon as there is room";
+  {
+    const FileLimit limit(10'000);
+    Disk disk;
+    try {
+      seal(run.folder, disk);
+      FAIL() << "the file has no room";
+    } catch (const Error& error) {
+      const std::string file = run.folder + "/recording.h5";
+      EXPECT_TRUE(error.problems.front().starts_with("'" + file +
+                                                     "' was not written, and the live store is kept: cannot "
+                                                     "write '" +
+                                                     file))
+          << error.problems.front();
+    }
+  }
+  Disk disk;
+  EXPECT_EQ(seal(run.folder, disk).size(), 1u);
 }
 
 /// A run in a process of its own, which begins when the rig is served.

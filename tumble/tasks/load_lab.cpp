@@ -85,8 +85,13 @@ Contact contact_of(Section& section) {
 
 Laboratory laboratory_of(Section& section, const std::string& folder) {
   Laboratory laboratory{contact_of(section), text_in(section, "code"), {}};
-  if (const auto logo = text_in(section, "logo"); !logo.empty())
+  const auto logo = text_in(section, "logo");
+  if (logo.empty()) return laboratory;
+  try {
     laboratory.logo = data_uri_of_image_file((std::filesystem::path(folder) / logo).string());
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at("logo", problem);
+  }
   return laboratory;
 }
 

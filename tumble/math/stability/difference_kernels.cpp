@@ -1,10 +1,10 @@
 #include "tumble/math/stability/difference_kernels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 namespace tumble {
 namespace {
@@ -45,7 +45,7 @@ template <class Lanes>
     return;
   }
 #if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
-  if constexpr (width < Lanes >> 2) {
+  if constexpr (fused<Lanes>) {
     Lanes next = sum;
     asm("vfmadd231pd %1, %1, %0" : "+v"(next) : "v"(z));
     sum = next;
@@ -174,15 +174,21 @@ template <std::size_t together>
 }
 #endif
 
+/// Without a destructor: threads may work on while the program ends.
+struct Found {
+  std::array<DifferenceKernels, 3> kernels;
+  std::size_t count = 0;
+};
+
 /// Twelve registers hold sums, of 16 or of 32: one register a lag, or two or four.
 template <std::size_t... g>
-std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
-  std::vector<DifferenceKernels> found{{{&add_plain<g % 3 + 1>...}, 3, fused<Two>, &put_plain, &second_plain}};
+Found find_kernels(std::index_sequence<g...>) {
+  Found found{{DifferenceKernels{{&add_plain<g % 3 + 1>...}, 3, fused<Two>, &put_plain, &second_plain}}, 1};
 #ifdef __x86_64__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return found;
-  found.push_back({{&add_avx2<g % 6 + 1>...}, 6, true, &put_avx2, &second_avx2});
+  found.kernels[found.count++] = {{&add_avx2<g % 6 + 1>...}, 6, true, &put_avx2, &second_avx2};
   if (__builtin_cpu_supports("avx512f"))
-    found.push_back({{&add_avx512<g + 1>...}, 12, true, &put_avx512, &second_avx512});
+    found.kernels[found.count++] = {{&add_avx512<g + 1>...}, 12, true, &put_avx512, &second_avx512};
 #endif
   return found;
 }
@@ -190,8 +196,8 @@ std::vector<DifferenceKernels> find_kernels(std::index_sequence<g...>) {
 }  // namespace
 
 std::span<const DifferenceKernels> all_difference_kernels() {
-  static const auto found = find_kernels(std::make_index_sequence<DifferenceKernels::registers>());
-  return found;
+  static const Found found = find_kernels(std::make_index_sequence<DifferenceKernels::registers>());
+  return {found.kernels.data(), found.count};
 }
 
 }  // namespace tumble

@@ -12,6 +12,7 @@
 #include "tumble/math/stability/allan_family.hpp"
 #include "tumble/math/stability/dynamic_stability.hpp"
 #include "tumble/math/stability/every_tau.hpp"
+#include "tumble/methods/allan_noise/words.hpp"
 #include "tumble/reduce/even_signal.hpp"
 
 namespace tumble::allan_noise {
@@ -74,19 +75,6 @@ struct ChannelNoise {
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };
-
-/// How a term is called, written and shown for one kind of channel.
-struct TermWords {
-  std::string name, symbol, unit, description;
-};
-TermWords words(NoiseTerm term, QuantityKind kind);
-/// Unit of a rate or a specific force, and of its ramp, for people.
-std::string rate_unit(QuantityKind kind);
-std::string ramp_unit(QuantityKind kind);
-
-/// A squared coefficient [u^2] as the coefficient itself in SI: Q = T sqrt(c), N = sqrt(c T), B = sqrt(c), K =
-/// sqrt(c/T).
-double coefficient(NoiseTerm term, double squared, double rate);
 
 /// Allan variance [u^2] that a term of the fit gives at an averaging factor [samples].
 double fitted_allan_variance(const NoiseFit& fit, const FittedTerm& term, double factor);

@@ -10,6 +10,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/methods/dtg_centrifuge/curves.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
 #include "tumble/methods/dtg_centrifuge/levels.hpp"
 #include "tumble/methods/dtg_centrifuge/residuals.hpp"
@@ -18,8 +19,6 @@ namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
-
-Unit sensitivity() { return Unit::parse("deg/h/g"); }
 
 Group group_of(const Quantities& quantities) {
   return {quantities.value.size(), quantities.fit.sources,
@@ -307,68 +306,6 @@ Table orders(const Polynomial& polynomial) {
     table.rows.push_back(
         {std::string(order_names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
   return table;
-}
-
-/// A point of a curve with its 95 % limits.
-void add_point(const Function& f, double force, std::size_t group, const Ledger& ledger, Curve& curve) {
-  const Ledger::Gradient gradient{{group, f.gradient}};
-  const double v = ledger.variance(gradient);
-  const double half = v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0;
-  curve.x.values.push_back(force);
-  curve.y.values.push_back(f.value);
-  curve.lower.push_back(f.value - half);
-  curve.upper.push_back(f.value + half);
-}
-
-/// Levels of one orientation of the spin axis, from the lowest force to the highest.
-struct Side {
-  std::size_t first, last;
-  std::string name;  ///< behind that of a curve; empty: there is one orientation
-};
-
-std::vector<Side> sides_of(const Outcome& outcome, const std::vector<Level>& levels) {
-  std::vector<Side> sides;
-  for (std::size_t l = 0; l < levels.size(); ++l) {
-    const bool up = levels[l].spin_up > 0.0;
-    if (!sides.empty() && levels[l - 1].spin_up == levels[l].spin_up)
-      sides.back().last = l;
-    else
-      sides.push_back({l, l, outcome.polynomial.both_orientations ? (up ? ", spin axis up" : ", spin axis down") : ""});
-  }
-  return sides;
-}
-
-/// K or zeta: the levels as points, the polynomial as a line, with 95 % bands.
-void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger,
-                Estimate& estimate) {
-  constexpr int steps = 60;
-  const Levels of(outcome, levels);
-  for (const Side& side : sides_of(outcome, levels))
-    for (const bool of_zeta : {false, true}) {
-      const std::string what = of_zeta ? "nonlinearity" : "sensitive term";
-      Curve points;
-      points.name = what + ", measured" + side.name;
-      points.figure = what + " over specific force";
-      points.x = {"specific force", Unit::parse("g"), {}};
-      points.y = {of_zeta ? "zeta" : "K", of_zeta ? Unit::parse("%") : sensitivity(), {}};
-      points.band = "95 % confidence";
-      points.points = true;
-      Curve line = points;
-      line.name = what + ", polynomial" + side.name;
-      line.points = false;
-      for (std::size_t l = side.first; l <= side.last; ++l)
-        add_point(of_zeta ? of.zeta(l) : of.K(l), levels[l].force, group, ledger, points);
-      estimate.curves.push_back(std::move(points));
-      if (!outcome.corrected || (of_zeta && !of.bends()) || side.first == side.last) continue;
-      const Level &lowest = levels[side.first], &highest = levels[side.last];
-      for (int i = 0; i <= steps; ++i) {
-        Level between = lowest;
-        between.force += (highest.force - lowest.force) * i / steps;
-        add_point(of_zeta ? of.zeta_fitted(between, side.first) : of.fitted(between), between.force, group, ledger,
-                  line);
-      }
-      estimate.curves.push_back(std::move(line));
-    }
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ Row plus(Row a, const Row& b) {
 
 }  // namespace
 
+Unit sensitivity() { return Unit::parse("deg/h/g"); }
+
 Levels::Levels(const Outcome& outcome, const std::vector<Level>& levels)
     : outcome_(outcome), levels_(levels), rows_(levels_with_lag(outcome.levels, outcome.polynomial)) {}
 

@@ -13,6 +13,9 @@ struct Function {
   std::vector<double> gradient;
 };
 
+/// Unit of K for people.
+Unit sensitivity();
+
 /// K, zeta and what the polynomial makes of them, of an output that outlives this.
 class Levels {
  public:

@@ -41,7 +41,7 @@ void add_residuals(const Outcome& outcome, const std::vector<Level>& levels, Est
     curve.name = parts == 1 ? "K" : c == 0 ? "along X" : "along Y";
     curve.figure = "residuals of the sensitive term";
     curve.x = {"specific force", Unit::parse("g"), {}};
-    curve.y = {"residual", Unit::parse("deg/h/g"), {}};
+    curve.y = {"residual", sensitivity(), {}};
     curve.band = "2 sd of the output noise";
     curve.points = true;
     for (const Observation& o : outcome.observations) {

@@ -10,7 +10,10 @@
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <system_error>
 #include <utility>
+
+#include "tumble/units/error.hpp"
 
 namespace tumble::jobs {
 namespace {
@@ -203,6 +206,20 @@ void read_all(int descriptor, std::string& bytes) {
   }
 }
 
+/// A new file that begins with a line. Throws Error::bad_file where the disk has no room for it: what a program writes
+/// later would be lost there, and with it the reason why it has ended.
+int file_of_messages(const std::string& path, const std::string& line) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  errno = file < 0 ? errno : ENOSPC;  // of a part that was written
+  if (file >= 0 && write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return file;
+  const std::string reason = std::system_category().message(errno);
+  if (file >= 0) {
+    close(file);
+    unlink(path.c_str());
+  }
+  throw Error{Error::Kind::bad_file, "cannot write '" + path + "': " + reason};
+}
+
 }  // namespace
 
 Outcome run_process(const std::string& program, const std::vector<std::string>& arguments,
@@ -224,8 +241,8 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
 
 int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages) {
   Pipe alive;
-  const int told = open(messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
-  if (alive.write < 0 || told < 0) return close(told), -1;
+  const int told = file_of_messages(messages, "tumble: " + (arguments.empty() ? program : arguments.front()) + "\n");
+  if (alive.write < 0) return close(told), -1;
   std::vector<std::string> words{program}, environment = environment_in_english();
   words.insert(words.end(), arguments.begin(), arguments.end());
   const auto argument_pointers = pointers(words), environment_pointers = pointers(environment);

@@ -22,9 +22,11 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
 
 /// Starts the program so that it goes on when this process ends, in a session of its own: a run must stay with its rig.
 ///
-/// Given     messages  a file that takes what it writes; replaced
+/// Given     messages  a file that takes what it writes, behind a line with the verb; replaced
 ///
 /// Returned  a descriptor, to be closed by the caller, that reads its end when the process ends; -1: not started
+///
+/// Throws    Error::bad_file where the file cannot be written: nothing was started
 int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages);
 
 /// Starts a program that reads `input` and answers on standard output, which `output` gets.

@@ -17,6 +17,7 @@
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/run_desk.hpp"
+#include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_texts.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -217,7 +218,12 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
                                         const std::vector<std::string>& arguments) {
   using namespace std::chrono_literals;
   const std::string log = (context.options.folder / (run + ".log")).string();
-  const int alive = jobs::start_detached(context.options.program, arguments, log);
+  int alive = -1;
+  try {
+    alive = jobs::start_detached(context.options.program, arguments, log);
+  } catch (const Error& error) {
+    return named_from_folder(context.options.folder, not_begun(error, false).problems);
+  }
   if (alive < 0) return {"no process can be started"};
   const auto until = std::chrono::steady_clock::now() + 30s;
   bool ended = false, open = false;

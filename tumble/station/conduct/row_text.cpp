@@ -49,4 +49,19 @@ RunRow row_of(const std::string& text) try {
   throw Error(Error::Kind::bad_file, std::string("a row of the journal cannot be read: ") + problem.what());
 }
 
+std::optional<JournalRow> step_of(const RunRow& row, double time) {
+  const bool begins = row.kind == RunRow::Kind::segment_begins;
+  if (!begins && row.kind != RunRow::Kind::segment_ends) return std::nullopt;
+  JournalRow step;
+  step.time = time;
+  step.segment = row.label;
+  step.index = row.segment;
+  step.run = row.run;
+  step.attempt = row.attempt;
+  step.step = begins ? JournalRow::Step::begins : JournalRow::Step::ends;
+  step.finished = row.ending == "complete";
+  step.reason = row.reason;
+  return step;
+}
+
 }  // namespace tumble::conduct

@@ -34,8 +34,8 @@ void check_place(const std::string& folder, const Disk& disk, const RecorderOpti
   const std::uint64_t room = disk.room(folder), needed = options.reserve_bytes + options.floor_bytes;
   if (room < needed)
     throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' has room for {:.0f} MB; a recording begins with at least {:.0f} MB", folder,
-                            static_cast<double>(room) * 1e-6, static_cast<double>(needed) * 1e-6));
+                fmt::format("the disk under '{}' has room for {:.0f} MB; a recording begins with at least {:.0f} MB",
+                            folder, static_cast<double>(room) * 1e-6, static_cast<double>(needed) * 1e-6));
 }
 
 /// The store of a folder, and its name there for certain.

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
+
+namespace tumble::allan_noise {
+
+/// How a term is called, written and shown for one kind of channel.
+struct TermWords {
+  std::string name, symbol, unit, description;
+};
+TermWords words(NoiseTerm term, QuantityKind kind);
+/// Unit of a rate or a specific force, and of its ramp, for people.
+std::string rate_unit(QuantityKind kind);
+std::string ramp_unit(QuantityKind kind);
+
+/// A squared coefficient [u^2] as the coefficient itself in SI: Q = T sqrt(c), N = sqrt(c T), B = sqrt(c), K =
+/// sqrt(c/T).
+double coefficient(NoiseTerm term, double squared, double rate);
+
+}  // namespace tumble::allan_noise
