@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -174,6 +175,20 @@ def test_tdms_steps_that_are_none_are_no_waveform(tmp_path, step):
     assert tumble.read(tmp_path / "a.tdms", rate=RATE)["a"].rate == RATE
 
 
+def test_a_tdms_file_that_was_cut_off_is_told(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "a.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment([nptdms.ChannelObject("g", "a", samples(), {"unit_string": "V", "wf_increment": 0.01})])
+    path.write_bytes(path.read_bytes()[:-80])
+    with pytest.warns(
+        tumble.TumbleWarning, match=r"a\.tdms: the file ends within its last segment: /'g'/'a' has"
+    ) as told:
+        recording = tumble.read(path)
+    assert [one.filename for one in told] == [__file__]
+    np.testing.assert_array_equal(recording["a"].values, samples()[:-10])
+
+
 @pytest.mark.parametrize("version", [1, 2])
 def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
     pytest.importorskip("rosbags")
@@ -257,6 +272,16 @@ def test_a_list_that_cannot_be_written_is_an_error():
             [sys.executable, "-m", "tumble", "importers"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (listed.returncode, listed.stderr) == (3, "error: standard output: No space left on device\n")
+
+
+def test_a_list_whose_reader_has_enough_ends_quietly():
+    reading, writing = os.pipe()
+    os.close(reading)
+    listed = subprocess.run(
+        [sys.executable, "-m", "tumble", "importers"], stdout=writing, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(writing)
+    assert (listed.returncode, listed.stderr) == (128 + signal.SIGPIPE, "")
 
 
 def test_a_recording_is_unpickled_in_another_folder(tmp_path, monkeypatch):

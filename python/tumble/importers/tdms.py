@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tumble._errors import DataError
+from tumble._errors import DataError, TumbleWarning
 from tumble._recording import Recording
 from tumble._text import need
 from tumble.importers import Column, Importer, Request, recording_of
@@ -20,7 +21,9 @@ def read(path: str, request: Request) -> Recording:
     and dates count from the first date of the file. A channel is called as in the file; where groups have channels of
     one name, `group.channel`.
     """
-    groups = need("nptdms", "import").TdmsFile.read(path).groups()
+    file = need("nptdms", "import").TdmsFile.read(path)
+    _warn_of_a_cut(path, file)
+    groups = file.groups()
     columns, skipped = [], []
     channels = [channel for group in groups for channel in group.channels()]
     names = [_name(channel) for channel in channels]
@@ -32,6 +35,16 @@ def read(path: str, request: Request) -> Recording:
             columns.append(column._replace(name=name, source=group[column.source].path))
         skipped += [group[name].path for name in others]
     return recording_of(path, importer.name, columns, request, skipped)
+
+
+def _warn_of_a_cut(path: str, file: Any) -> None:
+    """A TumbleWarning where the file ends within its last segment, as after a crash or a copy that was stopped."""
+    if not file.file_status.incomplete_final_segment:
+        return
+    lengths = (file.file_status.channel_statuses or {}).items()
+    cut = ", ".join(f"{name} has {one.read_length} of {one.expected_length} values there" for name, one in lengths)
+    text = f"{path}: the file ends within its last segment{': ' if cut else ''}{cut}"
+    warnings.warn(text, TumbleWarning, stacklevel=5)
 
 
 def _columns(
