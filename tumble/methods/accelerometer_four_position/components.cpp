@@ -33,12 +33,32 @@ Point point_at(const std::vector<double>& variance, const std::vector<double>& z
   return point;
 }
 
-/// Covariance [c x c] of the variances from their information; 0 for one of which the data show nothing.
-Matrix covariance_from(const Matrix& information) {
+/// Covariance [c x c] of the variances from their information; 0 for one that is zero or of which the data show
+/// nothing.
+Matrix covariance_from(const Matrix& information, const std::vector<double>& variance) {
   auto unit = diagonal_of(information);
-  for (double& u : unit) u = u > 0.0 ? 1.0 / std::sqrt(u) : 0.0;
+  for (std::size_t c = 0; c < unit.size(); ++c)
+    unit[c] = variance[c] > 0.0 && unit[c] > 0.0 ? 1.0 / std::sqrt(unit[c]) : 0.0;
   const auto scale = [&](const Matrix& m) { return scaled_rows(unit, scaled_columns(m, unit)); };
   return scale(pseudo_inverse(scale(information)));
+}
+
+/// Given: kernels K_c [m x m] on the contrasts.
+std::vector<double> freedom_by_rank(const std::vector<Matrix>& kernels, const std::vector<double>& variance) {
+  std::vector<double> rank;
+  for (const auto& kernel : kernels) {
+    const auto values = eigenvalues_symmetric(kernel);
+    rank.push_back(
+        static_cast<double>(std::ranges::count_if(values, [&](double value) { return value > 1e-9 * values.back(); })));
+  }
+  std::vector<double> out = rank;
+  for (std::size_t c = 0; c < kernels.size(); ++c) {
+    if (rank[c] == static_cast<double>(kernels[c].rows))
+      for (std::size_t other = 0; other < kernels.size(); ++other)
+        if (other != c && variance[other] > 0.0) out[c] -= rank[other];
+    out[c] = std::max(1.0, out[c]);
+  }
+  return out;
 }
 
 double mean_of_diagonal(const Matrix& a) { return trace(a) / static_cast<double>(a.rows); }
@@ -75,7 +95,8 @@ Components components_of(const Matrix& design, const std::vector<double>& observ
   const double scale = std::accumulate(variance.begin(), variance.end(), mean_of_diagonal(known));
   for (double& v : variance)
     if (v < 1e-4 * scale) v = 0.0;
-  return {variance, covariance_from(point_at(variance, z, known, kernels).information)};
+  return {variance, covariance_from(point_at(variance, z, known, kernels).information, variance),
+          freedom_by_rank(kernels, variance)};
 }
 
 }  // namespace tumble::accelerometer_four_position

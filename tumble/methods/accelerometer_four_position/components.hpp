@@ -10,10 +10,13 @@ namespace tumble::accelerometer_four_position {
 struct Components {
   std::vector<double> variance;
   Matrix covariance;
+  std::vector<double> freedom;  ///< of the mean square that shows each [1]: the rank of K_c on the contrasts, where
+                                ///< that is all of them less the ranks of the others above zero; at least 1
 };
 
 /// Variances t_c^2 >= 0 of z = X b + e, Cov e = known + sum_c t_c^2 K_c, by restricted maximum likelihood: that of the
-/// contrasts A'z, A'X = 0. A variance that the data put at zero keeps its uncertainty.
+/// contrasts A'z, A'X = 0. A variance that the data put at zero is taken as known: its mean square is pooled with those
+/// below it, and the covariance of the others is that of a model without it.
 ///
 /// Given     design        X [n x p] of full rank, p < n
 ///           observations  z [n]

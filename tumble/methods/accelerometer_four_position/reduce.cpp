@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -68,21 +69,16 @@ void fill_parameters(const Matrix& gain, const std::vector<double>& z, const std
   }
 }
 
-/// Welch-Satterthwaite: nu = 2 v^2/Var(v), Var(v) from the estimated variances and that of the white noise.
-double freedom_of(std::size_t parameter, const std::vector<double>& gain, double white_freedom,
-                  const std::vector<Repeatability>& repeatability, const Reduced& out) {
-  double of_v = 0.0;
-  if (white_freedom > 0.0) {
-    const double share = out.sources.front().covariance(parameter, parameter);
-    of_v += 2.0 * share * share / white_freedom;
-  }
+/// White noise as a factor on its own line, and the variances of each quantity.
+void fill_estimated(const Matrix& gain, double white_freedom, const std::vector<Repeatability>& repeatability,
+                    Reduced& out) {
+  if (white_freedom > 0.0)
+    out.estimated.push_back({{out.sources.front().covariance}, Matrix(1, 1, 2.0 / white_freedom), {white_freedom}});
   for (const auto& quantity : repeatability) {
-    std::vector<double> slope;
-    for (const auto& unknown : quantity.unknown) slope.push_back(quadratic_form(gain, unknown.kernel));
-    of_v += quadratic_form(slope, quantity.covariance);
+    Estimated estimated{{}, quantity.covariance, quantity.freedom};
+    for (const auto& unknown : quantity.unknown) estimated.shares.push_back(sandwich(gain, unknown.kernel));
+    out.estimated.push_back(std::move(estimated));
   }
-  const double v = out.covariance(parameter, parameter);
-  return of_v > 0.0 ? std::max(1.0, 2.0 * v * v / of_v) : std::numeric_limits<double>::infinity();
 }
 
 /// Turn-on repeatability of the bias, which is the first quantity.
@@ -96,30 +92,45 @@ void add_expected(const Bench& bench, const Stacked& all, double turn_on_sd, std
 /// Adds the sources that the scatter of the cells shows.
 std::vector<Repeatability> add_repeatability(const Bench& bench, const Stacked& all, const Design& design,
                                              std::vector<Source>& sources, Reduced& out) {
+  constexpr double rare = 1e-4;
   const auto repeatability = repeatabilities(bench, all, design, sum_of(sources));
   for (std::size_t b = 0; b < repeatability.size(); ++b) {
-    out.repeatability[all.active[b]] = std::sqrt(repeatability[b].unknown.front().variance);
-    for (const auto& unknown : repeatability[b].unknown) add(sources, unknown.name, unknown.variance * unknown.kernel);
+    const Repeatability& found = repeatability[b];
+    out.repeatability[all.active[b]] = std::sqrt(found.unknown.front().variance);
+    if (found.misfit > 0.0 && found.misfit_chance <= rare) {
+      out.misfit[all.active[b]] = found.misfit;
+      out.misfit_ratio[all.active[b]] = found.misfit_ratio;
+    }
+    for (const auto& unknown : found.unknown)
+      if (unknown.variance > 0.0) add(sources, unknown.name, unknown.variance * unknown.kernel);
   }
   return repeatability;
 }
 
-/// Adds what the temperatures differ by from the polynomials.
-void add_misfits(const Bench& bench, const Stacked& all, const Design& design, std::vector<Source>& sources,
-                 std::vector<Repeatability>& repeatability, Reduced& out) {
-  for (auto& misfit : misfits(bench, all, design, sum_of(sources))) {
-    const Unknown& unknown = misfit.found.unknown.front();
-    if (!(unknown.variance > 0.0)) continue;
-    if (misfit.clear) {
-      out.misfit[all.active[misfit.block]] = std::sqrt(unknown.variance);
-      out.misfit_ratio[all.active[misfit.block]] = misfit.ratio;
-    }
-    add(sources, unknown.name, unknown.variance * unknown.kernel);
-    repeatability.push_back(std::move(misfit.found));
-  }
+/// nu' of freedom_of(): what nu lacks is of the order 1/d^2.
+double with_known_part(double nu, double d) {
+  constexpr double pull = 6.0;  // the coverage of d = 1 is 0.95 +- 0.02 with any known part
+  return nu > d ? square((pull * std::sqrt(d) + d * d * std::sqrt(nu)) / (pull + d * d)) : nu;
 }
 
 }  // namespace
+
+double freedom_of(const Reduced& reduced, const std::vector<double>& weights) {
+  double of_v = 0.0, single = 0.0, over_freedom = 0.0;
+  for (const auto& estimated : reduced.estimated) {
+    std::vector<double> slope;
+    for (const auto& share : estimated.shares) slope.push_back(quadratic_form(weights, share));
+    of_v += quadratic_form(slope, estimated.covariance);
+    for (std::size_t c = 0; c < slope.size(); ++c) {
+      const double own = slope[c] * slope[c] * estimated.covariance(c, c);
+      single += own;
+      over_freedom += own / estimated.freedom[c];
+    }
+  }
+  if (!(of_v > 0.0)) return std::numeric_limits<double>::infinity();
+  const double v = quadratic_form(weights, reduced.covariance);
+  return std::max(1.0, with_known_part(2.0 * v * v / of_v, single / over_freedom));
+}
 
 Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected) {
   const Stacked all = stacked_of(bench, two);
@@ -139,14 +150,12 @@ Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermomet
   if (out.repeatability_known) repeatability = add_repeatability(bench, all, design, sources, out);
   if (expected) add_expected(bench, all, expected->turn_on_sd, sources);
 
-  if (out.repeatability_known && out.repeated) add_misfits(bench, all, design, sources, repeatability, out);
   const Matrix v = sum_of(sources);
   const Estimator estimate = estimator(design.x, all.z, for_weights(v, all.cells));
   const Matrix gain = convert * estimate.gain;
   fill_cells(all, v, sources.front().covariance, out);
   fill_parameters(gain, all.z, sources, out);
-  for (std::size_t j = 0; j < gain.rows; ++j)
-    out.degrees_of_freedom.push_back(freedom_of(j, row(gain, j), bench.white_freedom, repeatability, out));
+  fill_estimated(gain, bench.white_freedom, repeatability, out);
   out.fit = {all.z.size(), static_cast<double>(all.z.size() - gain.rows), estimate.chi_square, estimate.condition};
   return out;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -100,14 +99,6 @@ void add_polynomial(const Reduced& reduced, Quantity quantity, const Face& face,
          fmt::format("{} per T^{}, T in degC", quantity == bias ? "bias" : "scale factor error", j)},
         unit);
   }
-}
-
-/// Degrees of freedom of a combination: Welch-Satterthwaite over the coefficients by their shares of its variance.
-double freedom_of(const Reduced& reduced, const std::vector<double>& weights) {
-  double freedom = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < weights.size(); ++j)
-    if (weights[j] != 0.0) freedom = std::min(freedom, reduced.degrees_of_freedom[j]);
-  return freedom;
 }
 
 void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate& estimate) {

@@ -45,13 +45,10 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
   for (const auto quantity : {accelerometer_four_position::bias, accelerometer_four_position::scale_factor_error}) {
     const auto& polynomial = reduced.polynomial[quantity];
     const auto powers = accelerometer_four_position::powers(from, polynomial.count);
-    double freedom = std::numeric_limits<double>::infinity();
-    for (std::size_t j = 0; j < polynomial.count; ++j) {
-      weights(k, polynomial.first + j) = powers[j];
-      freedom = std::min(freedom, reduced.degrees_of_freedom[polynomial.first + j]);
-    }
+    for (std::size_t j = 0; j < polynomial.count; ++j) weights(k, polynomial.first + j) = powers[j];
     out.value[k] = accelerometer_four_position::at_temperature(reduced.parameters, polynomial, from);
-    out.degrees_of_freedom[k++] = freedom;
+    out.degrees_of_freedom[k] = accelerometer_four_position::freedom_of(reduced, row(weights, k));
+    ++k;
   }
   out.lines = carried(weights, lines_of(reduced.sources));
   const double slack = evidence.plan.settings.number("same_temperature");
