@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -116,6 +117,78 @@ def test_tdms_without_waveforms_takes_the_times_of_a_channel(tmp_path, dates):
     assert "note" in recording.meta["skipped"]
 
 
+def test_tdms_groups_with_dates_count_from_the_first_date_of_the_file(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    x = samples()
+    noon = np.datetime64("2026-03-01T12:00:00.000000")
+    stamps = noon + np.arange(len(x)) * np.timedelta64(10, "ms")
+    volts = {"unit_string": "V"}
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("one", "Stamp", stamps + np.timedelta64(3, "s")),
+                nptdms.ChannelObject("one", "a", x, volts),
+                nptdms.ChannelObject("two", "Stamp", stamps + np.timedelta64(5, "s")),
+                nptdms.ChannelObject("two", "b", x, volts),
+                nptdms.ChannelObject("three", "c[mV]", x, {"wf_increment": 1 / RATE, "wf_start_time": noon}),
+            ]
+        )
+    recording = tumble.read(tmp_path / "a.tdms")
+    assert {name: recording[name].times[0] for name in recording} == {"a": 3.0, "b": 5.0, "c": 0.0}
+    assert recording["c"].shown_unit == "mV"
+
+
+@pytest.mark.parametrize(
+    ("properties", "length", "said"),
+    [
+        ({"unit_string": "V"}, 20, "column \"/'log'/'a'\" has 20 values, and its times are {n}; "),
+        ({"unit_string": "V"}, 2000, "column \"/'log'/'a'\" has 2000 values, and its times are {n}; "),
+        ({"unit_string": "V", "wf_increment": 0.01, "wf_start_offset": "late"}, 20, "wf_start_offset is 'late'; "),
+        ({"unit_string": "V", "wf_increment": 0.01, "wf_start_offset": float("nan")}, 20, "wf_start_offset is nan; "),
+        ({"unit_string": 3, "wf_increment": 0.01}, 20, "'a': unit '3'"),
+        ({"unit_string": "  ", "wf_increment": 0.01}, 20, "columns a have no unit; "),
+    ],
+)
+def test_tdms_channels_that_cannot_be_read_are_named(tmp_path, properties, length, said):
+    nptdms = pytest.importorskip("nptdms")
+    times = np.arange(len(samples())) / RATE
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("log", "Time", times, {"unit_string": "s"}),
+                nptdms.ChannelObject("log", "a", np.ones(length), properties),
+            ]
+        )
+    with pytest.raises(tumble.TumbleError) as caught:
+        tumble.read(tmp_path / "a.tdms")
+    assert "a.tdms: " in str(caught.value)
+    assert said.format(n=len(times)) in str(caught.value)
+
+
+@pytest.mark.parametrize("step", [0, 0.0, -0.01, "0.01", float("nan"), float("inf"), 1e-320, True])
+def test_tdms_steps_that_are_none_are_no_waveform(tmp_path, step):
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("g", "a", samples(), {"unit_string": "V", "wf_increment": step})])
+    with pytest.raises(tumble.UsageError, match=r"a\.tdms: column \"/'g'/'a'\" has no times; accepted is rate="):
+        tumble.read(tmp_path / "a.tdms")
+    assert tumble.read(tmp_path / "a.tdms", rate=RATE)["a"].rate == RATE
+
+
+def test_a_tdms_file_that_was_cut_off_is_told(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "a.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment([nptdms.ChannelObject("g", "a", samples(), {"unit_string": "V", "wf_increment": 0.01})])
+    path.write_bytes(path.read_bytes()[:-80])
+    with pytest.warns(
+        tumble.TumbleWarning, match=r"a\.tdms: the file ends within its last segment: /'g'/'a' has"
+    ) as told:
+        recording = tumble.read(path)
+    assert [one.filename for one in told] == [__file__]
+    np.testing.assert_array_equal(recording["a"].values, samples()[:-10])
+
+
 @pytest.mark.parametrize("version", [1, 2])
 def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
     pytest.importorskip("rosbags")
@@ -199,6 +272,16 @@ def test_a_list_that_cannot_be_written_is_an_error():
             [sys.executable, "-m", "tumble", "importers"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (listed.returncode, listed.stderr) == (3, "error: standard output: No space left on device\n")
+
+
+def test_a_list_whose_reader_has_enough_ends_quietly():
+    reading, writing = os.pipe()
+    os.close(reading)
+    listed = subprocess.run(
+        [sys.executable, "-m", "tumble", "importers"], stdout=writing, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(writing)
+    assert (listed.returncode, listed.stderr) == (128 + signal.SIGPIPE, "")
 
 
 def test_a_recording_is_unpickled_in_another_folder(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from typing import Any
 
@@ -45,11 +46,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _print(text: str) -> int:
-    """Exit status: that of a file that cannot be written where nobody takes the text."""
+    """Exit status: that of a file that cannot be written where nobody takes the text, of a program that a closed pipe
+    ended where its reader has enough."""
     try:
         print(text, end="", flush=True)
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left would fail again at the end
+        if isinstance(error, BrokenPipeError):
+            return 128 + signal.SIGPIPE
         print(f"error: standard output: {error.strerror}", file=sys.stderr)
         return tumble.FileError.status
     return 0

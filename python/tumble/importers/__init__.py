@@ -109,6 +109,11 @@ def recording_of(
             raise UsageError(f"{path}: column {column.source!r} has no times; accepted is rate=...")
         unit = request.units.get(column.name) or request.units.get(column.source) or column.unit or "1"
         values = _named(path, samples_of, column.values, column.source, request.missing)
+        if times is not None and len(times) != len(values):
+            raise DataError(
+                f"{path}: column {column.source!r} has {len(values)} values, and its times are {len(times)}; accepted "
+                "is a time for each value, and channels=[...] to read others alone"
+            )
         parts.append((column.name, unit, values, column.start, 0.0 if hertz is None else hertz, times))
     others = [column.source for column in columns if column not in wanted]
     meta = {"importer": importer, **{f"source.{column.name}": column.source for column in wanted}}

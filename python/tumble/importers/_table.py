@@ -22,9 +22,8 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str | None]
 
     numbers, skipped, times = [], [], None
     for header, values in named:
-        match = _NAMED.match(header)
-        name = match["name"] if match else header
-        unit = match["unit"] if match else units.get(header) or None
+        name, unit = named_with_unit(header)
+        unit = unit if unit is not None else units.get(header) or None
         array = np.asarray(values)
         if array.dtype.kind in "mM" and times is None:
             times = array
@@ -35,6 +34,12 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str | None]
         else:
             numbers.append((name, unit, header, array))
     return [Column(*one, times) for one in numbers], skipped
+
+
+def named_with_unit(header: str) -> tuple[str, str | None]:
+    """Name and unit of `gyro.x[deg/s]`; the unit of a name alone is None."""
+    match = _NAMED.match(header)
+    return (match["name"], match["unit"]) if match else (header, None)
 
 
 def _seconds(name: str, unit: str | None) -> float | None:
