@@ -63,7 +63,7 @@ TEST(Image, OfPngIsRefusedWithAnyByteChanged) {
 
 /// Lengths and markers that lead out of the bytes: a fault or none, and no read beyond them.
 TEST(Image, WithAnyByteChangedIsReadToItsEndAndNoFurther) {
-  for (std::string whole :
+  for (const std::string& whole :
        {picture("mark.jpg"), picture("mark_progressive.jpg"), picture("mark.gif"), svg("width=\"9\"")}) {
     std::size_t refused = 0;
     for (std::size_t place = 0; place < whole.size(); ++place)

@@ -81,6 +81,48 @@ Wires held_back(Wires wires, Recorder& recorder, const std::function<void(double
   return wires;
 }
 
+using Answers = std::vector<decltype(RunEvent::what)>;
+
+/// Who answers where nobody is there: with the standard answer, and "stop" where one segment fails again and again.
+void answer_by_standard(RunCompany& company, Answers& answers) {
+  company.ask = [&answers, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
+    const bool again = is_about_failure(prompt) && ++asked[subject_of(prompt)] > most_repeats;
+    answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
+  };
+  company.orders = [&answers] { return std::exchange(answers, {}); };
+}
+
+std::optional<LiveEstimates> live_estimates_of(const Rehearsal& rehearsal, const Course& course) {
+  std::optional<LiveEstimates> estimates;
+  if (course.until.empty()) return estimates;
+  estimates.emplace(estimator_of(rehearsal.plan), LiveEstimatesOptions{.beside = false});
+  if (rehearsal.resume) estimates->load(rehearsal.folder);
+  return estimates;
+}
+
+/// Carries the plan out on the virtual bench, from where the run stands.
+RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const std::shared_ptr<const Course>& course,
+                   VirtualBench& bench, RunCompany company, Disk& disk) {
+  const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
+  const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
+  if (rehearsal.resume && rehearsal.desk) remember_run(*rehearsal.desk, rehearsal.folder);
+  if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
+    bench.put(mounted_for(rehearsal.plan, station));
+    bench.power(true);
+  }
+  auto estimates = live_estimates_of(rehearsal, *course);
+  if (estimates) company.estimates = &*estimates;
+  const std::unique_ptr<Recorder> store = store_of_rehearsal(rehearsal, disk);
+  Recorder& recorder = *store;
+  note_facts(recorder, rehearsal.plan, *course, "rehearsed");
+  if (rehearsal.desk)
+    company = at_desk(*rehearsal.desk, rehearsal.folder,
+                      facts_of(rehearsal.plan.title, *course, "rehearsed", "rehearsed"), rehearsal.speed, company);
+  const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
+  return carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts_of(station), wires,
+                   recorder, company);
+}
+
 }  // namespace
 
 Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
@@ -97,44 +139,15 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
   if (rehearsal.station && !rehearsal.resume) make_run_folder(rehearsal.folder, rehearsal.plan, station);
 
   RunCompany company = rehearsal.company;
-  std::vector<decltype(RunEvent::what)> answers;
-  if (!company.ask) {
-    company.ask = [&, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-      const bool again = is_about_failure(prompt) && ++asked[subject_of(prompt)] > most_repeats;
-      answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
-    };
-    company.orders = [&] { return std::exchange(answers, {}); };
-  }
+  Answers answers;
+  if (!company.ask) answer_by_standard(company, answers);
   company.by_hand = [&](const std::map<std::string, double>& axes) { bench.put(axes); };
 
   Rehearsed rehearsed;
   Disk disk;
-  const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
-  const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
-  if (rehearsal.resume && rehearsal.desk) remember_run(*rehearsal.desk, rehearsal.folder);
-  if (std::ranges::find(rows, RunRow::Kind::power_up, &RunRow::kind) != rows.end()) {
-    bench.put(mounted_for(rehearsal.plan, station));
-    bench.power(true);
-  }
-  std::optional<LiveEstimates> estimates;
-  if (!course->until.empty()) {
-    estimates.emplace(estimator_of(rehearsal.plan), LiveEstimatesOptions{.beside = false});
-    if (rehearsal.resume) estimates->load(rehearsal.folder);
-    company.estimates = &*estimates;
-  }
-  {
-    const std::unique_ptr<Recorder> store = store_of_rehearsal(rehearsal, rehearsal.disk ? *rehearsal.disk : disk);
-    Recorder& recorder = *store;
-    note_facts(recorder, rehearsal.plan, *course, "rehearsed");
-    if (rehearsal.desk)
-      company = at_desk(*rehearsal.desk, rehearsal.folder,
-                        facts_of(rehearsal.plan.title, *course, "rehearsed", "rehearsed"), rehearsal.speed, company);
-    const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
-    rehearsed.end =
-        carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
-    rehearsed.simulated = bench.now();
-    rehearsed.axes = bench.readings();
-  }
+  rehearsed.end = carried_out(rehearsal, station, course, bench, company, rehearsal.disk ? *rehearsal.disk : disk);
+  rehearsed.simulated = bench.now();
+  rehearsed.axes = bench.readings();
   try {
     rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
   } catch (const Error& error) {

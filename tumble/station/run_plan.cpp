@@ -98,6 +98,25 @@ std::unique_ptr<Recorder> store_of_run(const PlannedRunAtStation& run, Disk& dis
   }
 }
 
+/// What is known before the first segment, to the store.
+void note_beginning(const PlannedRunAtStation& run, const Station& station, const Course& course, double now,
+                    Recorder& recorder) {
+  note_facts(recorder, run.plan, course, run.who);
+  if (!run.rig.empty()) recorder.set("rig", run.rig);
+  if (!run.started.empty()) recorder.event({now, "clock", {}, run.started, {}});
+  if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
+    recorder.event(
+        {now, "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
+}
+
+RunCompany company_of(const PlannedRunAtStation& run, const Course& course) {
+  RunCompany company = run.company;
+  company.show_every *= std::max(1.0, run.speed);  // people look in time of the wall
+  company.longest_commit = std::min(company.longest_commit, longest_commit);
+  if (!run.desk) return company;
+  return at_desk(*run.desk, run.folder, facts_of(run.plan.title, course, run.who, run.rig), run.speed, company);
+}
+
 }  // namespace
 
 RunEnd run_plan(const PlannedRunAtStation& run) {
@@ -125,18 +144,9 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   Disk disk;
   const std::unique_ptr<Recorder> store = store_of_run(run, disk, lease);
   Recorder& recorder = *store;
-  note_facts(recorder, run.plan, *course, run.who);
-  if (!run.rig.empty()) recorder.set("rig", run.rig);
-  if (!run.started.empty()) recorder.event({clock(), "clock", {}, run.started, {}});
-  if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
-    recorder.event(
-        {clock(), "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
-  RunCompany company = run.company;
-  company.show_every *= std::max(1.0, run.speed);  // people look in time of the wall
-  if (run.desk)
-    company = at_desk(*run.desk, run.folder, facts_of(run.plan.title, *course, run.who, run.rig), run.speed, company);
+  note_beginning(run, station, *course, clock(), recorder);
+  RunCompany company = company_of(run, *course);
   company.estimates = estimates.get();
-  company.longest_commit = std::min(company.longest_commit, longest_commit);
   const RunEnd end =
       carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
   if (end.ending != RunEnding::faulted) lease.end();

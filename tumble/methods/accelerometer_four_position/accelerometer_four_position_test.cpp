@@ -99,7 +99,8 @@ TEST(FourPositions, MeanSquaresArePooledWhereAVarianceIsZero) {
     for (std::size_t j = 0; j < n; ++j) power_ups(i, j) = i / 4 == j / 4;
     cells[i] = i % 4 < 2 ? 1.0 + 0.2 * static_cast<double>(i % 2) : -1.0 - 0.2 * static_cast<double>(i % 2);
     squares += cells[i] * cells[i];
-    z[i] = cells[i] + 5.0 * static_cast<double>(i / 4);
+    const std::size_t power_up = i / 4;
+    z[i] = cells[i] + 5.0 * static_cast<double>(power_up);
   }
   const auto agree = components_of(x, cells, Matrix(n, n), {identity(n), power_ups});
   EXPECT_EQ(agree.variance[1], 0.0);
