@@ -92,17 +92,16 @@ void answer_by_standard(RunCompany& company, Answers& answers) {
   company.orders = [&answers] { return std::exchange(answers, {}); };
 }
 
-std::optional<LiveEstimates> live_estimates_of(const Rehearsal& rehearsal, const Course& course) {
-  std::optional<LiveEstimates> estimates;
-  if (course.until.empty()) return estimates;
-  estimates.emplace(estimator_of(rehearsal.plan), LiveEstimatesOptions{.beside = false});
+std::unique_ptr<LiveEstimates> live_estimates_of(const Rehearsal& rehearsal, const Course& course) {
+  if (course.until.empty()) return nullptr;
+  auto estimates = std::make_unique<LiveEstimates>(estimator_of(rehearsal.plan), LiveEstimatesOptions{.beside = false});
   if (rehearsal.resume) estimates->load(rehearsal.folder);
   return estimates;
 }
 
 /// Carries the plan out on the virtual bench, from where the run stands.
-RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const std::shared_ptr<const Course>& course,
-                   VirtualBench& bench, RunCompany company, Disk& disk) {
+RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const StationParts& parts,
+                   const std::shared_ptr<const Course>& course, VirtualBench& bench, RunCompany company, Disk& disk) {
   const auto rows = rehearsal.resume ? journal_of(rehearsal.folder) : std::vector<RunRow>{};
   const double before = rehearsal.resume ? end_of(rehearsal.folder) + 1.0 : 0.0;
   if (rehearsal.resume && rehearsal.desk) remember_run(*rehearsal.desk, rehearsal.folder);
@@ -110,8 +109,8 @@ RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const std
     bench.put(mounted_for(rehearsal.plan, station));
     bench.power(true);
   }
-  auto estimates = live_estimates_of(rehearsal, *course);
-  if (estimates) company.estimates = &*estimates;
+  const auto estimates = live_estimates_of(rehearsal, *course);
+  if (estimates) company.estimates = estimates.get();
   const std::unique_ptr<Recorder> store = store_of_rehearsal(rehearsal, disk);
   Recorder& recorder = *store;
   note_facts(recorder, rehearsal.plan, *course, "rehearsed");
@@ -119,8 +118,8 @@ RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const std
     company = at_desk(*rehearsal.desk, rehearsal.folder,
                       facts_of(rehearsal.plan.title, *course, "rehearsed", "rehearsed"), rehearsal.speed, company);
   const Wires wires = held_back(shifted(bench.wires(), before), recorder, rehearsal.pace);
-  return carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts_of(station), wires,
-                   recorder, company);
+  return carry_out(rehearsal.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder,
+                   company);
 }
 
 }  // namespace
@@ -145,7 +144,8 @@ Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
 
   Rehearsed rehearsed;
   Disk disk;
-  rehearsed.end = carried_out(rehearsal, station, course, bench, company, rehearsal.disk ? *rehearsal.disk : disk);
+  rehearsed.end =
+      carried_out(rehearsal, station, parts, course, bench, company, rehearsal.disk ? *rehearsal.disk : disk);
   rehearsed.simulated = bench.now();
   rehearsed.axes = bench.readings();
   try {
