@@ -144,8 +144,10 @@ std::vector<Finding> write_part(const BlockSource& source, const std::string& pa
     });
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) throw;
-    throw Error(Error::Kind::bad_file, fmt::format("'{}' was not written, and the live store is kept: {}",
-                                                   target.string(), error.problems.front()));
+    auto problems = error.problems;
+    for (std::string& problem : problems)
+      problem = fmt::format("'{}' was not written, and the live store is kept: {}", target.string(), problem);
+    throw Error(Error::Kind::bad_file, problems);
   }
   return findings;
 }
