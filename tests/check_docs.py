@@ -140,6 +140,20 @@ def check_links(root):
     return faults
 
 
+def check_decisions(root):
+    """Each decision has a number of its own and stands once in the index by subject."""
+    folder, faults, names = root / "docs/decisions", [], {}
+    index = (folder / "README.md").read_text(encoding="utf-8") if (folder / "README.md").exists() else ""
+    for path in sorted(folder.glob("[0-9]*.md")):
+        count = index.count(f"({path.name})")
+        if count != 1:
+            faults.append(f"docs/decisions/README.md: {path.name} stands {count} times in the index, expected once")
+        other = names.setdefault(path.name[:3], path.name)
+        if other != path.name:
+            faults.append(f"docs/decisions/{path.name}: {other} has this number too")
+    return faults
+
+
 # ---- code of pages ----------------------------------------------------------------------------------------------
 
 
@@ -293,7 +307,7 @@ def same_as_what(path):
 
 def check(root):
     faults, report = check_units(root)
-    return check_equations(root) + check_links(root) + check_code(root) + faults, report
+    return check_equations(root) + check_links(root) + check_decisions(root) + check_code(root) + faults, report
 
 
 # ---- self-test --------------------------------------------------------------------------------------------------
@@ -335,6 +349,8 @@ SOUND = {
     "tumble/math/testing/help.hpp": "double not_public(double x);\n",
     "examples/adding/my.cpp": "int a() { return 1; }\n\nint b() { return 2; }\n",
     "docs/adding.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
+    "docs/decisions/README.md": "[1](001-one.md)\n",
+    "docs/decisions/001-one.md": "# One\n",
     "docs/other.md": "```cpp\nint c() { return 3; }\n```\n",
 }
 TAMPERED = {  # file, its new text, words of the fault
@@ -363,6 +379,8 @@ TAMPERED = {  # file, its new text, words of the fault
     "call operator": ("tumble/core/a.hpp",
                       "struct A {\n  double operator()(int i) const { return i; }\n  int f();\n};\n", "no unit"),
     "template": ("tumble/core/a.hpp", "template <class T>\nstd::vector<double> f(T x) {\n  return {};\n}\n", "no unit"),
+    "decision without a place": ("docs/decisions/002-two.md", "# Two\n", "stands 0 times"),
+    "decision twice": ("docs/decisions/README.md", "[1](001-one.md) [2](001-one.md)\n", "stands 2 times"),
     "code that has changed": ("examples/adding/my.cpp", "int b() { return 3; }\n", "does not stand in"),
     "code of a part of a line": ("examples/adding/my.cpp", "// int b() { return 2; }\n", "does not stand in"),
     "code from no file": ("docs/adding.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
