@@ -77,6 +77,8 @@ class Conductor {
       }
       if (!end_) look_around();
     }
+    for (const auto& stream : streams_)
+      if (stream) stream->finish();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
     tell_recorded();
     return *end_;
