@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <set>
 #include <thread>
 
+#include "tumble/checks/check.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
@@ -63,6 +65,49 @@ TEST(CarryOut, ADisplayThatFailsDoesNotEndTheRun) {
   rehearsal.company.show = [&](const RunView&) { fail(); };
   EXPECT_EQ(rehearse(rehearsal).end.ending, RunEnding::complete);
   EXPECT_GT(shown, 10);
+}
+
+/// The unit falls silent while it is recorded; segments of 2 s are shorter than a silence of 5 s.
+TEST(CarryOut, ASilenceGoesOnFromOneSegmentToTheNext) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal = short_rehearsal(scratch);
+  rehearsal.plan = load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {});
+  rehearsal.plan.schedule.resize(6);
+  for (Segment& segment : rehearsal.plan.schedule) segment.duration = 2.0;
+  rehearsal.faults = {
+      {.kind = FaultKind::half_open, .name = "cable", .about = "unit", .at = 60.0, .lasts = 1e9, .ends = "failed"}};
+  const Rehearsed whole = rehearse(rehearsal);
+  EXPECT_EQ(whole.end.ending, RunEnding::failed) << whole.end.text;
+  EXPECT_NE(whole.end.text.find("no sample was received for"), std::string::npos) << whole.end.text;
+}
+
+/// It falls silent so late that the plan is carried out before the silence is too long.
+TEST(CarryOut, ASilenceAtTheEndIsSaid) {
+  const ScratchFolder scratch;
+  Rehearsal rehearsal = short_rehearsal(scratch);
+  double began = 0.0;
+  rehearsal.company.note = [&](const Note& note, double time) {
+    if (note.kind == "records") began = time;
+  };
+  rehearse(rehearsal);
+  ScratchFolder second;
+  rehearsal.folder = second.file("run");
+  rehearsal.faults = {{.kind = FaultKind::half_open,
+                       .name = "cable",
+                       .about = "unit",
+                       .at = began + 7.0,
+                       .lasts = 1e9,
+                       .ends = "complete"}};
+  std::vector<std::string> notes;
+  rehearsal.company.note = [&](const Note& note, double) { notes.push_back(note.text); };
+  const Rehearsed rehearsed = rehearse(rehearsal);
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& text) {
+    return text.find("no sample was received in the last") != std::string::npos;
+  }));
+  const Recording recording = load_recording(rehearsed.recordings.at(0).file);
+  EXPECT_TRUE(std::ranges::any_of(run_checks(recording, nullptr),
+                                  [](const Finding& finding) { return finding.code == "samples_end_early"; }));
 }
 
 /// Nobody looks at interlocks while the process waits for the disk.
