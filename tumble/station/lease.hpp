@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,12 +10,14 @@ namespace tumble {
 
 /// A station that a process of this machine uses, or has left without an end.
 struct LeaseHolder {
-  long process = 0;
-  std::string run;  ///< folder, absolute
+  long process = 0;  ///< 0: not known
+  std::string run;   ///< folder, absolute
 };
 
-/// The right to use the devices of a station: one run at a time for each link. It ends with the process, also where
-/// that is killed; what a killed process has left is then known from the lease.
+/// The right to use the devices of a station: one run at a time for each device, whatever its link is called: by the
+/// addresses of a host, by the numbers of a serial device. It is the same for all users of the machine and for any
+/// TMPDIR. It ends with the process, also where that is killed; what a killed process has left is then known from the
+/// lease.
 class Lease {
  public:
   /// Throws    Error::bad_file that says which run has a device of the station
@@ -29,7 +32,8 @@ class Lease {
   void end();
 
  private:
-  std::vector<int> files_;
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
   std::vector<LeaseHolder> left_;
 };
 
