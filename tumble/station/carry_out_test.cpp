@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <thread>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
@@ -105,7 +107,7 @@ TEST(CarryOut, ASilenceAtTheEndIsSaid) {
   EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& text) {
     return text.find("no sample was received in the last") != std::string::npos;
   }));
-  const Recording recording = load_recording(rehearsed.recordings.at(0).file);
+  const Recording recording = read_recording(rehearsed.recordings.at(0).path, {}, {});
   EXPECT_TRUE(std::ranges::any_of(run_checks(recording, nullptr),
                                   [](const Finding& finding) { return finding.code == "samples_end_early"; }));
 }
@@ -120,6 +122,31 @@ TEST(CarryOut, ADiskThatDoesNotAnswerEndsTheRunSafely) {
   EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text;
   EXPECT_NE(rehearsed.end.text.find("the disk has not answered for 0 s"), std::string::npos) << rehearsed.end.text;
   EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 1e-4);
+}
+
+/// A person tidies up while the run goes on.
+TEST(CarryOut, AStoreThatIsRemovedEndsTheRunAtOnceAndSafely) {
+  for (const char* name : {"live.sqlite", "live.sqlite-wal"}) {
+    const ScratchFolder scratch;
+    Rehearsal rehearsal = short_rehearsal(scratch);
+    double removed = -1.0, ended = -1.0;
+    rehearsal.company.note = [&](const Note& note, double time) {
+      if (note.kind == "records" && removed < 0.0) {
+        EXPECT_TRUE(std::filesystem::remove(std::filesystem::path(rehearsal.folder) / name)) << name;
+        removed = time;
+      }
+      if (note.text.find("was removed or replaced") != std::string::npos && ended < 0.0) ended = time;
+    };
+    try {
+      const Rehearsed rehearsed = rehearse(rehearsal);
+      EXPECT_NE(rehearsed.end.ending, RunEnding::complete);
+      EXPECT_NE(rehearsed.end.text.find("was removed or replaced"), std::string::npos) << rehearsed.end.text;
+      EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 1e-4);
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("live.sqlite"), std::string::npos) << "there is nothing to seal";
+    }
+    EXPECT_GE(removed, 0.0);
+  }
 }
 
 TEST(CarryOut, AFlushEndsWhenTheDiskTakesTooLong) {

@@ -58,7 +58,7 @@ Lease::Lease(const Station& station, const std::string& run) : inner_(std::make_
 Lease::~Lease() = default;
 
 void Lease::end() {
-  for (lease::Claim& claim : inner_->claims) claim.note("");
+  for (lease::Claim& claim : inner_->claims) claim.give_back();
 }
 
 std::vector<LeaseHolder> runs_going_on() {

@@ -28,7 +28,8 @@ class Lease {
 
   /// Runs that had a device of this station and did not end by themselves: the rig may be moving.
   const std::vector<LeaseHolder>& left_behind() const { return left_; }
-  /// The run has ended, and the rig is safe. Without this the next run finds it left behind.
+  /// The run has ended, and the rig is safe. Without this, or where it cannot be written, the next run finds it left
+  /// behind.
   void end();
 
  private:

@@ -73,8 +73,10 @@ Holder holder_in(int file) {
 
 bool write_note(int file, const std::string& content) {
   errno = ENOSPC;  // of a part that was written
-  return ftruncate(file, 0) == 0 &&
-         pwrite(file, content.data(), content.size(), 0) == static_cast<ssize_t>(content.size()) && fsync(file) == 0;
+  const bool written = ftruncate(file, 0) == 0 &&
+                       pwrite(file, content.data(), content.size(), 0) == static_cast<ssize_t>(content.size());
+  (void)fsync(file);  // what a power cut takes with it is of the other folder, or of a rig without power
+  return written;
 }
 
 /// The names that are claimed, with the inodes of their sockets.
@@ -171,6 +173,10 @@ void Claim::give_up() {
   for (const int file : files_) close(file);
   files_.clear();
   if (socket_ >= 0) close(std::exchange(socket_, -1));
+}
+
+void Claim::give_back() {
+  for (const int file : files_) (void)write_note(file, "");
 }
 
 void Claim::note(const std::string& content) {

@@ -25,9 +25,10 @@ class Claim {
 
   bool holds() const { return socket_ >= 0; }       ///< else somebody else has it
   const Holder& before() const { return before_; }  ///< of a run that has it, or that did not give it back
-  bool can_be_noted() const { return !files_.empty(); }
-  /// Who has it from now on; empty: it is given back. Throws Error::bad_file where no file can be written.
+  /// Who has it from now on. Throws Error::bad_file where no file can be written.
   void note(const std::string& content);
+  /// Nothing is left. Where a file cannot be written, the next run takes over what is safe already.
+  void give_back();
 
  private:
   void give_up();
