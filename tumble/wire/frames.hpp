@@ -269,10 +269,6 @@ struct StreamFrame {
 
 using FrameSink = std::function<void(const StreamFrame&)>;
 
-namespace codec {
-class FrameOrder;
-}
-
 /// Decodes a stream piece by piece: finds the frames, checks them, puts them in the order of their counter
 /// (codec/order.hpp), and finds the next one after garbage. Frames that carry no channel are counted, and not handed
 /// out.
@@ -329,7 +325,8 @@ class FrameStream {
   bool answers_ = false;             ///< bytes that are skipped are answers of the instrument
   bool counted_ = false;             ///< some layout has a counter
   std::optional<std::size_t> main_;  ///< without counters: the layout whose frames the sequence counts
-  std::unique_ptr<codec::FrameOrder> order_;
+  struct Order;
+  std::unique_ptr<Order> order_;
   std::uint64_t sequence_ = 0, restarts_ = 0;  ///< of the last frame that was handed out
   bool begun_ = false;                         ///< one was
   Clock clock_;

@@ -13,7 +13,7 @@ class Hearing {
  public:
   Hearing(std::size_t instruments, double time) : last_(instruments, time) {}  ///< [s]
 
-  void sample(std::size_t i, double time) { last_[i] = time; }
+  void sample(std::size_t i, double time) { last_[i] = time; }  ///< [s]
   /// A segment of this power-up is recorded from `time` [s] on.
   void records(int power_up, double time);
   /// A stream was started or stopped: whether all run is known when the next segment is recorded.

@@ -15,7 +15,7 @@ namespace tumble::station_file {
 std::vector<std::string> beyond_limits(const Segment& segment, const StationAxis& axis, const Motion& motion,
                                        std::optional<double> stands_at);
 
-/// The same of a value that a command of the safe list carries: [K] as the controller gets it.
+/// In words, which limits a temperature [K] exceeds that a command of the safe list gives to the controller.
 std::vector<std::string> beyond_limits_of_safe(const StationAxis& axis, double temperature);
 
 }  // namespace tumble::station_file

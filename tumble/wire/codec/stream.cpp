@@ -32,8 +32,12 @@ void note(FrameIncident& incident, std::uint64_t offset) {
 
 }  // namespace
 
+struct FrameStream::Order {
+  codec::FrameOrder frames;
+};
+
 FrameStream::FrameStream(const FrameCodec& codec)
-    : codec_(&codec), first_(256), carries_(codec.frames.size()), order_(std::make_unique<codec::FrameOrder>()) {
+    : codec_(&codec), first_(256), carries_(codec.frames.size()), order_(std::make_unique<Order>()) {
   for (std::size_t i = 0; i < codec.frames.size(); ++i) {
     const FrameLayout& layout = codec.frames[i];
     note_first_bytes(layout, first_);
@@ -72,16 +76,16 @@ void FrameStream::finish(const FrameSink& sink) {
 }
 
 void FrameStream::flush(const FrameSink& sink) {
-  order_->finish(counts_,
-                 [&](const codec::FrameOrder::Released& one) { hand_out(one.frame, one.lost, one.anew, sink); });
+  order_->frames.finish(counts_,
+                        [&](const codec::FrameOrder::Released& one) { hand_out(one.frame, one.lost, one.anew, sink); });
 }
 
 void FrameStream::begin_again() {
   answers_ = true;
-  order_->begin_again(counts_);
+  order_->frames.begin_again(counts_);
 }
 
-bool FrameStream::holds() const { return order_->holds(); }
+bool FrameStream::holds() const { return order_->frames.holds(); }
 
 FrameStream::Candidate FrameStream::candidate_at(std::size_t at, bool last) const {
   const std::string_view rest = std::string_view(pending_).substr(at);
@@ -158,7 +162,7 @@ FrameStream::Candidate FrameStream::counted_at(std::size_t frame, std::size_t at
   const CountedRun run{layout, std::string_view(pending_).substr(at), last};
   if (run.available() == 0) return {last ? State::none : State::waits, frame, 0};
   const bool counts_on =
-      order_->counter() && base_ + at == expected_ && run.follows(run.counter(0), *order_->counter());
+      order_->frames.counter() && base_ + at == expected_ && run.follows(run.counter(0), *order_->frames.counter());
   return {counts_on ? run.is_confirmed() : run.counts_from(0, State::none), frame,
           static_cast<std::size_t>(layout.length)};
 }
@@ -241,7 +245,7 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
   };
   if (!layout.counter || !frame_.content.counter) {
     take_note(frame_);
-    return order_->add_uncounted(frame_, by_bytes, release);
+    return order_->frames.add_uncounted(frame_, by_bytes, release);
   }
   const codec::CounterReading reading{*frame_.content.counter,
                                       layout.counter->modulus,
@@ -249,7 +253,7 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
                                       by_bytes,
                                       std::hash<std::string_view>{}(bytes),
                                       layout.counter->lock == 0};
-  const auto arrival = order_->add(frame_, reading, counts_, release);
+  const auto arrival = order_->frames.add(frame_, reading, counts_, release);
   if (arrival == codec::FrameOrder::Arrival::in_order || arrival == codec::FrameOrder::Arrival::late) take_note(frame_);
 }
 
