@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 
 #include "tumble/station/lease/claim.hpp"
 #include "tumble/station/lease/names.hpp"
@@ -14,12 +13,17 @@
 namespace tumble {
 namespace {
 
-/// All that the devices of a station are called on this machine, each once, with the device.
-std::map<std::string, const StationDevice*> names_of(const Station& station) {
-  std::map<std::string, const StationDevice*> names;
+struct NamedDevice {
+  std::string name;
+  const StationDevice* device;
+};
+
+/// All that the devices of a station are called on this machine, each name once.
+std::vector<NamedDevice> names_of(const Station& station) {
+  std::vector<NamedDevice> names;
   for (const StationDevice& device : station.devices)
-    if (!device.link.empty())
-      for (const std::string& name : lease::names_of_link(device.link)) names.try_emplace(name, &device);
+    for (const std::string& name : device.link.empty() ? std::vector<std::string>{} : lease::names_of_link(device.link))
+      if (std::ranges::find(names, name, &NamedDevice::name) == names.end()) names.push_back({name, &device});
   return names;
 }
 
