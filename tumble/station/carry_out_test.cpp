@@ -69,37 +69,51 @@ TEST(CarryOut, ADisplayThatFailsDoesNotEndTheRun) {
   EXPECT_GT(shown, 10);
 }
 
+/// [s] when the segments of a rehearsal that goes well are recorded.
+std::vector<double> begins_of_segments(Rehearsal rehearsal) {
+  std::vector<double> begins;
+  rehearsal.company.note = [&](const Note& note, double time) {
+    if (note.kind == "records") begins.push_back(time);
+  };
+  rehearse(rehearsal);
+  return begins;
+}
+
+/// The link of the unit stays open, and nothing comes from `time` [s] on.
+VirtualFault silence_from(double time) {
+  return {.kind = FaultKind::half_open, .name = "it", .about = "unit", .at = time, .lasts = 1e9, .ends = "complete"};
+}
+
 /// The unit falls silent while it is recorded; segments of 2 s are shorter than a silence of 5 s.
 TEST(CarryOut, ASilenceGoesOnFromOneSegmentToTheNext) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = short_rehearsal(scratch);
+  rehearsal.company.ask = {};
   rehearsal.plan = load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {});
   rehearsal.plan.schedule.resize(6);
   for (Segment& segment : rehearsal.plan.schedule) segment.duration = 2.0;
-  rehearsal.faults = {
-      {.kind = FaultKind::half_open, .name = "cable", .about = "unit", .at = 60.0, .lasts = 1e9, .ends = "failed"}};
-  const Rehearsed whole = rehearse(rehearsal);
-  EXPECT_EQ(whole.end.ending, RunEnding::failed) << whole.end.text;
-  EXPECT_NE(whole.end.text.find("no sample was received for"), std::string::npos) << whole.end.text;
+  const std::vector<double> begins = begins_of_segments(rehearsal);
+  ASSERT_EQ(begins.size(), 6u);
+  const ScratchFolder second;
+  rehearsal.folder = second.file("run");
+  rehearsal.faults = {silence_from(begins[1] + 1.0)};
+  std::string notes;
+  rehearsal.company.note = [&](const Note& note, double) { notes += note.text + "\n"; };
+  const Rehearsed rehearsed = rehearse(rehearsal);
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;
+  EXPECT_NE(notes.find("no sample was received for"), std::string::npos) << notes;
+  EXPECT_LT(rehearsed.simulated, begins[5]) << "before the last segment";
 }
 
 /// It falls silent so late that the plan is carried out before the silence is too long.
 TEST(CarryOut, ASilenceAtTheEndIsSaid) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = short_rehearsal(scratch);
-  double began = 0.0;
-  rehearsal.company.note = [&](const Note& note, double time) {
-    if (note.kind == "records") began = time;
-  };
-  rehearse(rehearsal);
-  ScratchFolder second;
+  rehearsal.company.ask = {};
+  const double began = begins_of_segments(rehearsal).back();
+  const ScratchFolder second;
   rehearsal.folder = second.file("run");
-  rehearsal.faults = {{.kind = FaultKind::half_open,
-                       .name = "cable",
-                       .about = "unit",
-                       .at = began + 7.0,
-                       .lasts = 1e9,
-                       .ends = "complete"}};
+  rehearsal.faults = {silence_from(began + 7.0)};
   std::vector<std::string> notes;
   rehearsal.company.note = [&](const Note& note, double) { notes.push_back(note.text); };
   const Rehearsed rehearsed = rehearse(rehearsal);
@@ -129,13 +143,13 @@ TEST(CarryOut, AStoreThatIsRemovedEndsTheRunAtOnceAndSafely) {
   for (const char* name : {"live.sqlite", "live.sqlite-wal"}) {
     const ScratchFolder scratch;
     Rehearsal rehearsal = short_rehearsal(scratch);
-    double removed = -1.0, ended = -1.0;
+    rehearsal.company.ask = {};
+    double removed = -1.0;
     rehearsal.company.note = [&](const Note& note, double time) {
       if (note.kind == "records" && removed < 0.0) {
         EXPECT_TRUE(std::filesystem::remove(std::filesystem::path(rehearsal.folder) / name)) << name;
         removed = time;
       }
-      if (note.text.find("was removed or replaced") != std::string::npos && ended < 0.0) ended = time;
     };
     try {
       const Rehearsed rehearsed = rehearse(rehearsal);
