@@ -52,7 +52,7 @@ int run(const std::string& wanted, const Terminal& terminal) {
     return 0;
   }
   const LeaseHolder run = chosen(wanted);
-  if (kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
+  if (run.process <= 0 || kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
     throw Error(Error::Kind::bad_file,
                 fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
                             "another user",

@@ -368,6 +368,24 @@ TEST(Checks, ScheduleMismatch) {
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());  // one run
 }
 
+/// 10 s of samples at 100 Hz; a stream may come late by half a second.
+TEST(Checks, SegmentsBehindTheLastSample) {
+  Recording made = recording({channel("gyro", "deg/h", white(1000, 1))});
+  made.marks = {{"a", 0.0, 1, 4.0}, {"b", 4.0, 1, 10.4}};
+  EXPECT_TRUE(findings_of("samples_end_early", made).empty());
+  made.marks.back().end = 10.6;
+  EXPECT_EQ(finding_of("samples_end_early", made).occurrences.count, 1u);
+  made.marks = {{"a", 0.0, 1, 4.0}, {"b", 4.0, 1, 12.0}, {"", 12.0}, {"c", 13.0, 1, 15.0}, {"d", 16.0, 1, 18.0}};
+  const Finding finding = finding_of("samples_end_early", made);
+  EXPECT_EQ(finding.occurrences.count, 3u);
+  EXPECT_EQ(std::get<double>(finding.values[1].value), 10.0);
+  EXPECT_EQ(std::get<double>(finding.values[2].value), 18.0);
+  made.marks = {{"a", 0.0}, {"b", 9.0}};
+  EXPECT_TRUE(findings_of("samples_end_early", made).empty()) << "b ends with the data";
+  made.marks.push_back({"c", 11.0});
+  EXPECT_EQ(finding_of("samples_end_early", made).occurrences.count, 1u);
+}
+
 TEST(Checks, HostileRecordings) {
   const Plan plan = two_runs();
   for (const auto& values : std::vector<std::vector<double>>{{},

@@ -13,6 +13,7 @@
 #include "tumble/station/conduct/channel_values.hpp"
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
+#include "tumble/station/conduct/hearing.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
@@ -61,7 +62,7 @@ class Conductor {
           station.instruments[i].answer_within);
     }
     begin_ = wires_.now();
-    heard_.assign(streams_.size(), begin_);
+    hearing_ = {streams_.size(), begin_};
     next_show_ = next_values_ = begin_;
   }
 
@@ -77,6 +78,8 @@ class Conductor {
       }
       if (!end_) look_around();
     }
+    for (const auto& stream : streams_)
+      if (stream) stream->finish();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
     tell_recorded();
     return *end_;
@@ -147,7 +150,7 @@ class Conductor {
     const std::uint64_t before = streams_[i]->counts().channel_frames;
     streams_[i]->receive(event.time, event.bytes);
     const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
-    if (has_frame) heard_[i] = event.time;
+    if (has_frame) hearing_.sample(i, event.time);
     if (starts_[i].receive(event.bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
@@ -232,11 +235,18 @@ class Conductor {
     for (std::size_t i = 0; i < streams_.size(); ++i) {
       if (!streams_[i] || !state_.recording) continue;
       const StationInstrument& instrument = state_.course->station.instruments[i];
-      const double since = std::max(heard_[i], state_.recording_began);
-      if (now - since <= silence_of(instrument)) continue;
-      heard_[i] = never;  // it is said once
-      take(UnitFailed{instrument.slot, fmt::format("no sample was received for {:.3g} s", now - since)}, now);
+      const double silence = hearing_.silence(i, now);
+      if (silence <= silence_of(instrument)) continue;
+      hearing_.give_up(i);  // it is said once
+      take(UnitFailed{instrument.slot, fmt::format("no sample was received for {:.3g} s", silence)}, now);
     }
+  }
+
+  /// The executive takes a segment that has ended for complete, and the run may end before a silence is too long.
+  void say_silence(const std::string& segment, double now) {
+    for (std::size_t i = 0; i < streams_.size(); ++i)
+      if (const auto text = streams_[i] ? hearing_.missing(i, streams_[i]->rate(), now) : ""; !text.empty())
+        perform(Note{"stream", fmt::format("slot {}: {} of segment '{}'", slot_of(i), text, segment)});
   }
 
   /// What interlocks and settle rules look at is told as soon as it has arrived.
@@ -304,7 +314,8 @@ class Conductor {
     row.attempt = record.attempt;
     row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
     note_step(row);
-    if (!record.on) return;
+    if (!record.on) return say_silence(record.label, row.time);
+    hearing_.records(record.run, row.time);
     begin_segment(record.label, row.time);
     tell({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
                                  record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")});
@@ -326,6 +337,7 @@ class Conductor {
     const auto found = std::ranges::find(all, stream.slot, &StationInstrument::slot);
     if (found == all.end()) return;
     StreamLine& start = starts_[static_cast<std::size_t>(found - all.begin())];
+    hearing_.switched();
     if (stream.on)
       start.start(wires_.now());
     else
@@ -359,7 +371,7 @@ class Conductor {
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
   std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
-  std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
+  conduct::Hearing hearing_{0, 0.0};
   std::deque<RunEvent> events_;
   std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
   std::map<std::string, double> by_hand_;

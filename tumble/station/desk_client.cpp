@@ -115,7 +115,8 @@ void stop_run(const std::string& run, const std::string& who) {
   const auto leased = std::ranges::find(all, path, &LeaseHolder::run);
   const auto process = process_at_desk(run);
   if (!process && leased == all.end()) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
-  if (kill(static_cast<pid_t>(process ? *process : leased->process), SIGTERM) != 0)
+  const long target = process ? *process : leased->process;
+  if (target <= 0 || kill(static_cast<pid_t>(target), SIGTERM) != 0)
     throw Error(Error::Kind::bad_file, "the run '" + run + "' cannot be stopped from here: go to the rig");
 }
 

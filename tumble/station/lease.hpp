@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,12 +10,14 @@ namespace tumble {
 
 /// A station that a process of this machine uses, or has left without an end.
 struct LeaseHolder {
-  long process = 0;
-  std::string run;  ///< folder, absolute
+  long process = 0;  ///< 0: not known
+  std::string run;   ///< folder, absolute
 };
 
-/// The right to use the devices of a station: one run at a time for each link. It ends with the process, also where
-/// that is killed; what a killed process has left is then known from the lease.
+/// The right to use the devices of a station: one run at a time for each device, whatever its link is called: by the
+/// addresses of a host, by the numbers of a serial device. It is the same for all users of the machine and for any
+/// TMPDIR. It ends with the process, also where that is killed; what a killed process has left is then known from the
+/// lease.
 class Lease {
  public:
   /// Throws    Error::bad_file that says which run has a device of the station
@@ -25,11 +28,13 @@ class Lease {
 
   /// Runs that had a device of this station and did not end by themselves: the rig may be moving.
   const std::vector<LeaseHolder>& left_behind() const { return left_; }
-  /// The run has ended, and the rig is safe. Without this the next run finds it left behind.
+  /// The run has ended, and the rig is safe. Without this, or where it cannot be written, the next run finds it left
+  /// behind.
   void end();
 
  private:
-  std::vector<int> files_;
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
   std::vector<LeaseHolder> left_;
 };
 

@@ -1,11 +1,18 @@
 #include "tumble/station/lease.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
+#include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -20,13 +27,36 @@ Station station_at(const std::string& link) {
   return station;
 }
 
-/// A link that no other test has.
-std::string own_link(const char* name) {
-  return "tcp:lease." + std::string(name) + ":" + std::to_string(getpid() % 60000 + 1);
+/// A link that no other test has. Ports below 32768 are given to nobody by the kernel.
+std::string own_link(int test, const std::string& host = "127.0.0.1") {
+  return "tcp:" + host + ":" + std::to_string(1024 + (getpid() % 3000) * 10 + test);
+}
+
+std::string refusal_of(const Station& station, const std::string& run) {
+  try {
+    const Lease lease(station, run);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// The files that say who has a lease.
+std::vector<std::filesystem::path> files_of_run(const std::string& run) {
+  std::vector<std::filesystem::path> files;
+  for (const char* folder : {"/run/lock/tumble-leases", "/var/tmp/tumble-leases"}) {
+    std::error_code problem;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, problem)) {
+      std::ifstream file(entry.path());
+      if (std::string((std::istreambuf_iterator<char>(file)), {}).find(run + "\n") != std::string::npos)
+        files.push_back(entry.path());
+    }
+  }
+  return files;
 }
 
 TEST(Lease, ASecondRunIsRefusedAndTheFirstIsNamed) {
-  const Station station = station_at(own_link("second"));
+  const Station station = station_at(own_link(0));
   Lease first(station, "first-run");
   try {
     const Lease second(station, "second-run");
@@ -39,7 +69,7 @@ TEST(Lease, ASecondRunIsRefusedAndTheFirstIsNamed) {
 }
 
 TEST(Lease, ARunThatEndsLeavesNothingBehind) {
-  const Station station = station_at(own_link("ends"));
+  const Station station = station_at(own_link(1));
   {
     Lease lease(station, "one");
     lease.end();
@@ -50,7 +80,7 @@ TEST(Lease, ARunThatEndsLeavesNothingBehind) {
 }
 
 TEST(Lease, AProcessThatIsKilledLeavesItsRunBehind) {
-  const Station station = station_at(own_link("killed"));
+  const Station station = station_at(own_link(2));
   const pid_t child = fork();
   if (child == 0) {
     const Lease lease(station, "killed-run");
@@ -63,6 +93,75 @@ TEST(Lease, AProcessThatIsKilledLeavesItsRunBehind) {
   ASSERT_EQ(next.left_behind().size(), 1u);
   EXPECT_EQ(next.left_behind()[0].process, child);
   EXPECT_TRUE(next.left_behind()[0].run.ends_with("killed-run"));
+  next.end();
+}
+
+TEST(Lease, ADeviceIsTheSameByAnyNameOfItsLink) {
+  Lease first(station_at(own_link(3)), "by-number");
+  for (const char* host : {"localhost", "127.1", "2130706433", "0x7f.1", "[::ffff:127.0.0.1]", "0.0.0.0"})
+    EXPECT_NE(refusal_of(station_at(own_link(3, host)), "again").find("by-number"), std::string::npos) << host;
+  EXPECT_EQ(refusal_of(station_at(own_link(4)), "beside"), "") << "another port is another device";
+  EXPECT_EQ(refusal_of(station_at(own_link(3, "127.0.0.2")), "beside"), "") << "and so is another address";
+  first.end();
+}
+
+TEST(Lease, ASerialDeviceIsTheSameByAnyOfItsPaths) {
+  const ScratchFolder scratch;
+  const int line = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(line >= 0 && grantpt(line) == 0 && unlockpt(line) == 0);
+  const std::string device = ptsname(line);
+  std::filesystem::create_symlink(device, scratch.file("by-id"));
+  Lease first(station_at("serial:" + device), "by-device");
+  EXPECT_NE(refusal_of(station_at("serial:" + scratch.file("by-id") + ":9600"), "again").find("by-device"),
+            std::string::npos);
+  first.end();
+  close(line);
+}
+
+TEST(Lease, NeitherAnotherTmpdirNorACleanerLetsASecondRunIn) {
+  const ScratchFolder scratch;
+  const Station station = station_at(own_link(5));
+  Lease first(station, "cleaned-run");
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("TMPDIR", scratch.path.c_str(), 1);
+  EXPECT_NE(refusal_of(station, "again").find("cleaned-run"), std::string::npos);
+  before == nullptr ? unsetenv("TMPDIR") : setenv("TMPDIR", kept.c_str(), 1);
+  const auto files = files_of_run("cleaned-run");
+  EXPECT_FALSE(files.empty());
+  for (const auto& file : files) std::filesystem::remove(file);
+  EXPECT_NE(refusal_of(station, "again").find("is in use by the run"), std::string::npos);
+  const auto all = runs_going_on();
+  EXPECT_TRUE(std::ranges::any_of(all, [](const auto& run) { return run.process == getpid(); }));
+  first.end();
+}
+
+/// `tumble stop` sends a signal to the process: another user could name any.
+TEST(Lease, WhoHasItIsWhatTheKernelSays) {
+  const Station station = station_at(own_link(6));
+  int ready[2], over[2];
+  ASSERT_TRUE(pipe(ready) == 0 && pipe(over) == 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    Lease lease(station, "true-run");
+    char byte = 1;
+    const bool told = write(ready[1], &byte, 1) == 1;
+    close(over[1]);
+    if (told && read(over[0], &byte, 1) >= 0) lease.end();
+    _exit(0);
+  }
+  char byte = 0;
+  ASSERT_EQ(read(ready[0], &byte, 1), 1);
+  for (const auto& file : files_of_run("true-run"))
+    std::ofstream(file) << getpid() << ' ' << std::filesystem::absolute("true-run").string() << "\n";
+  const auto all = runs_going_on();
+  EXPECT_TRUE(std::ranges::any_of(all, [&](const auto& run) { return run.process == child; }));
+  close(over[0]);
+  close(over[1]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  for (const int end : ready) close(end);
+  Lease next(station, "next");
   next.end();
 }
 

@@ -44,7 +44,7 @@ enum class StoreDirection : std::uint8_t { received = 0, sent = 1 };
 struct StoreSample {
   double time = 0.0;               ///< [s] of the station's clock, at arrival
   std::optional<double> device;    ///< [s] of the clock of the device
-  std::uint64_t sequence = 0;      ///< of the stream, lost ones counted
+  std::uint64_t sequence = 0;      ///< of the stream, lost ones counted; plus 2^40 for each restart of its counter
   std::span<const double> values;  ///< [SI] by channel of the stream; increments as they came
 };
 

@@ -9,6 +9,7 @@
 namespace tumble {
 namespace {
 
+using recorder::numbers_of_a_stretch;
 using recorder::SampleClock;
 
 struct ArrivedSample {
@@ -57,6 +58,29 @@ TEST(SampleClockArrival, AUnitThatWasSwitchedOffCountsAnewAndItsTimeGoesOn) {
     EXPECT_LT(worst_error(samples, declared, 256.0), 1.5 * interval) << declared;
 }
 
+/// Too short to be seen by the arrival alone: the stream says that the counter began again, and not how many frames are
+/// missing there. Their number is that of whole intervals, since the latency is shorter than half of one.
+TEST(SampleClockArrival, ARestartThatTheStreamHasSeenTakesTheTimeThatItTook) {
+  for (const int missing : {0, 1, 7, 25, 300}) {
+    std::vector<ArrivedSample> samples;
+    for (const ArrivedSample& one : stream_of(false, 0.004, [](int k) { return static_cast<std::uint64_t>(k); })) {
+      const auto k = one.number;
+      if (k > 400 && k <= 400 + static_cast<std::uint64_t>(missing)) continue;
+      samples.push_back(one);
+      if (k > 400) samples.back().number = numbers_of_a_stretch + k - static_cast<std::uint64_t>(missing);
+      if (k > 800) samples.back().number += numbers_of_a_stretch;  // and again, with no loss
+    }
+    for (const double declared : {50.0, 0.0})
+      EXPECT_LT(worst_error(samples, declared, 4294967296.0), 0.25 * interval) << missing << " of " << declared;
+  }
+}
+
+TEST(SampleClockArrival, ARestartAmongTheFirstSamplesIsTakenAsCounted) {
+  const auto samples =
+      stream_of(false, 0.004, [](int k) { return static_cast<std::uint64_t>(k) + (k > 5 ? numbers_of_a_stretch : 0); });
+  EXPECT_LT(worst_error(samples, 50.0, 4294967296.0), 0.25 * interval);
+}
+
 TEST(SampleClockArrival, RoundsOfACounterThatNobodySawAreFound) {
   const auto samples = stream_of(true, 0.004, [](int k) { return static_cast<std::uint64_t>(k <= 400 ? k : k - 128); });
   EXPECT_LT(worst_error(samples, 50.0, 128.0), 1.5 * interval);
@@ -80,6 +104,31 @@ TEST(SampleClockArrival, SamplesThatWaitedKeepTheirTime) {
         one.arrival = last = last + interval / faster;
     EXPECT_LT(worst_error(samples, 50.0, 256.0), 0.25 * interval) << faster;
   }
+}
+
+/// A process that was stopped for 5 s finds all samples of this time at once: the rate is that of the instrument, for
+/// any moment and with or without a declaration. Half of the samples lie on an earliest line of 2 s or more, whose ends
+/// are late by up to 4 ms: 0.2 %.
+TEST(SampleClockArrival, SamplesThatWaitedDoNotChangeTheRate) {
+  for (const double begin : {0.05, 0.3, 1.0, 8.0, 12.0})
+    for (const double declared : {50.0, 0.0}) {
+      SampleClock clock(declared, 4294967296.0);
+      for (const auto& one : stream_of(false, 0.004, [](int k) { return static_cast<std::uint64_t>(k); }))
+        clock.add(one.number, one.taken > begin ? std::max(one.arrival, begin + 5.0) : one.arrival, std::nullopt);
+      clock.settle();
+      EXPECT_NEAR(clock.arrival_rate(), 50.0, 0.002 * 50.0) << begin;
+      EXPECT_NEAR(clock.rate(), 50.0, 0.002 * 50.0) << begin;
+      EXPECT_EQ(clock.placed(), declared > 0.0);
+    }
+}
+
+TEST(SampleClockArrival, AWrongDeclarationIsSeenThoughSamplesWaited) {
+  SampleClock clock(100.0, 4294967296.0);
+  for (const auto& one : stream_of(false, 0.004, [](int k) { return static_cast<std::uint64_t>(k); }))
+    clock.add(one.number, one.taken > 8.0 ? std::max(one.arrival, 13.0) : one.arrival, std::nullopt);
+  clock.settle();
+  EXPECT_FALSE(clock.placed());
+  EXPECT_NEAR(clock.rate(), 50.0, 0.002 * 50.0);
 }
 
 TEST(SampleClockArrival, JitterOfManyIntervalsChangesNothing) {

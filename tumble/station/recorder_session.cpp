@@ -225,6 +225,7 @@ class Session {
   }
 
   void close() {
+    stream_->finish();
     recorder_->close(now(), outcome_.ending);
     links_.close(link_);
   }

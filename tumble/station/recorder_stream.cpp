@@ -1,8 +1,17 @@
 #include "tumble/station/recorder_stream.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "tumble/station/recorder/sample_clock.hpp"
+
 namespace tumble {
+
+namespace {
+
+constexpr std::size_t most_arrivals = 4096;  ///< pieces whose time is known
+
+}  // namespace
 
 void LiveNoise::add(double time, double value) {
   if (std::isnan(value)) return;
@@ -48,8 +57,23 @@ void InstrumentRecorder::sent(double time, std::string_view bytes) {
 
 bool InstrumentRecorder::receive(double time, std::string_view bytes) {
   if (recorder_.raw(link_, StoreDirection::received, time, bytes) == 0) return false;
-  stream_.feed(bytes, [&](const StreamFrame& frame) { take(time, frame); });
+  arrivals_.emplace_back(stream_.counts().bytes + bytes.size(), time);
+  stream_.feed(bytes, [&](const StreamFrame& frame) { take(frame); });
+  if (!stream_.holds() || arrivals_.size() > most_arrivals)
+    arrivals_.erase(arrivals_.begin(), arrivals_.end() - static_cast<std::ptrdiff_t>(std::min<std::size_t>(
+                                                             arrivals_.size(), stream_.holds() ? most_arrivals : 1)));
   return !recorder_.failure();
+}
+
+/// A frame that waited for others is as old as its bytes.
+double InstrumentRecorder::arrival_of(const StreamFrame& frame) const {
+  const auto piece = std::ranges::lower_bound(arrivals_, frame.complete, {}, &std::pair<std::uint64_t, double>::first);
+  return piece == arrivals_.end() ? arrivals_.back().second : piece->second;
+}
+
+void InstrumentRecorder::finish() {
+  if (arrivals_.empty()) return;
+  stream_.flush([&](const StreamFrame& frame) { take(frame); });
 }
 
 void InstrumentRecorder::begin_noise() {
@@ -61,6 +85,8 @@ void InstrumentRecorder::begin_bar() {
 }
 
 void InstrumentRecorder::restart() {
+  finish();
+  arrivals_.clear();
   link_ = recorder_.add_link(description_);
   stream_ = FrameStream(codec_);
   streams_.clear();
@@ -79,7 +105,8 @@ std::size_t InstrumentRecorder::stream_of(const FrameContent& content) {
   return place->second;
 }
 
-void InstrumentRecorder::take(double time, const StreamFrame& frame) {
+void InstrumentRecorder::take(const StreamFrame& frame) {
+  const double time = arrival_of(frame);
   const std::size_t stream = stream_of(frame.content);
   values_.clear();
   for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -92,7 +119,7 @@ void InstrumentRecorder::take(double time, const StreamFrame& frame) {
     shown_[i].high = std::fmax(shown_[i].high, value);
     shown_[i].seen = shown_[i].seen || !std::isnan(value);
   }
-  const StoreSample sample{time, frame.time, frame.sequence, values_};
+  const StoreSample sample{time, frame.time, frame.restarts * recorder::numbers_of_a_stretch + frame.sequence, values_};
   recorder_.sample(stream, sample);
   if (live_) live_->sample(stream, sample);
   if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;

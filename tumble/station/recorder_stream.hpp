@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tumble/station/live_estimates.hpp"
@@ -57,6 +59,8 @@ class InstrumentRecorder {
   void begin_noise();
   /// Least and greatest are those of the samples from now on.
   void begin_bar();
+  /// Samples that wait for others before them are kept: nothing more comes.
+  void finish();
   /// The link came back: what is half decoded is given up, and the counts begin again.
   void restart();
 
@@ -65,7 +69,8 @@ class InstrumentRecorder {
   double rate() const;  ///< [Hz] of the frames that carry channels; 0: unknown
 
  private:
-  void take(double time, const StreamFrame& frame);
+  double arrival_of(const StreamFrame& frame) const;  ///< [s]
+  void take(const StreamFrame& frame);
   std::size_t stream_of(const FrameContent& content);
 
   Recorder& recorder_;
@@ -74,6 +79,8 @@ class InstrumentRecorder {
   StoreLink description_;
   std::size_t link_ = 0;
   FrameStream stream_;
+  std::deque<std::pair<std::uint64_t, double>>
+      arrivals_;  ///< the end [byte of the stream] of a piece, and its time [s]
   std::map<std::vector<unsigned char>, std::size_t> streams_;  ///< by presence of the channels
   std::vector<double> values_;
   std::vector<Shown> shown_;

@@ -40,6 +40,7 @@ struct StationAxis {
   std::optional<double> lowest, highest;   ///< [rad, K]
   std::optional<double> max_rate;          ///< [rad/s, K/s]
   std::optional<double> max_acceleration;  ///< [rad/s^2]; of a shaker [m/s^2]
+  std::optional<double> clips_at;          ///< [1] standard deviations at which the drive clips a random motion
   std::optional<double> speed;             ///< [rad/s] of moves to a position, where the command carries it
   /// limited: turns are not repeated; wrapped: the controller's angle begins again after a turn; counted: it goes on
   /// after a turn, and the axis takes the nearest of the angles that differ by whole turns.

@@ -25,6 +25,15 @@ void add_losses(const FrameCounts& counts, const std::string& path, Findings& fi
   if (counts.repeated.count > 0)
     findings.push_back(
         {Severity::warning, "frames_repeated", {{"byte", counts.repeated.first}}, path, often(counts.repeated)});
+  if (counts.exchanged.count > 0)
+    findings.push_back(
+        {Severity::info, "frames_exchanged", {{"byte", counts.exchanged.first}}, path, often(counts.exchanged)});
+  if (counts.too_late.count > 0)
+    findings.push_back(
+        {Severity::warning, "frames_too_late", {{"byte", counts.too_late.first}}, path, often(counts.too_late)});
+  if (counts.restarts.count > 0)
+    findings.push_back(
+        {Severity::warning, "frames_counted_anew", {{"byte", counts.restarts.first}}, path, often(counts.restarts)});
   // A capture often begins in the middle of a frame.
   const bool only_begin = counts.skipped.count == 1 && counts.skipped.first == 0 && counts.skipped_bytes < 512;
   if (counts.skipped.count > 0)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -240,7 +241,7 @@ struct FrameCounts {
   std::uint64_t bytes = 0;           ///< in all
   std::uint64_t good_bytes = 0;      ///< in frames whose checksums hold
   std::uint64_t good = 0;            ///< frames
-  std::uint64_t channel_frames = 0;  ///< good frames that carry a channel
+  std::uint64_t channel_frames = 0;  ///< good frames that carry a channel, also while they wait for others
   std::vector<std::uint64_t> by_layout;
   std::vector<std::vector<FrameIncident>> not_good;  ///< by layout and status
   FrameIncident damaged;            ///< frames whose checksum does not hold, or whose columns are others
@@ -249,6 +250,9 @@ struct FrameCounts {
   FrameIncident gaps;               ///< places where frames are missing
   std::uint64_t lost = 0;           ///< frames that are missing in these
   FrameIncident repeated;           ///< frames that came twice; the second was removed
+  FrameIncident exchanged;          ///< frames that came behind later ones, and were put in order
+  FrameIncident too_late;           ///< frames that came so much later that they were removed
+  FrameIncident restarts;           ///< places where the counter began again, so that it shows no loss
   std::uint64_t cut = 0;            ///< bytes of a frame that the end of the stream cuts
   FrameIncident unreadable;         ///< cells of lines that are not numbers
 };
@@ -257,20 +261,28 @@ struct FrameCounts {
 struct StreamFrame {
   FrameContent content;
   std::uint64_t offset = 0;    ///< [byte] of the stream
+  std::uint64_t complete = 0;  ///< [byte] of the stream behind it, or behind a later frame that came before it
   std::uint64_t sequence = 0;  ///< its number among the frames that carry channels, lost ones counted
+  std::uint64_t restarts = 0;  ///< of the counter before it: how many frames are lost there is not known, none counted
   std::optional<double> time;  ///< [s] of the device, without its wraps; a frame without time has that of the last one
 };
 
 using FrameSink = std::function<void(const StreamFrame&)>;
 
-/// Decodes a stream piece by piece: finds the frames, checks them, and finds the next one after garbage. Frames that
-/// carry no channel are counted, and not handed out.
+/// Decodes a stream piece by piece: finds the frames, checks them, puts them in the order of their counter
+/// (codec/order.hpp), and finds the next one after garbage. Frames that carry no channel are counted, and not handed
+/// out.
 class FrameStream {
  public:
   explicit FrameStream(const FrameCodec& codec);  ///< the codec must live as long
+  FrameStream(FrameStream&& other) noexcept;
+  FrameStream& operator=(FrameStream&& other) noexcept;
+  ~FrameStream();
   void feed(std::string_view bytes, const FrameSink& sink);
-  /// What waits for more bytes is decoded or counted as cut off.
+  /// What waits for more bytes is decoded or counted as cut off, and what waits for frames before it is handed out.
   void finish(const FrameSink& sink);
+  bool holds() const;                 ///< frames that wait for others
+  void flush(const FrameSink& sink);  ///< hands them out
   /// The instrument was told to start or to stop: until the next frame it answers, which is no garbage, and its counter
   /// may begin anew, which is no loss.
   void begin_again();
@@ -295,9 +307,9 @@ class FrameStream {
   bool may_begin_line(const FrameLayout& layout, std::size_t at) const;
   void skip(std::size_t at);
   void accept(std::size_t at, const Candidate& found, const FrameSink& sink);
-  /// Frames lost before this one by its counter; nothing for a repeated one.
-  std::optional<std::uint64_t> lost_before(std::string_view bytes, std::uint64_t lost_by_bytes);
-  void unwrap_time();
+  void take_note(const StreamFrame& frame);
+  void hand_out(StreamFrame& frame, std::uint64_t lost, bool anew, const FrameSink& sink);
+  void unwrap_time(StreamFrame& frame);
 
   const FrameCodec* codec_;
   std::vector<unsigned char> first_;  ///< by byte: bit 0 a frame may begin with it, bit 1 it may stand between
@@ -313,9 +325,10 @@ class FrameStream {
   bool answers_ = false;             ///< bytes that are skipped are answers of the instrument
   bool counted_ = false;             ///< some layout has a counter
   std::optional<std::size_t> main_;  ///< without counters: the layout whose frames the sequence counts
-  std::optional<std::uint64_t> counter_;
-  std::uint64_t step_ = 0, step_seen_ = 0;
-  std::string last_bytes_;
+  struct Order;
+  std::unique_ptr<Order> order_;
+  std::uint64_t sequence_ = 0, restarts_ = 0;  ///< of the last frame that was handed out
+  bool begun_ = false;                         ///< one was
   Clock clock_;
   StreamFrame frame_;
   FrameCounts counts_;

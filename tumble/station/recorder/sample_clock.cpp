@@ -9,12 +9,15 @@ namespace tumble::recorder {
 
 namespace {
 
-constexpr double reference_span = 10.0;  ///< [s] in which the least late sample is looked for
-constexpr double least_early = 0.25;     ///< [s] by which no clock of a computer is wrong
-constexpr double longest_wait = 60.0;    ///< [s] of a sample on its way
-constexpr double least_late = 0.5;       ///< [s] before lost rounds of a counter are thought of
-constexpr double decided_after = 10.0;   ///< [s] of samples that are all late, at most
-constexpr std::uint64_t fewest = 20;     ///< samples before a line is trusted
+constexpr double reference_span = 10.0;    ///< [s] in which the least late sample is looked for
+constexpr double least_early = 0.25;       ///< [s] by which no clock of a computer is wrong
+constexpr double longest_wait = 60.0;      ///< [s] of a sample on its way
+constexpr double least_late = 0.5;         ///< [s] before lost rounds of a counter are thought of
+constexpr double decided_after = 10.0;     ///< [s] of samples that are all late, at most
+constexpr double long_line = 2.0;          ///< [s] of an earliest line that is trusted
+constexpr std::uint64_t long_count = 100;  ///< samples of it
+constexpr double most_doubt = 0.01;        ///< of the interval by an earliest line
+constexpr std::uint64_t fewest = 20;       ///< samples before a line is trusted
 
 }  // namespace
 
@@ -65,8 +68,23 @@ void SampleClock::restart(const Sample& sample, double late) {
   now_ = before_ = {};
 }
 
+void SampleClock::wait(const Sample& sample, double late) {
+  least_late_ = first_late_ = late;
+  late_.push_back(sample);
+}
+
 void SampleClock::add(std::uint64_t number, double arrival, std::optional<double> device) {
+  const std::uint64_t stretch = number / numbers_of_a_stretch;
+  const bool anew = std::exchange(stretch_, stretch) != stretch && count_ + late_.size() > 0;
+  number %= numbers_of_a_stretch;
   const Sample sample{number, arrival, device};
+  if (anew) {
+    decide(true);
+    if (can_judge()) {
+      anew_ = true;
+      return wait(sample, lateness(shifted(number), arrival));
+    }
+  }
   if (!late_.empty()) {
     least_late_ = std::min(least_late_, lateness(shifted(number), arrival));
     late_.push_back(sample);
@@ -81,9 +99,7 @@ void SampleClock::add(std::uint64_t number, double arrival, std::optional<double
     if (late < early_by && late < early_by - doubt(sequence)) {
       restart(sample, late);
     } else if (late > late_by && late > late_by + doubt(sequence)) {
-      least_late_ = first_late_ = late;
-      late_.push_back(sample);
-      return;
+      return wait(sample, late);
     }
   }
   take(sample);
@@ -92,10 +108,13 @@ void SampleClock::add(std::uint64_t number, double arrival, std::optional<double
 /// Samples that waited on their way are followed by others that are less late; where numbers are missing, none is.
 void SampleClock::decide(bool all) {
   if (late_.empty()) return;
-  const bool waited = least_late_ < 0.5 * first_late_;
+  const bool waited = !anew_ && least_late_ < 0.5 * first_late_;
   const double span = late_.back().arrival - late_.front().arrival;
-  if (!all && !waited && span < std::clamp(0.5 * first_late_, 1.0, decided_after)) return;
+  const double enough =
+      anew_ ? (late_.size() < fewest ? decided_after : 1.0) : std::clamp(0.5 * first_late_, 1.0, decided_after);
+  if (!all && !waited && span < enough) return;
   const auto samples = std::exchange(late_, {});
+  anew_ = false;
   if (!waited) restart(samples.front(), least_late_);
   for (const Sample& sample : samples) take(sample);
 }
@@ -119,6 +138,7 @@ void SampleClock::take(const Sample& sample) {
     device_last_ = device, device_to_ = sequence;
   }
   const double x = static_cast<double>(sequence - first_), t = arrival - origin_, n = static_cast<double>(++in_epoch_);
+  line_.add(x, t);
   const double dx = x - mean_x_, dt = t - mean_t_;
   mean_x_ += dx / n;
   mean_t_ += dt / n;
@@ -144,16 +164,25 @@ double SampleClock::device_slope() const {
   return (*device_last_ - *device_first_) / static_cast<double>(device_to_ - device_from_);
 }
 
-double SampleClock::arrival_rate() const { return count_ > 2 && slope() > 0.0 ? 1.0 / slope() : 0.0; }
+/// By the earliest line, which samples that waited do not move, where it is long enough; else by all samples.
+double SampleClock::interval_by_arrival() const {
+  const bool is_long = line_.width() * line_.slope() > long_line && line_.width() > static_cast<double>(long_count);
+  return is_long ? line_.slope() : slope();
+}
+
+double SampleClock::arrival_rate() const {
+  const double interval = interval_by_arrival();
+  return count_ > 2 && interval > 0.0 ? 1.0 / interval : 0.0;
+}
 
 void SampleClock::settle() {
   decide(true);
   step_ = std::max<std::uint64_t>(step_, 1);
-  const double resolution = 1e-9 * std::abs(slope());
+  const double arrival = interval_ = interval_by_arrival(), resolution = 1e-9 * std::abs(arrival);
+  const double doubt = arrival == slope() ? 4.0 * slope_sd() : std::min(4.0 * slope_sd(), most_doubt * arrival);
   const auto agrees = [&](double interval) {
-    return interval > 0.0 && (count_ < 3 || std::abs(interval - slope()) <= 4.0 * slope_sd() + resolution);
+    return interval > 0.0 && (count_ < 3 || std::abs(interval - arrival) <= doubt + resolution);
   };
-  interval_ = slope();
   if (const double device = device_slope(); agrees(device)) interval_ = device;
   placed_ = declared_ > 0.0 && agrees(1.0 / declared_);
   if (placed_) interval_ = 1.0 / declared_;
@@ -169,11 +198,11 @@ void SampleClock::lay(std::uint64_t sequence, double arrival, double interval) {
 }
 
 void SampleClock::place(std::uint64_t number, double arrival) {
-  if (!placed_) lay(shifted(number), arrival, interval_);
+  if (!placed_) lay(shifted(number % numbers_of_a_stretch), arrival, interval_);
 }
 
 std::size_t SampleClock::index(std::uint64_t number) const {
-  return static_cast<std::size_t>((shifted(number) - first_) / step_);
+  return static_cast<std::size_t>((shifted(number % numbers_of_a_stretch) - first_) / step_);
 }
 std::size_t SampleClock::length() const { return static_cast<std::size_t>((last_ - first_) / step_) + 1; }
 double SampleClock::rate() const { return 1.0 / (interval_ * static_cast<double>(step_)); }

@@ -6,8 +6,12 @@
 #include <vector>
 
 #include "tumble/core/channel.hpp"
+#include "tumble/station/recorder/earliest_line.hpp"
 
 namespace tumble::recorder {
+
+/// Numbers of samples behind a restart of the counter, where nobody knows how many are missing, are higher by so many.
+inline constexpr std::uint64_t numbers_of_a_stretch = std::uint64_t{1} << 40;
 
 /// When the samples of a channel were taken, from their sequence numbers and the times of their arrival.
 ///
@@ -17,11 +21,12 @@ namespace tumble::recorder {
 ///
 /// Numbers and arrival may contradict each other: a unit that is switched on again counts from zero, and a counter of
 /// few bits does not see that it has gone round. A sample that would arrive before it was taken, or one after which all
-/// others are late, begins a new stretch of numbers: the even clock goes on, by whole intervals. Samples that waited
+/// others are late, begins a new stretch of numbers: the even clock goes on, by whole intervals. So does one behind a
+/// restart of the counter that the stream has seen; the least late of the next samples places it. Samples that waited
 /// somewhere on their way are late too, and arrive together: they change nothing.
 ///
 /// A declared rate, or that of the clock of the device, holds as long as the line does not contradict it by more than
-/// four of its standard deviations.
+/// four of its standard deviations, or 1 % where the earliest arrivals alone give the line.
 class SampleClock {
  public:
   /// `declared` [Hz] of the sequence, 0: not; `modulus` after which the counter of the device begins again.
@@ -47,9 +52,10 @@ class SampleClock {
   double jitter() const;                         ///< [s] rms of the arrival about the line
 
  private:
-  double slope() const;         ///< [s] a count
-  double slope_sd() const;      ///< [s]
-  double device_slope() const;  ///< [s] a count; 0 without a clock of the device
+  double slope() const;                ///< [s] a count
+  double slope_sd() const;             ///< [s]
+  double interval_by_arrival() const;  ///< [s] a count
+  double device_slope() const;         ///< [s] a count; 0 without a clock of the device
 
   struct Sample {
     std::uint64_t number = 0;
@@ -73,15 +79,19 @@ class SampleClock {
   double doubt(std::uint64_t sequence) const;                     ///< [s] in it
   void refer_to(std::uint64_t sequence, double arrival);          ///< [s]
   void restart(const Sample& sample, double late);                ///< [s]
+  void wait(const Sample& sample, double late);                   ///< [s]
   void decide(bool all);
   void take(const Sample& sample);
 
   std::vector<Sample> late_;  ///< of which it is not decided whether they waited, or others before them are missing
   double least_late_ = 0.0;   ///< [s] of them
   double first_late_ = 0.0;   ///< [s] the first of them
+  bool anew_ = false;         ///< they are behind a restart of the counter
   Reference now_, before_;
+  EarliestLine line_;
   std::vector<Restart> restarts_;
   std::uint64_t first_ = 0, last_ = 0, step_ = 0, count_ = 0;
+  std::uint64_t stretch_ = 0;   ///< of the last number
   std::uint64_t in_epoch_ = 0;  ///< samples since the last restart: the line has one slope, and an offset for each
   double mean_x_ = 0.0, mean_t_ = 0.0, xx_ = 0.0, xt_ = 0.0, tt_ = 0.0;
   double origin_ = 0.0;  ///< [s] the first arrival

@@ -1,6 +1,7 @@
 #include "tumble/station/recorder/writer.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <chrono>
 #include <cmath>
@@ -16,6 +17,12 @@ namespace {
 
 std::string store_path(const std::string& folder) { return (fs::path(folder) / live_store_name).string(); }
 std::string reserve_path(const std::string& folder) { return (fs::path(folder) / reserve_name).string(); }
+
+/// 0: there is no such file.
+std::uint64_t inode_of(const std::string& path) {
+  struct stat state {};
+  return stat(path.c_str(), &state) == 0 ? static_cast<std::uint64_t>(state.st_ino) : 0;
+}
 
 [[noreturn]] void refuse_store(const std::string& path, const Refusal& refusal) {
   if (refusal.busy())
@@ -62,6 +69,7 @@ Writer::Writer(std::string folder, Disk& disk, const RecorderOptions& options)
       store_(opened_store(folder_, disk, options)),
       front_(store_->state(), options),
       acknowledged_{store_->state().last, store_->state().time} {
+  inode_ = inode_of(store_path(folder_));
   if (options_.background) thread_ = std::thread([this] { work(); });
 }
 
@@ -110,6 +118,7 @@ void Writer::commit_one(std::unique_lock<std::mutex>& lock) {
   if (!batch.empty() && !disk_.failed()) {
     try {
       if (try_write(batch, lock)) tidy(lock);
+      look_for_store();
     } catch (const Refusal& refusal) {
       handle(refusal, std::move(batch), lock);
     }
@@ -136,6 +145,22 @@ bool Writer::try_write(const Batch& batch, std::unique_lock<std::mutex>& lock) {
   ++load_.commits;
   load_.longest_commit = std::max(load_.longest_commit, took);
   return true;
+}
+
+/// What is written into a file that has no name any more is lost when it is closed.
+void Writer::look_for_store() {
+  if (failure_) return;
+  const auto is_there = [](const std::string& path, std::uint64_t& known) {
+    const std::uint64_t now = inode_of(path);
+    if (known == 0) known = now;
+    return now == known;
+  };
+  const std::string path = store_path(folder_);
+  const bool store = is_there(path, inode_);
+  if (store && is_there(path + "-wal", log_inode_)) return;
+  fail(StoreFailure::Kind::disk, fmt::format("'{}' was removed or replaced while it was written, and the recording was "
+                                             "stopped: what was recorded may be lost",
+                                             store ? path + "-wal" : path));
 }
 
 /// A full disk: the reserve is given up for what waits and the end record. Any other error: nothing more is written,

@@ -49,12 +49,14 @@ class Writer {
   void fail(StoreFailure::Kind kind, std::string text);
   void report_failure(std::unique_lock<std::mutex>& lock);
   void tidy(std::unique_lock<std::mutex>& lock);
+  void look_for_store();
   void end_thread();
 
   std::string folder_;
   Disk& disk_;
   RecorderOptions options_;
   std::optional<StoreFile> store_;
+  std::uint64_t inode_ = 0, log_inode_ = 0;  ///< of the store and of its log, 0: not known
   Front front_;
   Acknowledged acknowledged_;
   std::optional<StoreFailure> failure_;

@@ -9,6 +9,7 @@
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/station/station_file/draft.hpp"
+#include "tumble/station/station_file/motion_limits.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -38,10 +39,9 @@ bool contains(const std::vector<std::string>& list, const std::string& word) {
   return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-Unit unit_of(Kind kind, bool difference) {
+Unit unit_of(Kind kind) {
   if (kind == Kind::angle) return Unit::parse("deg");
-  if (kind == Kind::acceleration) return Unit::parse("m/s^2");
-  return Unit::parse(difference ? "K" : "degC");
+  return Unit::parse(kind == Kind::acceleration ? "m/s^2" : "degC");
 }
 
 void check_axes_of_rig(Checking& checking) {
@@ -61,7 +61,7 @@ void check_axes_of_rig(Checking& checking) {
     if (lacks(axis.name)) continue;
     const auto& of_rig =
         *std::find_if(axes.begin(), axes.end(), [&](const Axis& one) { return one.name == axis.name; });
-    if (Unit::parse(of_rig.unit).dimension() != unit_of(axis.kind, false).dimension())
+    if (Unit::parse(of_rig.unit).dimension() != unit_of(axis.kind).dimension())
       checking.add(fmt::format("the axis '{}' of the rig {} is given in {}: another value of `moves` is needed",
                                axis.name, plan.rig_kind, of_rig.unit));
   }
@@ -135,77 +135,6 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
                     segment.label, axis.name, verb, device.controller));
 }
 
-/// Limits of the station for one motion of the plan. `stands_at`: where the axis stands before it, where that is known.
-class MotionLimits {
- public:
-  MotionLimits(Checking& checking, const Segment& segment, const StationAxis& axis, std::optional<double> stands_at)
-      : checking_(checking), segment_(segment), axis_(axis), stands_at_(stands_at) {}
-
-  void check(const Motion& motion) const {
-    switch (motion.kind) {
-      case MotionKind::hold:
-      case MotionKind::dwell:
-        return place(motion.value);
-      case MotionKind::ramp:
-      case MotionKind::slew:
-        place(motion.to);
-        return rate(motion.value);
-      case MotionKind::rate:
-        rate(motion.value);
-        return turning(motion.value);
-      case MotionKind::sine:
-        return oscillation(motion.amplitude, motion.frequency);
-      case MotionKind::sweep:
-        return oscillation(motion.amplitude, std::max(motion.frequency, motion.to_frequency));
-      case MotionKind::random:
-        return;
-    }
-  }
-
- private:
-  void beyond(double value, double limit, const Unit& unit) const {
-    checking_.add(fmt::format("segment '{}': {}: {:.6g} {} is beyond the station's {:.6g} {}", segment_.label,
-                              axis_.name, unit.from_si(value), unit.text(), unit.from_si(limit), unit.text()));
-  }
-  void place(double value) const {
-    const Unit unit = unit_of(axis_.kind, false);
-    const double rounding = 1e-12 * (1.0 + std::abs(value));
-    if (axis_.lowest && value < *axis_.lowest - rounding) beyond(value, *axis_.lowest, unit);
-    if (axis_.highest && value > *axis_.highest + rounding) beyond(value, *axis_.highest, unit);
-  }
-  void rate(double value) const {
-    const Unit unit = axis_.kind == Kind::temperature ? Unit::parse("K/min") : Unit::parse("deg/s");
-    if (axis_.max_rate && std::abs(value) > *axis_.max_rate * (1.0 + 1e-9)) beyond(value, *axis_.max_rate, unit);
-  }
-  void travel(double value) const {
-    if (axis_.lowest && axis_.highest && value > *axis_.highest - *axis_.lowest)
-      beyond(value, *axis_.highest - *axis_.lowest, unit_of(axis_.kind, true));
-  }
-  /// A rate goes on while the axis settles and soaks, and for the duration.
-  void turning(double rate) const {
-    const double way = rate * (axis_.settle.hold + axis_.settle.soak + segment_.duration);
-    travel(std::abs(way));
-    if (stands_at_) place(*stands_at_ + way);
-  }
-  void oscillation(double amplitude, double frequency) const {
-    const double w = two_pi * frequency;
-    if (axis_.kind == Kind::acceleration) return acceleration(amplitude, Unit::parse("m/s^2"));
-    travel(2.0 * amplitude);
-    if (stands_at_) place(*stands_at_ - amplitude), place(*stands_at_ + amplitude);
-    rate(amplitude * w);
-    acceleration(amplitude * w * w, Unit::parse("deg/s^2"));
-  }
-  void acceleration(double value, const Unit& unit) const {
-    if (axis_.max_acceleration && value > *axis_.max_acceleration * (1.0 + 1e-9))
-      beyond(value, *axis_.max_acceleration, unit);
-  }
-
-  Checking& checking_;
-  const Segment& segment_;
-  const StationAxis& axis_;
-  std::optional<double> stands_at_;
-};
-
 /// Where an axis stands after a motion of the plan; nothing: not known.
 std::optional<double> place_after(const Motion& motion) {
   if (motion.kind == MotionKind::hold || motion.kind == MotionKind::dwell) return motion.value;
@@ -235,7 +164,7 @@ void check_schedule(Checking& checking) {
       }
       check_verbs(checking, segment, *axis, motion);
       check_values(checking, *axis, motion);
-      MotionLimits(checking, segment, *axis, places[name]).check(motion);
+      for (const auto& problem : beyond_limits(segment, *axis, motion, places[name])) checking.add(problem);
       places[name] = place_after(motion);
     }
 }

@@ -66,6 +66,9 @@ void read_limits(Section& section, const AxisScale& scale, StationAxis& axis) {
   axis.max_acceleration = section.quantity("max_acceleration", scale.acceleration);
   must_be_positive(section, "max_rate", axis.max_rate);
   must_be_positive(section, "max_acceleration", axis.max_acceleration);
+  if (axis.kind != Kind::temperature) axis.clips_at = section.quantity("clips_at", Unit());
+  if (axis.clips_at && !(*axis.clips_at >= 1.0))
+    section.problem_at("clips_at", "is in standard deviations, 1 or more; most drives clip at 3");
   if (axis.lowest && axis.highest && *axis.lowest >= *axis.highest)
     section.problem_at("lowest", "must lie below `highest`");
   if (axis.kind == Kind::angle) {

@@ -8,6 +8,7 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/station/station_file/draft.hpp"
+#include "tumble/station/station_file/motion_limits.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/wire/instruments.hpp"
@@ -79,6 +80,23 @@ void read_instrument(Section& section, Draft& draft) {
   draft.station.instruments.push_back(std::move(instrument));
 }
 
+/// What the chamber is told when something is wrong keeps to the limits as well.
+void check_safe_temperature(Section& section, const SafeCommand& command, double temperature, const Station& station) {
+  const Unit celsius = Unit::parse("degC");
+  constexpr double coldest = 0.0, hottest = 1273.15;  // [K] of any chamber
+  bool limited = false;
+  for (const StationAxis& axis : station.axes) {
+    if (axis.device != command.device || axis.number != command.request.axis) continue;
+    limited = limited || (axis.lowest && axis.highest);
+    for (const auto& problem : beyond_limits_of_safe(axis, temperature)) section.problem_at("temperature", problem);
+  }
+  if (!limited && !(temperature > coldest && temperature <= hottest))
+    section.problem_at("temperature",
+                       fmt::format("{:.6g} degC is not a temperature of a chamber; above {:.6g} degC and "
+                                   "up to {:.6g} degC is accepted",
+                                   celsius.from_si(temperature), celsius.from_si(coldest), celsius.from_si(hottest)));
+}
+
 void read_safe_command(Section& section, Draft& draft) {
   SafeCommand command;
   const auto device = device_at(section, "device", draft.station);
@@ -105,6 +123,7 @@ void read_safe_command(Section& section, Draft& draft) {
   if (!setup.verbs.empty() && !command.request.verb.empty() && !setup.can(command.request.verb))
     section.problem_at("verb", fmt::format("{} has no verb '{}'", setup.controller, command.request.verb));
   command.device = *device;
+  if (sets && temperature) check_safe_temperature(section, command, *temperature, draft.station);
   draft.station.safe.push_back(std::move(command));
 }
 

@@ -4,6 +4,7 @@
 #include "tumble/wire/codec/content.hpp"
 #include "tumble/wire/codec/line.hpp"
 #include "tumble/wire/codec/number.hpp"
+#include "tumble/wire/codec/order.hpp"
 #include "tumble/wire/frames.hpp"
 
 namespace tumble {
@@ -31,7 +32,12 @@ void note(FrameIncident& incident, std::uint64_t offset) {
 
 }  // namespace
 
-FrameStream::FrameStream(const FrameCodec& codec) : codec_(&codec), first_(256), carries_(codec.frames.size()) {
+struct FrameStream::Order {
+  codec::FrameOrder frames;
+};
+
+FrameStream::FrameStream(const FrameCodec& codec)
+    : codec_(&codec), first_(256), carries_(codec.frames.size()), order_(std::make_unique<Order>()) {
   for (std::size_t i = 0; i < codec.frames.size(); ++i) {
     const FrameLayout& layout = codec.frames[i];
     note_first_bytes(layout, first_);
@@ -44,6 +50,10 @@ FrameStream::FrameStream(const FrameCodec& codec) : codec_(&codec), first_(256),
   counts_.by_layout.resize(codec.frames.size());
   for (const FrameLayout& layout : codec.frames) counts_.not_good.emplace_back(layout.statuses.size());
 }
+
+FrameStream::FrameStream(FrameStream&& other) noexcept = default;
+FrameStream& FrameStream::operator=(FrameStream&& other) noexcept = default;
+FrameStream::~FrameStream() = default;
 
 void FrameStream::feed(std::string_view bytes, const FrameSink& sink) {
   counts_.bytes += bytes.size();
@@ -62,13 +72,20 @@ void FrameStream::finish(const FrameSink& sink) {
     counts_.cut = rest;
   else if (cut)
     note(counts_.damaged, begin);
+  flush(sink);
+}
+
+void FrameStream::flush(const FrameSink& sink) {
+  order_->frames.finish(counts_,
+                        [&](const codec::FrameOrder::Released& one) { hand_out(one.frame, one.lost, one.anew, sink); });
 }
 
 void FrameStream::begin_again() {
   answers_ = true;
-  counter_.reset();
-  last_bytes_.clear();
+  order_->frames.begin_again(counts_);
 }
+
+bool FrameStream::holds() const { return order_->frames.holds(); }
 
 FrameStream::Candidate FrameStream::candidate_at(std::size_t at, bool last) const {
   const std::string_view rest = std::string_view(pending_).substr(at);
@@ -144,7 +161,8 @@ FrameStream::Candidate FrameStream::counted_at(std::size_t frame, std::size_t at
   const FrameLayout& layout = codec_->frames[frame];
   const CountedRun run{layout, std::string_view(pending_).substr(at), last};
   if (run.available() == 0) return {last ? State::none : State::waits, frame, 0};
-  const bool counts_on = counter_ && base_ + at == expected_ && run.follows(run.counter(0), *counter_);
+  const bool counts_on =
+      order_->frames.counter() && base_ + at == expected_ && run.follows(run.counter(0), *order_->frames.counter());
   return {counts_on ? run.is_confirmed() : run.counts_from(0, State::none), frame,
           static_cast<std::size_t>(layout.length)};
 }
@@ -217,59 +235,64 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
   if (!carries_[found.frame]) return;
   const FrameLayout& layout = codec_->frames[found.frame];
   codec::read_content(*codec_, found.frame, bytes, frame_.content);
-  const bool begun = counts_.channel_frames > 0;
-  const std::uint64_t by_bytes = begun ? (bad_bytes_ + found.length - 1) / found.length : 0;
+  const std::uint64_t by_bytes = counts_.channel_frames > 0 ? (bad_bytes_ + found.length - 1) / found.length : 0;
   bad_bytes_ = 0;
-  const auto lost = lost_before(bytes, by_bytes);
   frame_.offset = base_ + at;
-  if (!lost) return note(counts_.repeated, frame_.offset);
-  if (*lost > 0 && layout.counter) {
-    note(counts_.gaps, frame_.offset);
-    counts_.lost += *lost;
+  frame_.complete = expected_;
+  const auto release = [&](const codec::FrameOrder::Released& one) {
+    if (one.is_news) take_note(one.frame);
+    hand_out(one.frame, one.lost, one.anew, sink);
+  };
+  if (!layout.counter || !frame_.content.counter) {
+    take_note(frame_);
+    return order_->frames.add_uncounted(frame_, by_bytes, release);
   }
+  const codec::CounterReading reading{*frame_.content.counter,
+                                      layout.counter->modulus,
+                                      layout.counter->step,
+                                      by_bytes,
+                                      std::hash<std::string_view>{}(bytes),
+                                      layout.counter->lock == 0};
+  const auto arrival = order_->frames.add(frame_, reading, counts_, release);
+  if (arrival == codec::FrameOrder::Arrival::in_order || arrival == codec::FrameOrder::Arrival::late) take_note(frame_);
+}
+
+/// Counts a frame that is used.
+void FrameStream::take_note(const StreamFrame& frame) {
+  const FrameContent& content = frame.content;
   ++counts_.channel_frames;
-  for (std::size_t i = 0; frame_.content.not_good >> i != 0; ++i)
-    if (frame_.content.not_good >> i & 1u) note(counts_.not_good[found.frame][i], frame_.offset);
-  if (frame_.content.unreadable > 0) {
-    note(counts_.unreadable, frame_.offset);
-    counts_.unreadable.count += static_cast<std::uint64_t>(frame_.content.unreadable) - 1;
-  }
-  if (!main_) main_ = found.frame;
-  if (begun && (counted_ ? layout.counter.has_value() : *main_ == found.frame)) frame_.sequence += 1 + *lost;
-  unwrap_time();
-  sink(frame_);
+  if (!main_) main_ = content.frame;
+  for (std::size_t i = 0; content.not_good >> i != 0; ++i)
+    if (content.not_good >> i & 1u) note(counts_.not_good[content.frame][i], frame.offset);
+  if (content.unreadable == 0) return;
+  note(counts_.unreadable, frame.offset);
+  counts_.unreadable.count += static_cast<std::uint64_t>(content.unreadable) - 1;
 }
 
-std::optional<std::uint64_t> FrameStream::lost_before(std::string_view bytes, std::uint64_t lost_by_bytes) {
-  const FrameLayout& layout = codec_->frames[frame_.content.frame];
-  if (!layout.counter || !frame_.content.counter) return lost_by_bytes;
-  const std::uint64_t modulus = layout.counter->modulus, now = *frame_.content.counter;
-  const auto before = counter_;
-  counter_ = now;
-  const bool same = before && *before == now && last_bytes_ == bytes;
-  last_bytes_ = bytes;
-  if (!before) return 0;
-  const std::uint64_t advance = (now + modulus - *before) % modulus;
-  std::uint64_t step = layout.counter->step;
-  if (step == 0 && !same) {
-    if (advance == step_seen_ && (step_ == 0 || advance < step_)) step_ = advance;
-    step_seen_ = advance;
+void FrameStream::hand_out(StreamFrame& frame, std::uint64_t lost, bool anew, const FrameSink& sink) {
+  const bool has_counter = codec_->frames[frame.content.frame].counter.has_value();
+  if (lost > 0 && has_counter) {
+    note(counts_.gaps, frame.offset);
+    counts_.lost += lost;
   }
-  if (step == 0) step = step_;
-  const std::uint64_t round = step == 0 ? modulus : std::max<std::uint64_t>(modulus / step, 1);  // then it is the same
-  if (same && lost_by_bytes + 1 < round) return std::nullopt;
-  if (step == 0) return lost_by_bytes;
-  if (advance == 0 && lost_by_bytes + 1 < round) return lost_by_bytes;  // a counter that stands
-  std::uint64_t lost = (advance == 0 ? round : std::max<std::uint64_t>(advance / step, 1)) - 1;
-  if (lost_by_bytes > lost + round / 2) lost += (lost_by_bytes - lost + round / 2) / round * round;
-  return lost;
+  if (anew) {
+    note(counts_.restarts, frame.offset);
+    ++restarts_;
+  }
+  const bool counts = counted_ ? has_counter : !main_ || *main_ == frame.content.frame;
+  if (begun_ && counts) sequence_ += 1 + lost;
+  begun_ = true;
+  frame.sequence = sequence_;
+  frame.restarts = restarts_;
+  unwrap_time(frame);
+  sink(frame);
 }
 
-void FrameStream::unwrap_time() {
-  frame_.time.reset();
-  if (frame_.content.time) {
-    const double now = *frame_.content.time;
-    const double wrap = frame_.content.wrap;
+void FrameStream::unwrap_time(StreamFrame& frame) {
+  frame.time.reset();
+  if (frame.content.time) {
+    const double now = *frame.content.time;
+    const double wrap = frame.content.wrap;
     if (clock_.running && wrap > 0.0) {
       if (now < clock_.last - 0.5 * wrap) clock_.wraps += wrap;
       if (now > clock_.last + 0.5 * wrap && clock_.wraps > 0.0) clock_.wraps -= wrap;
@@ -277,7 +300,7 @@ void FrameStream::unwrap_time() {
     clock_.running = true;
     clock_.last = now;
   }
-  if (clock_.running) frame_.time = clock_.last + clock_.wraps;
+  if (clock_.running) frame.time = clock_.last + clock_.wraps;
 }
 
 }  // namespace tumble

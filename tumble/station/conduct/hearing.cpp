@@ -1,0 +1,33 @@
+#include "tumble/station/conduct/hearing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tumble::conduct {
+
+namespace {
+
+constexpr double short_silence = 0.5;   ///< [s] at the end of a segment, or
+constexpr double few_intervals = 3.0;   ///< so many intervals, which may be the latency of a stream
+
+}  // namespace
+
+void Hearing::records(int power_up, double time) {
+  if (std::exchange(power_up_, power_up) != power_up) since_ = time;
+  begin_ = time;
+}
+
+void Hearing::give_up(std::size_t i) { last_[i] = std::numeric_limits<double>::infinity(); }
+
+double Hearing::silence(std::size_t i, double now) const { return now - std::max(last_[i], since_); }
+
+std::string Hearing::missing(std::size_t i, double rate, double now) const {
+  const double silent = now - std::max(last_[i], begin_);
+  if (!(silent > std::max(short_silence, rate > 0.0 ? few_intervals / rate : 0.0))) return {};
+  return fmt::format("no sample was received in the last {:.3g} s", silent);
+}
+
+}  // namespace tumble::conduct
