@@ -239,6 +239,29 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
+/// Whether the first block of a file can be read so.
+bool can_be_read(const std::string& file, const ReadOptions& options) {
+  struct Read {};
+  try {
+    stream_recording(format_of(file, options), file, options, 1, [](const Recording&) { throw Read{}; }, {});
+  } catch (const Read&) {
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
+
+/// Whether a column is the clock of a file, which is no channel: without a unit, or with one that is none of time, the
+/// file cannot be read.
+bool is_clock(const std::string& column, const Recording& recording, ReadOptions options) {
+  const std::string& file = recording.origin.file;
+  options.units.erase(column);
+  if (!can_be_read(file, options)) return true;
+  options.units[column] = Unit::parse("K");
+  return !can_be_read(file, options);
+}
+
 /// What the command line says of reading must be of use for some file.
 void check_reading(const ReadOptions& said, const Evidence& evidence, const std::vector<ReadOptions>& read_by) {
   std::vector<std::string> problems;
@@ -250,7 +273,10 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
                             : names_of(columns_in(evidence.recordings[r], read_by[r])))
         known.push_back(std::move(name));
     const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
-    if (std::ranges::none_of(known, meant))
+    bool used = std::ranges::any_of(known, meant);
+    for (std::size_t r = 0; r < evidence.recordings.size() && !used; ++r)
+      used = is_clock(column, evidence.recordings[r], read_by[r]);
+    if (!used)
       problems.push_back(
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }
@@ -290,7 +316,9 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;
-  const auto accept = [&](Recording recording, const RecordingEntry& entry) {
+  const auto accept = [&](Recording recording, const RecordingEntry& entry, std::optional<double> rate) {
+    for (Channel& channel : recording.channels)
+      if (!channel.timeline.uniform()) channel.timeline.rate = rate.value_or(0.0);
     evidence.recordings.push_back(std::move(recording));
     mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
     end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
@@ -301,7 +329,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
       };
       evidence.plans.push_back(entries[i].plan);
       read_by.push_back(options_of(entries[i], evidence.plan, options));
-      accept(read(entries[i].file, read_by.back(), part), entries[i]);
+      accept(read(entries[i].file, read_by.back(), part), entries[i], read_by.back().rate);
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;
@@ -312,7 +340,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   for (auto& recording : in_memory) {
     evidence.plans.push_back(nullptr);
     read_by.push_back({});
-    accept(std::move(recording), {});
+    accept(std::move(recording), {}, options.rate);
   }
   look_at_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);

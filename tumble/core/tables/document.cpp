@@ -18,7 +18,8 @@ void refuse_deep_keys(const std::string& text, const std::string& file) {
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     ++line;
-    const auto key = std::string_view(text).substr(begin, std::min(text.find_first_of("=#", begin), end) - begin);
+    const auto content = std::string_view(text).substr(begin, end - begin);
+    const auto key = content.substr(0, content.find_first_of("=#"));
     if (std::ranges::count(key, '.') > most)
       throw Error(Error::Kind::bad_input, fmt::format("{}:{}: a key of more than {} parts", file, line, most));
     begin = end + 1;
