@@ -26,9 +26,19 @@ void refuse_deep_keys(const std::string& text, const std::string& file) {
   }
 }
 
+/// The parser takes 0.3 s for a megabyte.
+void refuse_long_text(const std::string& text, const std::string& file) {
+  constexpr std::size_t most = 16'000'000;
+  if (text.size() > most)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: has {} MB; a plan or a declaration may have {} MB: is this a recording?", file,
+                            text.size() / 1'000'000, most / 1'000'000));
+}
+
 }  // namespace
 
 toml::table document_of(const std::string& text, const std::string& file) {
+  refuse_long_text(text, file);
   refuse_deep_keys(text, file);
   try {
     return toml::parse(text, file);
