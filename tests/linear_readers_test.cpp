@@ -116,7 +116,8 @@ TEST(LinearReaders, DocumentsTakeTimeInProportionToTheText) {
 }
 
 TEST(LinearReaders, PlansTakeTimeInProportionToTheText) {
-  expect_linear("plan", [](const std::string& text) { plan_of_text("method = \"static_bias\"\n" + text, "text.toml"); });
+  expect_linear("plan",
+                [](const std::string& text) { plan_of_text("method = \"static_bias\"\n" + text, "text.toml"); });
 }
 
 TEST(LinearReaders, FaultsTakeTimeInProportionToTheText) {

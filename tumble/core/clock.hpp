@@ -56,7 +56,8 @@ struct Clock {
 /// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
 /// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
 ///
-/// Given     channel   uniform, or with stamps [s]; a rate beside the stamps is the one that the plan states, and decides
+/// Given     channel   uniform, or with stamps [s]; a rate beside the stamps is the one that the plan states, and
+/// decides
 ///                     where they do not
 /// Returned  see Clock; a uniform channel is even by definition
 Clock clock_of(const Channel& channel);

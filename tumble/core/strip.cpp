@@ -38,16 +38,10 @@ double ways(double n, double k) {
 }  // namespace
 
 Strip::Strip(double x, double y, double half, double low, double high)
-    : corners_{{y - half - low * x, low}, {y - half - high * x, high}, {y + half - high * x, high}, {y + half - low * x, low}} {}
-
-bool Strip::reaches(double x, double y, double half) const {
-  double least = INFINITY, greatest = -INFINITY;
-  for (const Line& line : corners_) {
-    const double at = line.a + line.r * x;
-    least = std::min(least, at), greatest = std::max(greatest, at);
-  }
-  return least <= y + half && greatest >= y - half;
-}
+    : corners_{{y - half - low * x, low},
+               {y - half - high * x, high},
+               {y + half - high * x, high},
+               {y + half - low * x, low}} {}
 
 bool Strip::add(double x, double y, double half) {
   double least = INFINITY, greatest = -INFINITY;

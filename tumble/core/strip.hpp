@@ -6,23 +6,23 @@
 namespace tumble {
 
 /// All straight lines a + r x that pass within `half` of every point given so far: a convex polygon of (a, r), which
-/// each point cuts, unless it would remove less than 0.002 of the unit of y. Stamps of a clock that counts whole ticks have few corners, whatever their number.
+/// each point cuts, unless it would remove less than 0.002 of the unit of y. Stamps of a clock that counts whole ticks
+/// have few corners, whatever their number.
 class Strip {
  public:
   struct Line {
     double a = 0.0, r = 0.0;
   };
 
-  /// Of the lines with a slope between `low` and `high` those within `half` of the point (x, y).
+  /// Of the lines with a slope between `low` and `high` [u] those within `half` [u] of the point (x [1], y [u]).
   Strip(double x, double y, double half, double low, double high);
 
-  /// Whether a line of the strip passes within `half` of (x, y).
-  bool reaches(double x, double y, double half) const;
-  /// Removes the lines that do not; no change and false where none would remain.
+  /// Removes the lines that do not pass within `half` [u] of (x [1], y [u]); no change and false where none would
+  /// remain.
   bool add(double x, double y, double half);
 
-  double lowest() const;   ///< slope
-  double highest() const;  ///< slope
+  double lowest() const;   ///< slope [u]
+  double highest() const;  ///< slope [u]
   /// The mean of the corners.
   Line middle() const;
 
@@ -30,8 +30,8 @@ class Strip {
   std::vector<Line> corners_, cut_, spare_;
 };
 
-/// How much better whole stamps of a clock of coarse ticks are explained by a line of its own than by an interval of one
-/// tick [nat]: there, each of `missing` samples and of `repeats` is an event that may be anywhere among `count`
+/// How much better whole stamps of a clock of coarse ticks are explained by a line of its own than by an interval of
+/// one tick [nat]: there, each of `missing` samples and of `repeats` is an event that may be anywhere among `count`
 /// samples; a line needs its slope and its level, and leaves `still_missing`.
 double evidence_for_line(double count, double missing, double repeats, double still_missing);
 

@@ -11,10 +11,10 @@ namespace {
 
 using Stamps = std::span<const double>;
 
-constexpr double off_tick = 0.1;     ///< departure of an interval from a multiple of the tick, in ticks
+constexpr double off_tick = 0.1;  ///< departure of an interval from a multiple of the tick, in ticks
 constexpr double least_interval = 0.02, greatest_interval = 100.0;  ///< in ticks
 constexpr double strict = 0.005, loose = 0.05;  ///< [tick] more than half a tick from a line: rounding, a late timer
-constexpr std::size_t probe = 4096;  ///< samples that candidates are tried on
+constexpr std::size_t probe = 4096;             ///< samples that candidates are tried on
 
 /// Mean of intervals over the multiples of `tick` nearest to them; 0 where one is too far from a multiple.
 double refined(Stamps t, double tick) {
@@ -82,10 +82,9 @@ std::vector<Stretch> stretches_of(const Scale& z) {
 /// Whole numbers of intervals for the stamps, and the line that explains them.
 struct Counts {
   std::vector<double> x;
-  Strip::Line line;        ///< in ticks
+  Strip::Line line;                    ///< in ticks
   double lowest = 0.0, highest = 0.0;  ///< interval, in ticks
-  std::size_t events = 0;  ///< times that samples are missing
-
+  std::size_t events = 0;              ///< times that samples are missing
 };
 
 /// The least whole number of intervals from `before`, one or more in the direction of time, with which a line of the
@@ -126,8 +125,7 @@ std::vector<double> placed(const Scale& z, const Counts& counts) {
   double high = -INFINITY;
   for (std::size_t i = 0; i < z.t.size(); ++i) high = std::max(high, z(i) - a - r * counts.x[i]);
   std::vector<double> x(z.t.size(), counts.x[0]);
-  for (std::size_t i = 1; i < z.t.size(); ++i)
-    x[i] = std::max(x[i - 1] + 1.0, std::ceil((z(i) - a - high) / r - 1e-6));
+  for (std::size_t i = 1; i < z.t.size(); ++i) x[i] = std::max(x[i - 1] + 1.0, std::ceil((z(i) - a - high) / r - 1e-6));
   return x;
 }
 

@@ -71,18 +71,17 @@ TEST(Ticks, RoundedStampsOfAnEvenClockAreEven) {
     for (const double interval : {0.9, 0.97, 0.99, 0.997, 0.999, 1.0007, 1.003009, 1.005, 1.01, 1.04, 1.3, 2.5, 3.7})
       for (const double start : {0.0, 1.7e9})
         for (const Rounding rounding : {Rounding::nearest, Rounding::down, Rounding::up})
-          if (start == 0.0 || tick > 1e-5)
-            expect_found({tick, interval, 20'000, 0, start, rounding});
+          if (start == 0.0 || tick > 1e-5) expect_found({tick, interval, 20'000, 0, start, rounding});
 }
 
-// Where a clock slips by a tick every few hundred samples, a sample that is lost is a slip out of the regular distances.
+// Where a clock slips by a tick every few hundred samples, a sample that is lost is a slip out of the regular
+// distances.
 TEST(Ticks, LostSamplesAmongRoundedStampsAreFound) {
   for (const double tick : {1e-3, 1.0 / 64.0})
     for (const double interval : {0.97, 0.99, 1.003009, 1.005, 1.01, 1.04, 1.3, 2.5})
       for (const double start : {0.0, 1.7e9})
         for (const Rounding rounding : {Rounding::nearest, Rounding::down, Rounding::up})
-          for (const std::size_t losses : {1u, 7u})
-            expect_found({tick, interval, 20'000, losses, start, rounding});
+          for (const std::size_t losses : {1u, 7u}) expect_found({tick, interval, 20'000, losses, start, rounding});
 }
 
 TEST(Ticks, OneLostSampleOfALongRecordIsOneGap) {

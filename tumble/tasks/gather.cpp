@@ -11,6 +11,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/calibration.hpp"
+#include "tumble/tasks/clock_column.hpp"
 #include "tumble/tasks/copies.hpp"
 #include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/streamed.hpp"
@@ -239,29 +240,6 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-/// Whether the first block of a file can be read so.
-bool can_be_read(const std::string& file, const ReadOptions& options) {
-  struct Read {};
-  try {
-    stream_recording(format_of(file, options), file, options, 1, [](const Recording&) { throw Read{}; }, {});
-  } catch (const Read&) {
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-  return true;
-}
-
-/// Whether a column is the clock of a file, which is no channel: without a unit, or with one that is none of time, the
-/// file cannot be read.
-bool is_clock(const std::string& column, const Recording& recording, ReadOptions options) {
-  const std::string& file = recording.origin.file;
-  options.units.erase(column);
-  if (!can_be_read(file, options)) return true;
-  options.units[column] = Unit::parse("K");
-  return !can_be_read(file, options);
-}
-
 /// What the command line says of reading must be of use for some file.
 void check_reading(const ReadOptions& said, const Evidence& evidence, const std::vector<ReadOptions>& read_by) {
   std::vector<std::string> problems;
@@ -275,7 +253,7 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
     const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
     bool used = std::ranges::any_of(known, meant);
     for (std::size_t r = 0; r < evidence.recordings.size() && !used; ++r)
-      used = is_clock(column, evidence.recordings[r], read_by[r]);
+      used = is_clock_column(column, evidence.recordings[r].origin.file, read_by[r]);
     if (!used)
       problems.push_back(
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
@@ -285,10 +263,6 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       if (auto problem = rate_conflict(recording, *said.rate); !problem.empty()) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
-
-}  // namespace
-
-namespace {
 
 /// Of a recording that was in memory already, what options_for() would have had read from a file.
 void select_channels(const std::vector<std::string>& only, Recording& recording) {

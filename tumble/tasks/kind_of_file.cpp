@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <string>
 #include <string_view>
 
-#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
@@ -16,7 +18,9 @@ namespace {
 std::string begin_of(const std::string& path) {
   constexpr std::size_t enough = 4096;
   std::string text(enough, '\0');
-  text.resize(file::InputFile(path).read(text.data(), enough));
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
 
@@ -65,15 +69,16 @@ void refuse_other_kind(const std::string& path, FileKind wanted) {
   const FileKind kind = kind_of_file(path);
   if (kind == wanted || kind == FileKind::unknown) return;
   std::string text;
-  if (kind == FileKind::recording)
-    text = wanted == FileKind::plan
-               ? fmt::format("{0} is a recording; the method or the plan comes first: tumble identify allan_noise {0}", path)
-               : fmt::format("{0} is a recording, and a result is needed: tumble identify allan_noise {0} -o result.json",
-                             path);
+  if (kind == FileKind::recording && wanted == FileKind::plan)
+    text = fmt::format("{} is a recording; the method or the plan comes first: tumble identify allan_noise {}", path,
+                       path);
+  else if (kind == FileKind::recording)
+    text = fmt::format("{} is a recording, and a result is needed: tumble identify allan_noise {} -o result.json", path,
+                       path);
   else if (kind == FileKind::result)
-    text = fmt::format("{0} is a result, and a plan is needed; to read the result: tumble report {0}", path);
+    text = fmt::format("{} is a result, and a plan is needed; to read the result: tumble report {}", path, path);
   else
-    text = fmt::format("{0} is a plan, and a result is needed: tumble identify {0} -o result.json", path);
+    text = fmt::format("{} is a plan, and a result is needed: tumble identify {} -o result.json", path, path);
   throw Error(Error::Kind::bad_input, text);
 }
 

@@ -58,8 +58,8 @@ class EvenClock {
   Interval written_;    ///< of dt [s], within the digits written
   Interval exact_;      ///< to rounding alone
   double last_ = 0.0;
-  double digit_ = 0.0;          ///< [s] place of the first stamp
-  std::optional<Strip> lines_;  ///< in digits; none where no line passes the stamps, or the digits are fine
+  double digit_ = 0.0;                 ///< [s] place of the first stamp
+  std::optional<Strip> lines_;         ///< in digits; none where no line passes the stamps, or the digits are fine
   double gaps_ = 0.0, repeats_ = 0.0;  ///< steps of more than one digit, and of none
 };
 
