@@ -8,6 +8,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/kind_of_file.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -52,6 +53,7 @@ tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector
 }
 
 Estimate read_result(const std::string& path) {
+  if (path != "-") refuse_other_kind(path, FileKind::result);
   return estimate_from_json(read_text_file(readable(path)), path == "-" ? "standard input" : path);
 }
 

@@ -22,10 +22,19 @@ Finding finding(const std::vector<Clock::Gap>& gaps, const std::string& where) {
           {gaps.size(), gaps.front().begin, longest.begin}};
 }
 
+/// Two rates explain the stamps.
+Finding unclear(const Clock& clock, const std::string& where) {
+  return {Finding::Severity::warning,
+          "rate_unclear",
+          {{"rate", clock.rate, "Hz"}, {"other", clock.other_rate, "Hz"}},
+          where};
+}
+
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
     Clock clock = clock_of(*timeline.channel);
+    if (clock.other_rate > 0.0) findings.push_back(unclear(clock, timeline.where));
     const double sample = clock.rate > 0.0 ? 1.0 / clock.rate : 0.0;
     std::erase_if(clock.gaps, [&](const Clock::Gap& gap) {
       return is_between_segments(recording, gap.begin + sample, gap.begin + gap.length - sample);

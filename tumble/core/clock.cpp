@@ -375,7 +375,9 @@ Clock clock_of(const Channel& channel) {
     return clock;
   }
   count_faults(t, clock);
-  auto ticks = clock.backward == 0 ? ticked(t) : std::nullopt;
+  const double stated = channel.timeline.rate > 0.0 ? 1.0 / channel.timeline.rate : 0.0;
+  auto [ticks, other_interval] = clock.backward == 0 ? ticked(t, stated) : Ticks{};
+  clock.other_rate = other_interval > 0.0 ? 1.0 / other_interval : 0.0;
   const bool twice = clock.duplicates > 0 && written_twice(channel);
   if (ticks && twice && missing_in(*ticks) > clock.duplicates) ticks.reset();
   const auto [interval, regular] = ticks ? Period{ticks->interval, true} : period(t);

@@ -28,6 +28,8 @@ struct Clock {
   std::size_t first_backward = 0;  ///< index of the first of these
   double rate_change =
       0.0;  ///< greatest departure of the rate from its mean over a sixteenth of the record, 1; 0 where small
+  /// [Hz] Another rate that explains stamps of a coarse clock about as well, with other samples lost; 0: none.
+  double other_rate = 0.0;
   double scatter = 0.0;  ///< rms of the time that `scatter_samples` samples take, as a part of it; 0 where small
   std::size_t scatter_samples = 0;
   bool even = false;   ///< the samples may be treated as evenly spaced at `rate`
@@ -54,7 +56,9 @@ struct Clock {
 /// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
 /// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
 ///
-/// Given     channel   uniform, or with stamps [s]
+/// Given     channel   uniform, or with stamps [s]; a rate beside the stamps is the one that the plan states, and
+/// decides
+///                     where they do not
 /// Returned  see Clock; a uniform channel is even by definition
 Clock clock_of(const Channel& channel);
 

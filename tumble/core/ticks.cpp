@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "tumble/core/strip.hpp"
 
 namespace tumble {
 namespace {
 
 using Stamps = std::span<const double>;
 
-constexpr double off_tick = 0.1;     ///< departure of an interval from a multiple of the tick, in ticks
-constexpr double widest = 1.1;       ///< range of the stamps about a line, in ticks
-constexpr double fewest = 8.0;       ///< stamps that an interval unlike the tick moves by a tick; fewer are chance
-constexpr std::size_t probe = 4096;  ///< samples that candidates are tried on
+constexpr double off_tick = 0.1;  ///< departure of an interval from a multiple of the tick, in ticks
+constexpr double least_interval = 0.02, greatest_interval = 100.0;  ///< in ticks
+constexpr double strict = 0.005, loose = 0.05;  ///< [tick] more than half a tick from a line: rounding, a late timer
+constexpr std::size_t probe = 4096;             ///< samples that candidates are tried on
 
 /// Mean of intervals over the multiples of `tick` nearest to them; 0 where one is too far from a multiple.
 double refined(Stamps t, double tick) {
@@ -47,144 +50,158 @@ double tick_of(Stamps t) {
   return 0.0;
 }
 
-/// Whole numbers of intervals for the stamps, and how well they explain them.
-struct Counts {
-  std::vector<double> x;
-  double interval = 0.0, range = 0.0, low = 0.0, missing = 0.0;
-  std::optional<double> start;  ///< middle of the band from the departure of the first stamp, in ticks: -0.5 to 0.5
+/// Stamps that one line explains without a lost sample.
+struct Stretch {
+  std::size_t first = 0, end = 0;
+  std::size_t size() const { return end - first; }
 };
 
-/// Slope of the straight line of t over x, by least squares.
-double slope_of(Stamps t, const std::vector<double>& x, std::size_t count) {
-  double mean_x = 0.0, mean_t = 0.0, xx = 0.0, xt = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    mean_x += x[i] / static_cast<double>(count);
-    mean_t += (t[i] - t[0]) / static_cast<double>(count);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    xx += (x[i] - mean_x) * (x[i] - mean_x);
-    xt += (x[i] - mean_x) * (t[i] - t[0] - mean_t);
-  }
-  return xt / xx;
-}
-
-/// Least and greatest departure of the first stamps from even spacing.
-struct Band {
-  double low = 0.0, high = 0.0;
-
-  void add(double departure) { low = std::min(low, departure), high = std::max(high, departure); }
-  double range() const { return high - low; }
+/// The stamps in ticks, and what may be a line through them.
+struct Scale {
+  Stamps t;
+  double tick = 0.0, half = 0.0;  ///< [s], [tick] departure from a line
+  double operator()(std::size_t i) const { return (t[i] - t[0]) / tick; }
+  Strip strip_at(std::size_t i) const { return {0.0, (*this)(i), half, least_interval, greatest_interval}; }
 };
 
-Band band_of(Stamps t, const std::vector<double>& x, std::size_t count, double interval) {
-  Band band;
-  for (std::size_t i = 0; i < count; ++i) band.add(t[i] - t[0] - x[i] * interval);
-  return band;
-}
-
-/// The next whole number: one more, or as many more as keep the departure of stamp `t` [s] within `high` [s].
-double next_count(double t, double before, double interval, double high) {
-  return std::max(before + 1.0, std::ceil((t - high) / interval));
-}
-
-/// Counts intervals along the stamps. With a start, the whole number nearest to the middle of the band is taken, which
-/// shows a lost sample at once; without, a sample is missing only where the stamps would otherwise leave the widest
-/// band above the least of them, which is right whatever the start. Each time twice as many stamps are counted, a line
-/// is fitted to them, and kept where it is the closer one: over few stamps it need not be, and before any stamp shows
-/// how the interval differs from the tick it would be the tick.
-Counts counted(Stamps t, double interval, double tick, std::optional<double> start) {
-  constexpr std::size_t few = 1024;
-  Counts out{std::vector<double>(t.size(), 0.0), interval, 0.0, 0.0, 0.0, start};
-  Band band;
-  for (std::size_t i = 1, next = 64; i < t.size(); ++i) {
-    const double middle = i < 64 ? start.value_or(0.0) * tick : 0.5 * (band.low + band.high);
-    const double high = start ? middle + 0.5 * out.interval : band.low + widest * tick;
-    out.x[i] = next_count(t[i] - t[0], out.x[i - 1], out.interval, high);
-    band.add(t[i] - t[0] - out.x[i] * out.interval);
-    if (i + 1 != next && i + 1 != t.size()) continue;
-    next *= 2;
-    const bool shown = start || std::abs(out.interval / tick - 1.0) * static_cast<double>(i) >= fewest;
-    const double slope = shown ? slope_of(t, out.x, i + 1) : out.interval;
-    if (const Band fitted = band_of(t, out.x, i + 1, slope); fitted.range() < band.range())
-      band = fitted, out.interval = slope;
-    out.range = band.range(), out.low = band.low;
-    if (out.range > (i < few ? 1.5 : widest) * tick) return out;
+/// One stretch after the other, each as long as a line explains it; the longest first, up to eight.
+std::vector<Stretch> stretches_of(const Scale& z) {
+  constexpr std::size_t most = 8;
+  std::vector<Stretch> all;
+  const auto longer = [](const Stretch& a, const Stretch& b) { return a.size() > b.size(); };
+  for (std::size_t first = 0, end = 0; first < z.t.size(); first = end) {
+    Strip strip = z.strip_at(first);
+    for (end = first + 1; end < z.t.size(); ++end)
+      if (!strip.add(static_cast<double>(end - first), z(end), z.half)) break;
+    all.insert(std::ranges::upper_bound(all, Stretch{first, end}, longer), {first, end});
+    if (all.size() > most) all.pop_back();
   }
-  out.missing = out.x.back() - static_cast<double>(t.size() - 1);
-  return out;
-}
-
-/// Counts again, now that interval and band are known: each sample is missing where the stamps show it first.
-std::vector<double> placed(Stamps t, const Counts& counts) {
-  std::vector<double> x(t.size(), 0.0);
-  const double high = counts.low + counts.range + 1e-6 * counts.interval;
-  for (std::size_t i = 1; i < t.size(); ++i) x[i] = next_count(t[i] - t[0], x[i - 1], counts.interval, high);
-  return x;
-}
-
-/// Mean intervals over stretches of several lengths, those that differ: where a stretch has no gap, near the interval.
-std::vector<double> candidates(Stamps t) {
-  constexpr std::size_t places = 24;
-  constexpr double alike = 5e-4;
-  std::vector<double> all;
-  for (std::size_t length = t.size() - 1; length >= 16; length /= 2)
-    for (std::size_t place = 0; place < places; ++place) {
-      const std::size_t first = (t.size() - 1 - length) * place / (places - 1);
-      const double interval = (t[first + length] - t[first]) / static_cast<double>(length);
-      const auto near = [&](double other) { return std::abs(other - interval) < alike * interval; };
-      if (std::ranges::none_of(all, near)) all.push_back(interval);
-    }
   return all;
 }
 
-/// Of those that explain the stamps the one that misses the fewest samples.
-class Best {
- public:
-  Best(Stamps t, double tick) : t_(t), tick_(tick) {}
-
-  bool found() const { return !counts_.x.empty(); }
-  bool perfect() const { return found() && counts_.missing == 0.0; }
-  const Counts& counts() const { return counts_; }
-
-  void consider(double interval, std::optional<double> start = {}) {
-    if (perfect()) return;
-    Counts one = counted(t_, interval, tick_, start);
-    if (one.range <= widest * tick_ && (!found() || one.missing < counts_.missing)) counts_ = std::move(one);
-  }
-
- private:
-  Stamps t_;
-  double tick_;
-  Counts counts_;
+/// Whole numbers of intervals for the stamps, and the line that explains them.
+struct Counts {
+  std::vector<double> x;
+  Strip::Line line;                    ///< in ticks
+  double lowest = 0.0, highest = 0.0;  ///< interval, in ticks
+  std::size_t events = 0;              ///< times that samples are missing
 };
 
-}  // namespace
+/// The least whole number of intervals from `before`, one or more in the direction of time, with which a line of the
+/// strip reaches the stamp; 0 where there is none.
+double next_count(Strip& strip, double z, double half, double before, double direction) {
+  if (strip.add(before + direction, z, half)) return before + direction;
+  const auto [a, r] = strip.middle();
+  const double about = std::max(1.0, std::round(direction * ((z - a) / r - before)));
+  for (double step = std::max(2.0, about - 2.0); step <= about + 2.0; ++step)
+    if (strip.add(before + direction * step, z, half)) return before + direction * step;
+  return 0.0;
+}
 
-std::optional<TickedStamps> ticked(Stamps t) {
-  if (t.size() < 64) return std::nullopt;
-  const double tick = tick_of(t);
-  if (!(tick > 0.0)) return std::nullopt;
-  const auto count = static_cast<double>(t.size());
-  const auto is_tick = [&](double interval) { return std::abs(interval / tick - 1.0) * count < fewest; };
-  if (is_tick((t.back() - t.front()) / (count - 1.0))) return std::nullopt;
-  Best best(t.first(std::min(t.size(), probe)), tick);
-  const auto intervals = candidates(t.first(std::min(t.size(), probe)));
-  for (const double interval : intervals) best.consider(interval);
-  for (int part = 0; part <= 16; ++part)
-    for (const double interval : intervals)
-      if (interval > tick) best.consider(interval, (part % 2 == 0 ? part : -part - 1) / 32.0);
-  if (!best.found() || is_tick(best.counts().interval)) return std::nullopt;
-  const Counts all = counted(t, best.counts().interval, tick, best.counts().start);
-  if (all.range > widest * tick) return std::nullopt;
-  const auto x = placed(t, all);
-  if (band_of(t, x, t.size(), all.interval).range() > widest * tick) return std::nullopt;
-  // stamps two ticks apart are even by chance where as many samples are missing anyhow
-  if (all.interval > tick && 3.0 * (all.interval / tick - 1.0) * count < x.back() - (count - 1.0)) return std::nullopt;
-  TickedStamps out{tick, all.interval, {}};
-  for (std::size_t i = 1; i < t.size(); ++i)
+/// Counts from a stretch forwards and backwards. Over a long stretch the line is known so well that a stamp shows at
+/// once whether a sample is missing before it: another whole number reaches no line of the strip.
+std::optional<Counts> counted(const Scale& z, const Stretch& from) {
+  Strip strip = z.strip_at(from.first);
+  Counts out{std::vector<double>(z.t.size(), 0.0), {}, 0.0, 0.0, 0};
+  std::size_t i = from.first + 1;
+  for (; i < from.end; ++i)
+    if (!strip.add(out.x[i] = static_cast<double>(i - from.first), z(i), z.half)) return std::nullopt;
+  for (; i < z.t.size(); ++i) {
+    out.x[i] = next_count(strip, z(i), z.half, out.x[i - 1], 1.0);
+    if (out.x[i] == 0.0) return std::nullopt;
+  }
+  for (i = from.first; i-- > 0;) {
+    out.x[i] = next_count(strip, z(i), z.half, out.x[i + 1], -1.0);
+    if (out.x[i] == 0.0) return std::nullopt;
+  }
+  out.line = strip.middle(), out.lowest = strip.lowest(), out.highest = strip.highest();
+  for (i = 1; i < z.t.size(); ++i) out.events += out.x[i] - out.x[i - 1] > 1.5;
+  return out;
+}
+
+/// Counts again, now that the line is known: each sample is missing where the stamps show it first.
+std::vector<double> placed(const Scale& z, const Counts& counts) {
+  const auto [a, r] = counts.line;
+  double high = -INFINITY;
+  for (std::size_t i = 0; i < z.t.size(); ++i) high = std::max(high, z(i) - a - r * counts.x[i]);
+  std::vector<double> x(z.t.size(), counts.x[0]);
+  for (std::size_t i = 1; i < z.t.size(); ++i) x[i] = std::max(x[i - 1] + 1.0, std::ceil((z(i) - a - high) / r - 1e-6));
+  return x;
+}
+
+/// What an interval of one tick makes of the stamps.
+struct AsTicks {
+  double gaps = 0.0, repeats = 0.0;
+};
+
+AsTicks as_ticks(const Scale& z) {
+  AsTicks out;
+  for (std::size_t i = 1; i < z.t.size(); ++i) {
+    const double step = (z.t[i] - z.t[i - 1]) / z.tick;
+    out.gaps += step > 1.5, out.repeats += step < 0.5;
+  }
+  return out;
+}
+
+/// Of the lines through the longest stretches the one that misses samples the fewest times.
+std::optional<Counts> best_line(const Scale& z) {
+  std::optional<Counts> best;
+  for (const Stretch& stretch : stretches_of(z)) {
+    const std::size_t margin = stretch.size() / 8;  // a loss near an end may pass for a tick
+    if (stretch.size() < 16) break;
+    for (const Stretch& part : {stretch, Stretch{stretch.first + margin, stretch.end - margin}}) {
+      auto one = counted(z, part);
+      if (one && (!best || one->events < best->events)) best = std::move(one);
+      if (best && best->events == 0) return best;
+    }
+  }
+  return best;
+}
+
+/// The stamps as counted by a line.
+TickedStamps by_line(const Scale& z, const Counts& counts) {
+  const auto x = placed(z, counts);
+  TickedStamps out{z.tick, counts.line.r * z.tick, {}};
+  for (std::size_t i = 1; i < x.size(); ++i)
     if (const double more = x[i] - x[i - 1] - 1.0; more > 0.0)
       out.gaps.emplace_back(i - 1, static_cast<std::size_t>(more));
   return out;
+}
+
+/// Whether the line is taken rather than the tick, and whether the other may be as right.
+struct Choice {
+  bool line = false, unclear = false;
+};
+
+Choice choose(const Counts& counts, const AsTicks& as, double stated) {
+  constexpr double beyond_doubt = 20.0;  // a record that loses a sample regularly is that rare
+  constexpr double some = 3.0;           // two lost samples are at distances that a line explains one time in three
+  const auto count = static_cast<double>(counts.x.size()), events = static_cast<double>(counts.events);
+  const double evidence = evidence_for_line(count, as.gaps, as.repeats, events);
+  if (evidence >= beyond_doubt) return {true, false};
+  const bool stated_line = stated >= counts.lowest && stated <= counts.highest;
+  const bool stated_tick = stated > 0.0 && std::abs(stated - 1.0) * count < 0.5;
+  if (stated_line != stated_tick) return {stated_line, false};
+  return {evidence >= enough_for_line, as.gaps + as.repeats - events >= some};
+}
+
+}  // namespace
+
+Ticks ticked(Stamps t, double stated) {
+  if (t.size() < 64) return {};
+  const double tick = tick_of(t), greatest = std::max(std::abs(t.front()), std::abs(t.back()));
+  if (!(tick > 0.0)) return {};
+  const double rounding = 0.5 * std::numeric_limits<double>::epsilon() * greatest / tick;
+  Scale z{t, tick, 0.5 + strict + rounding};
+  const AsTicks as = as_ticks(z);
+  if (as.gaps + as.repeats == 0.0) return {};
+  auto counts = best_line(z);
+  if (!counts) z.half += loose - strict, counts = best_line(z);
+  if (!counts) return {};
+  const Choice choice = choose(*counts, as, stated / tick);
+  const double other = choice.unclear ? (choice.line ? 1.0 : counts->line.r) * tick : 0.0;
+  if (!choice.line) return {std::nullopt, other};
+  return {by_line(z, *counts), other};
 }
 
 }  // namespace tumble

@@ -16,18 +16,27 @@ struct TickedStamps {
   std::vector<std::pair<std::size_t, std::size_t>> gaps;
 };
 
+/// What the stamps of a coarse clock say.
+struct Ticks {
+  std::optional<TickedStamps> stamps;  ///< none: the interval is no other than the tick, or there is no tick
+  /// [s] Another interval that explains the stamps about as well; 0 where there is none.
+  double other_interval = 0.0;
+};
+
 /// Where the interval of the samples is no multiple of the tick, neighbours are one tick apart or two, and look like an
 /// even clock of one tick that loses samples; where it is shorter than the tick, stamps repeat. But then the stamps
-/// stay within one tick of a straight line: of all intervals T for which whole numbers x_i of them explain every stamp,
+/// stay within half a tick of a straight line: of all lines a + x T for which whole numbers x_i explain every stamp,
 ///
-///   max(t_i - x_i T) - min(t_i - x_i T) <= 1.1 ticks,   x_{i+1} > x_i,
+///   |t_i - a - x_i T| <= 0.505 ticks, or where there is none 0.55,   x_{i+1} > x_i,
 ///
-/// the one that leaves the fewest samples out is taken: chance does not place lost samples so evenly.
+/// the one that misses samples the fewest times is taken. It is found from the longest stretches that a line explains
+/// without a lost sample: there it is known so well that the next lost sample shows at once.
 ///
-/// Given     t  [s] stamps, none before the one before
-/// Returned  nothing where the stamps have no tick, the interval is so near to it that fewer than 8 stamps of the
-/// record
-///           show the difference, three times as many samples are missing as do, or no interval explains them
-std::optional<TickedStamps> ticked(std::span<const double> t);
+/// A line needs evidence (strip.hpp): steps of two ticks at regular distances come from it, lost samples come anywhere.
+/// Where few steps show the difference a stated interval that fits decides, else the interval is the tick.
+///
+/// Given     t       [s] stamps, none before the one before
+///           stated  [s] the interval that the plan states, or 0
+Ticks ticked(std::span<const double> t, double stated = 0.0);
 
 }  // namespace tumble

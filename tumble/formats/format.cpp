@@ -82,6 +82,8 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
     for (const Format* format : formats)
       if (format->folders && format->recognises(path)) return *format;
   if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  if (const auto advice = file::advice_for_other_kind(path); !advice.empty())
+    throw Error{Error::Kind::bad_file, "'" + path + "' is " + advice};
   for (const bool last : {false, true})
     for (const Format* format : formats)
       if (format->asked_last == last && format->recognises(path)) return *format;

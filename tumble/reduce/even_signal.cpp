@@ -47,6 +47,7 @@ std::vector<double> slice(const ChannelRun& stretch) {
 Channel times_of(const ChannelRun& stretch) {
   Channel channel;
   channel.name = stretch.label;
+  channel.timeline.rate = stretch.channel->timeline.rate;
   const auto& stamps = *stretch.channel->timeline.stamps;
   channel.timeline.stamps =
       std::make_shared<const std::vector<double>>(stamps.begin() + static_cast<std::ptrdiff_t>(stretch.begin),

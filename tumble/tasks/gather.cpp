@@ -11,6 +11,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/calibration.hpp"
+#include "tumble/tasks/clock_column.hpp"
 #include "tumble/tasks/copies.hpp"
 #include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/streamed.hpp"
@@ -250,7 +251,10 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
                             : names_of(columns_in(evidence.recordings[r], read_by[r])))
         known.push_back(std::move(name));
     const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
-    if (std::ranges::none_of(known, meant))
+    bool used = std::ranges::any_of(known, meant);
+    for (std::size_t r = 0; r < evidence.recordings.size() && !used; ++r)
+      used = is_clock_column(column, evidence.recordings[r].origin.file, read_by[r]);
+    if (!used)
       problems.push_back(
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }
@@ -259,10 +263,6 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       if (auto problem = rate_conflict(recording, *said.rate); !problem.empty()) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
-
-}  // namespace
-
-namespace {
 
 /// Of a recording that was in memory already, what options_for() would have had read from a file.
 void select_channels(const std::vector<std::string>& only, Recording& recording) {
@@ -290,7 +290,9 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;
-  const auto accept = [&](Recording recording, const RecordingEntry& entry) {
+  const auto accept = [&](Recording recording, const RecordingEntry& entry, std::optional<double> rate) {
+    for (Channel& channel : recording.channels)
+      if (!channel.timeline.uniform()) channel.timeline.rate = rate.value_or(0.0);
     evidence.recordings.push_back(std::move(recording));
     mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
     end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
@@ -301,7 +303,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
       };
       evidence.plans.push_back(entries[i].plan);
       read_by.push_back(options_of(entries[i], evidence.plan, options));
-      accept(read(entries[i].file, read_by.back(), part), entries[i]);
+      accept(read(entries[i].file, read_by.back(), part), entries[i], read_by.back().rate);
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;
@@ -312,7 +314,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   for (auto& recording : in_memory) {
     evidence.plans.push_back(nullptr);
     read_by.push_back({});
-    accept(std::move(recording), {});
+    accept(std::move(recording), {}, options.rate);
   }
   look_at_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);

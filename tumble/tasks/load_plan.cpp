@@ -11,6 +11,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/tasks/kind_of_file.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/limits.hpp"
@@ -356,6 +357,7 @@ Plan plan_of(const std::string& text, const std::string& path, const Sets& sets,
 }
 
 Plan load(const std::string& path, const Sets& sets, bool part) {
+  refuse_other_kind(path, FileKind::plan);
   return plan_of(read_text_file(path), path, sets, part);
 }
 

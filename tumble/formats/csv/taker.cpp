@@ -112,7 +112,7 @@ std::optional<Timeline> Taker::timeline(const std::string& path, const ReadOptio
   if (past_midnight_) findings.push_back({Finding::Severity::info, "clock_past_midnight", {}, path});
   if (layout_.clock && clock_.allows(*layout_.clock)) return layout_.clock;
   if (layout_.clock) findings.push_back({Finding::Severity::warning, "clock_comment_disagrees", {}, path});
-  return clock_.timeline();
+  return clock_.timeline(options.rate);
 }
 
 std::string Taker::start() const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace tumble::file {
 
@@ -30,9 +31,25 @@ double plainest_rate(double low, double high) {
   return 1.0 / middle;
 }
 
+void EvenClock::add_to_strip(double t, double place, double k) {
+  constexpr double off = 0.505, fine = 4.0, soon = 64.0, least = 0.02, greatest = 100.0;  // in digits
+  if (k == 0.0 && place > 0.0) {
+    digit_ = place;
+    lines_.emplace(0.0, 0.0, off, least, greatest);
+  }
+  const double step = (t - std::exchange(last_, t)) / digit_;
+  if (!lines_ || k == 0.0) return;
+  gaps_ += step > 1.5, repeats_ += step < 0.5;
+  const double rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(first_), std::abs(t));
+  const double z = (t - first_) / digit_;
+  if ((k >= soon && z > fine * k) || !lines_->add(k, z, (off * std::max(place, digit_) + rounding) / digit_))
+    lines_.reset();
+}
+
 void EvenClock::add(double t, double place) {
   const auto k = static_cast<double>(count_++);
   if (count_ == 1) first_ = t;
+  add_to_strip(t, place, k);
   if (count_ <= 2) place_ = std::max(place_, place);
   if (count_ == 1 || written_.empty()) return;  // no later stamp can make it even again
   const double share = 1.0 / k;
@@ -48,9 +65,20 @@ void EvenClock::add(double t, double place) {
   narrow(written_, std::max({place, 1e-4 * mean, rounding}));
 }
 
-std::optional<Timeline> EvenClock::timeline() const {
-  if (count_ < 2 || written_.empty()) return std::nullopt;
-  const Interval& interval = exact_.empty() ? written_ : exact_;
+EvenClock::Interval EvenClock::by_line(std::optional<double> stated) const {
+  constexpr Interval none{1.0, 0.0};
+  if (!lines_) return none;
+  const Interval interval{lines_->lowest() * digit_, lines_->highest() * digit_};
+  const bool clear = evidence_for_line(static_cast<double>(count_), gaps_, repeats_, 0.0) >= enough_for_line;
+  return clear || (stated && interval.holds(*stated)) ? interval : none;
+}
+
+std::optional<Timeline> EvenClock::timeline(std::optional<double> stated) const {
+  const auto stated_interval = stated && *stated > 0.0 ? std::optional(1.0 / *stated) : std::nullopt;
+  const Interval written = written_.empty() ? by_line(stated_interval) : written_;
+  if (count_ < 2 || written.empty()) return std::nullopt;
+  if (stated_interval && written.holds(*stated_interval)) return Timeline{first_, *stated, nullptr};
+  const Interval& interval = exact_.empty() ? written : exact_;
   return Timeline{first_, plainest_rate(interval.low, interval.high), nullptr};
 }
 
@@ -59,7 +87,7 @@ bool EvenClock::allows(const Timeline& stated) const {
   const double interval = 1.0 / stated.rate;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(first_);
   if (std::abs(stated.start - first_) > std::max({place_, 1e-4 * interval, rounding})) return false;
-  return count_ == 1 || (interval >= written_.low && interval <= written_.high);
+  return count_ == 1 || (written_.empty() ? by_line(interval) : written_).holds(interval);
 }
 
 }  // namespace tumble::file

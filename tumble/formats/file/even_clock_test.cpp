@@ -42,6 +42,32 @@ TEST(EvenClock, RoundedStampsAreEven) {
   EXPECT_EQ(third->rate, 3.0);
 }
 
+// An interval near the digit: steps of two digits, or of none, come at regular distances.
+TEST(EvenClock, StampsRoundedToADigitNearTheIntervalAreEven) {
+  for (const double rate : {99.7, 99.95, 99.3, 100.3, 101.0, 66.6, 120.0, 45.7})
+    for (const double start : {0.0, 1.7e9}) {
+      const auto timeline = clock_of(stamps(20000, rate, 0.01, start), 0.01).timeline();
+      ASSERT_TRUE(timeline) << rate;
+      EXPECT_NEAR(timeline->rate, rate, 1e-5 * rate) << start;  // half a digit at either end of 20 000 samples
+      auto cut = stamps(20000, rate, 0.0, start);
+      for (double& t : cut) t = std::floor(t / 0.01) * 0.01;
+      ASSERT_TRUE(clock_of(cut, 0.01).timeline()) << rate;
+      auto gappy = stamps(20000, rate, 0.01, start);
+      gappy.erase(gappy.begin() + 7777);
+      EXPECT_FALSE(clock_of(gappy, 0.01).timeline()) << rate;
+    }
+}
+
+// Two steps of two digits in 1000 samples: lost samples, unless the rate is stated.
+TEST(EvenClock, AStatedRateDecidesBetweenALossAndRounding) {
+  const auto clock = clock_of(stamps(1000, 99.8, 0.01), 0.01);
+  EXPECT_FALSE(clock.timeline());
+  EXPECT_FALSE(clock.timeline(100.0));
+  ASSERT_TRUE(clock.timeline(99.8));
+  EXPECT_EQ(clock.timeline(99.8)->rate, 99.8);
+  EXPECT_TRUE(clock.allows({0.0, 99.8, nullptr}));
+}
+
 TEST(EvenClock, ClockSummedUpInFloatingPointIsEven) {
   std::vector<double> sums{0.0};
   for (int k = 1; k < 1000000; ++k) sums.push_back(sums.back() + 0.01);

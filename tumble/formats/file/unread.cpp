@@ -21,4 +21,14 @@ std::string advice_for_unread(const std::string& path) {
   return "";
 }
 
+std::string advice_for_other_kind(const std::string& path) {
+  if (path.ends_with(".toml"))
+    return "a plan or another declaration, and a recording is needed; the plan comes first: tumble identify " + path;
+  std::string begin(512, '\0');
+  begin.resize(InputFile(path).read(begin.data(), begin.size()));
+  if (begin.starts_with('{') && begin.find("\"tumble\"") != begin.npos)
+    return "a result, and a recording is needed; to read the result: tumble report " + path;
+  return "";
+}
+
 }  // namespace tumble::file

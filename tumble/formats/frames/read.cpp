@@ -90,7 +90,7 @@ std::vector<GroupClock> clocks_of(const std::vector<Group>& groups, const ReadOp
   std::vector<GroupClock> clocks;
   for (const Group& group : groups) {
     GroupClock clock;
-    clock.even = group.clock.timeline();
+    clock.even = group.clock.timeline(options.rate);
     if (group.increments && group.count > 0) {
       clock.per_sample = rate_of(group);
       if (!(clock.per_sample > 0.0)) clock.per_sample = options.rate.value_or(chosen.codec.rate);

@@ -183,7 +183,7 @@ class Source {
       }
       if (stamps_ == Stamps::kept) stamps.insert(stamps.end(), some.begin(), some.end());
     }
-    if (const auto even = clock.timeline()) return *even;
+    if (const auto even = clock.timeline(options_.rate)) return *even;
     return {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
   }
 

@@ -288,7 +288,7 @@ void Reader::add_channel(file::Gathered& gathered, const Signal& signal, std::ve
     channel.unit = given->second;
   }
   channel.kind = kind_of(channel.unit);
-  const auto even = signal.clock.timeline();
+  const auto even = signal.clock.timeline(options_.rate);
   if (even) channel.timeline = *even;
   gathered.frame.channels.push_back(std::move(channel));
   gathered.sources.push_back({signal.values, even ? nullptr : signal.times});

@@ -239,7 +239,7 @@ class Maker {
         clock.add(unit.to_si(value), 0.0);
       }
     }
-    const auto even = clock.timeline();
+    const auto even = clock.timeline(options_.rate);
     return clocks_by_name_[name] = {even, even ? nullptr : written, unit};
   }
 

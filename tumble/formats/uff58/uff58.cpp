@@ -270,7 +270,7 @@ std::optional<Timeline> Reader::even_timeline() const {
                  half_digit = 0.5 * std::pow(10.0, std::floor(std::log10(step)) - 5.0);
     return Timeline{time.to_si(dataset_.start), file::plainest_rate(step - half_digit, step + half_digit), nullptr};
   }
-  return dataset_.clock.timeline();
+  return dataset_.clock.timeline(options_.rate);
 }
 
 void Reader::add_channel() {
