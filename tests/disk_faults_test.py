@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-TUMBLE, SOURCE, SHIM = sys.argv[1:4]
+TUMBLE, SOURCE, SHIM = map(os.path.abspath, sys.argv[1:4])
 MOST_CALLS = 2000  # of a verb: far more than any makes
 
 
@@ -55,7 +55,8 @@ def writers(folder):
     yield ["certificate", "result.json", "--lab", "lab.toml", "-o", "out.xml"], "out.xml"
     yield ["report", "result.json", "-o", "out.html"], "out.html"
     for one in catalogue["exports"]:
-        yield ["export", "result.json", "--to", one["name"], "-o", "out" + one["extensions"][0]], "out" + one["extensions"][0]
+        name = "out" + one["extension"]
+        yield ["export", "result.json", "--to", one["name"], "-o", name], name
 
 
 def problem_after(arguments, name, whole, folder, call, all_after):

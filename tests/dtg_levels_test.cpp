@@ -29,6 +29,7 @@ Plan plan_of(double level, double acceleration = 30.0) {
   for (auto& segment : plan.schedule)
     segment.duration = segment.label == "warm-up" ? 20.0 : segment.label == "static" ? 30.0 : level;
   plan.sample_rate = rate;
+  plan.limits.clear();
   plan.truth.set_integer("oversampling", 16);
   for (const char* axis : {"arm", "table"})
     plan.rig.set_number(std::string(axis) + "_max_acceleration", si(acceleration, "deg/s^2"), Unit::parse("deg/s^2"));

@@ -114,7 +114,7 @@ std::vector<Stage> unmarked(const std::vector<PowerUp>& power_ups, const Channel
   std::vector<Stage> stages;
   double begin = output.values.empty() ? 0.0 : output.time(0);
   for (const auto& power_up : power_ups) {
-    stages.push_back({begin, 0.0, &power_up.reference});
+    stages.push_back({.by_clock = begin, .felt = &power_up.reference});
     begin += power_up.begins.back();
   }
   return stages;
@@ -131,7 +131,7 @@ std::vector<Stage> marked(const Plan& plan, const std::vector<PowerUp>& power_up
   for (const auto& mark : of_recordings.front())
     if (mark.planned != nullptr) begun.insert(mark.index);
   for (const auto& mark : of_recordings.front()) {
-    Stage stage{mark.begin};
+    Stage stage{.by_clock = mark.begin};
     if (mark.planned != nullptr) {
       const auto [r, segment] = place_in(power_ups, mark.index);
       stage.since = power_ups[r].begins[segment];

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -56,7 +57,7 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
     const Segment& segment = plan.schedule[place.segment];
     const Motion* motion = motion_of(segment, encoder.axis);
     const bool slews = motion != nullptr && motion->kind == Kind::slew;
-    const double step = 1.0 / mean_rate(channel), slack = 1e-6 * step;
+    const double step = 1.0 / mean_rate(channel), slack = stamp_slack(place.end, step);
     if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
     std::size_t from = index_at(channel, place.settled + (slews ? 0.0 : settling) - slack);
     // the last reading of which the interval ends with the segment: the next one holds a part of the next motion
