@@ -204,18 +204,18 @@ std::string problem_of_number(database::Database& database, const CertificateDep
 bool put_certificate(Change& change, const CertificateDeposit& certificate, const std::string& sha256) {
   for (const auto& one : certificate.equipment) put_equipment(change, one);
   if (is_there(change, "certificates", "sha256", sha256)) return false;
-  if (const auto problem = problem_of_number(change.database(), certificate, sha256); !problem.empty())
-    throw Error(Error::Kind::bad_input, problem);
   const auto units =
       change.database().ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?",
                             {schema::number_of(certificate.result)});
   const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
   const auto chain = schema::chain_of_unit(database::text(units.at(0), 0), database::text(units.at(0), 1));
-  // The number is the key of its table: of two writers at once the second one looks again, and is refused.
+  // The number is the key of its table: a second writer waits here for the first, and sees its certificate below.
   if (!is_there(change, "certificate_numbers", "number", certificate.number))
     change.append(chain, {"certificate number", certificate.number, {}, sha256},
                   {{&schema::certificate_numbers,
                     {{certificate.number, schema::number_of(certificate.result), sha256}}}});
+  if (const auto problem = problem_of_number(change.database(), certificate, sha256); !problem.empty())
+    throw Error(Error::Kind::bad_input, problem);
   change.append(
       chain, {"certificate", sha256, {}, certificate.number},
       {{&schema::certificates,
