@@ -1,6 +1,6 @@
-// Where the clock of a recording begins says nothing about the instrument: a logger that counts from its power-on, a clock
-// of the day and Unix time give the same values, uncertainties, degrees of freedom and findings. Asked of every trial of
-// every method, once more with all bias instabilities stated.
+// Where the clock of a recording begins says nothing about the instrument: a logger that counts from its power-on, a
+// clock of the day and Unix time give the same values, uncertainties, degrees of freedom and findings. Asked of every
+// trial of every method, once more with all bias instabilities stated.
 
 #include <gtest/gtest.h>
 
@@ -65,11 +65,11 @@ struct Case {
     return std::move(trial.evidence);
   }
 
-  /// What may change of a value, in standard uncertainties. Stamps and marks are doubles: with the shift they are rounded
-  /// by eps/2 of it, 1.1e-10 s at 1e6 s and 1.9e-7 s at Unix time. The trials know phases of 100 Hz and angles at 500
-  /// deg/s within some 1e-4 of a radian, which is 1.6e-7 s and 1.1e-5 s: at Unix time the rounding itself is of the size
-  /// of an uncertainty. Half of one is allowed there, in proportion to the rounding before, and always what sums of 1e6
-  /// numbers leave.
+  /// What may change of a value, in standard uncertainties. Stamps and marks are doubles: with the shift they are
+  /// rounded by eps/2 of it, 1.1e-10 s at 1e6 s and 1.9e-7 s at Unix time. The trials know phases of 100 Hz and angles
+  /// at 500 deg/s within some 1e-4 of a radian, which is 1.6e-7 s and 1.1e-5 s: at Unix time the rounding itself is of
+  /// the size of an uncertainty. Half of one is allowed there, in proportion to the rounding before, and always what
+  /// sums of 1e6 numbers leave.
   double tolerance() const { return std::max(1e-5, 0.5 * shift / 1.7e9); }
   /// And of an uncertainty, as a part of it: a shift of the data within their noise changes it by its square.
   double tolerance_of_sd() const { return std::max(1e-5, 0.25 * tolerance()); }

@@ -1,6 +1,6 @@
 // dtg_centrifuge where an axis was recorded at another phase than the plan begins it with: each level in a file of its
-// own, cut anywhere, and an arm that speeds up otherwise than the plan says. The instant of a segment's end belongs to the
-// next segment, which begins elsewhere; the rates and the specific force of a level must not depend on it.
+// own, cut anywhere, and an arm that speeds up otherwise than the plan says. The instant of a segment's end belongs to
+// the next segment, which begins elsewhere; the rates and the specific force of a level must not depend on it.
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@
 namespace tumble {
 namespace {
 
-constexpr double rate = 20.0;       ///< [Hz]
-constexpr double spin_up = 25.0;    ///< [s] after which arm and table turn evenly
-constexpr double most_sd = 4.5;     ///< 7e-6 a value; some 300 values are compared
+constexpr double rate = 20.0;     ///< [Hz]
+constexpr double spin_up = 25.0;  ///< [s] after which arm and table turn evenly
+constexpr double most_sd = 4.5;   ///< 7e-6 a value; some 300 values are compared
 
 /// The plan of the source with one power-up, a short rest, and levels as long as this [s].
 Plan plan_of(double level, double acceleration = 30.0) {
@@ -120,7 +120,8 @@ TEST(DtgLevels, MayEachLieInAFileOfAnyLength) {
   std::uint64_t seed = 1;
   for (const double length : {119.0, 120.0, 121.0})
     for (const std::size_t late : {0u, 7u}) {
-      SCOPED_TRACE(std::to_string(length) + " s where the plan says 120 s, cut " + std::to_string(late) + " samples on");
+      SCOPED_TRACE(std::to_string(length) + " s where the plan says 120 s, cut " + std::to_string(late) +
+                   " samples on");
       expect_truth(in_files(seed++, 120.0, length, late));
     }
 }

@@ -96,16 +96,17 @@ std::vector<std::string> shared_numbers_of(database::Database& database) {
   std::vector<std::string> all;
   std::map<std::string, std::set<std::string>> sharing;
   database.visit(
-      "SELECT DISTINCT c.number, u.model, u.serial, r.sha256 FROM certificates c JOIN results r ON r.id = c.result JOIN "
+      "SELECT DISTINCT c.number, u.model, u.serial, r.sha256 FROM certificates c JOIN results r ON r.id = c.result "
+      "JOIN "
       "units u ON u.id = r.unit WHERE c.number IN (SELECT number FROM certificates GROUP BY number HAVING "
       "COUNT(DISTINCT result) > 1)",
       {}, [&](const Row& row) {
-        sharing[text(row, 0)].insert(fmt::format("{}/{} (result {})", text(row, 1), text(row, 2),
-                                                 text(row, 3).substr(0, 12)));
+        sharing[text(row, 0)].insert(
+            fmt::format("{}/{} (result {})", text(row, 1), text(row, 2), text(row, 3).substr(0, 12)));
       });
   for (const auto& [number, results] : sharing)
-    all.push_back(fmt::format("certificate number '{}' stands on certificates of {} results: {}", number, results.size(),
-                              fmt::join(results, ", ")));
+    all.push_back(fmt::format("certificate number '{}' stands on certificates of {} results: {}", number,
+                              results.size(), fmt::join(results, ", ")));
   return all;
 }
 

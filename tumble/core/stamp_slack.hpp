@@ -7,8 +7,8 @@
 namespace tumble {
 
 /// By how much a stamp and a time that follows from marks and durations may differ and still be the same instant [s]: a
-/// millionth of a sample, or what the rounding of both leaves. A double of Unix time has steps of 2.4e-7 s, and a sum of
-/// two is rounded once more.
+/// millionth of a sample, or what the rounding of both leaves. A double of Unix time has steps of 2.4e-7 s, and a sum
+/// of two is rounded once more.
 ///
 /// Given     time   [s] of either, on the recording's clock
 ///           step   [s] between samples

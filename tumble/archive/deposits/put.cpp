@@ -181,7 +181,8 @@ std::string problem_of_number(database::Database& database, const CertificateDep
                               const std::string& sha256) {
   std::string problem;
   database.visit(
-      "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who FROM certificates c JOIN results r "
+      "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who FROM certificates c JOIN results "
+      "r "
       "ON r.id = c.result JOIN units u ON u.id = r.unit LEFT JOIN events e ON e.subject = c.sha256 AND e.action = "
       "'certificate' WHERE c.number = ? ORDER BY e.time, c.sha256",
       {certificate.number}, [&](const Row& row) {
@@ -190,11 +191,13 @@ std::string problem_of_number(database::Database& database, const CertificateDep
         const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued;
         if (!problem.empty() || cell(0) == sha256 || same) return;
         const std::string other =
-            same_result ? fmt::format("another certificate on this result (issued on {}, rule {})",
-                                      cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4))
-                        : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
+            same_result
+                ? fmt::format("another certificate on this result (issued on {}, rule {})",
+                              cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4))
+                : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
         problem = fmt::format(
-            "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, certificate.number. "
+            "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
+            "certificate.number. "
             "An amended certificate has its own number too, and names the old one in certificate.replaces",
             certificate.number, other, cell(6).empty() ? "an unknown time" : cell(6), cell(7));
       });
@@ -211,9 +214,9 @@ bool put_certificate(Change& change, const CertificateDeposit& certificate, cons
   const auto chain = schema::chain_of_unit(database::text(units.at(0), 0), database::text(units.at(0), 1));
   // The number is the key of its table: a second writer waits here for the first, and sees its certificate below.
   if (!is_there(change, "certificate_numbers", "number", certificate.number))
-    change.append(chain, {"certificate number", certificate.number, {}, sha256},
-                  {{&schema::certificate_numbers,
-                    {{certificate.number, schema::number_of(certificate.result), sha256}}}});
+    change.append(
+        chain, {"certificate number", certificate.number, {}, sha256},
+        {{&schema::certificate_numbers, {{certificate.number, schema::number_of(certificate.result), sha256}}}});
   if (const auto problem = problem_of_number(change.database(), certificate, sha256); !problem.empty())
     throw Error(Error::Kind::bad_input, problem);
   change.append(

@@ -164,8 +164,8 @@ std::vector<std::string> problems_of_versions(database::Database& database) {
     if (note == noted.end())
       problems.push_back(fmt::format("table schema_version: the note of version {} is missing", version));
     else if (version > 1 && note->second != happened[version])
-      problems.push_back(fmt::format("table schema_version: version {} is noted as of {}, and its event says {}", version,
-                                     note->second, happened[version].empty() ? "nothing" : happened[version]));
+      problems.push_back(fmt::format("table schema_version: version {} is noted as of {}, and its event says {}",
+                                     version, note->second, happened[version].empty() ? "nothing" : happened[version]));
     noted.erase(version);
   }
   for (const auto& [version, note] : noted)

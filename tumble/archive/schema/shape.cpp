@@ -43,10 +43,9 @@ const Shape events{
     "chain"};
 
 const std::vector<const Shape*>& covered_shapes() {
-  static const std::vector<const Shape*> all{&units,     &files,        &results,       &parameters,
-                                             &inputs,    &certificates, &corrections,   &runs,
-                                             &run_units, &run_equipment, &equipment,    &calibrations,
-                                             &facts,     &certificate_numbers};
+  static const std::vector<const Shape*> all{
+      &units, &files,     &results,       &parameters, &inputs,       &certificates, &corrections,
+      &runs,  &run_units, &run_equipment, &equipment,  &calibrations, &facts,        &certificate_numbers};
   return all;
 }
 

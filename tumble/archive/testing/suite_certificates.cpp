@@ -174,10 +174,10 @@ void what_the_database_swallows_is_not_acknowledged(const ArchivePlace& place) {
 void a_changed_version_of_the_tables_is_found(const ArchivePlace& place) {
   Archive archive = new_archive(place);
   auto& database = schema::opened(archive).database;
-  for (const char* const change :
-       {"UPDATE schema_version SET version = 9 WHERE version = 2", "UPDATE schema_version SET version = 2, program = "
-                                                                   "'9.9' WHERE version = 9",
-        "DELETE FROM schema_version WHERE version = 1"}) {
+  for (const char* const change : {"UPDATE schema_version SET version = 9 WHERE version = 2",
+                                   "UPDATE schema_version SET version = 2, program = "
+                                   "'9.9' WHERE version = 9",
+                                   "DELETE FROM schema_version WHERE version = 1"}) {
     database.script(change);
     const auto problems = verify_archive(archive).problems;
     ASSERT_FALSE(problems.empty()) << change;

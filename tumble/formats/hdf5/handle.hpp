@@ -17,8 +17,7 @@ class Handle {
   /// `problem`: where the destructor leaves the reason of a close that failed, if there is none yet. The library writes
   /// some bytes only then, so that a writer must look there before it says that a file is whole. It must live longer.
   Handle(hid_t id, Close closer, std::string* problem) : id_(id), close_(closer), problem_(problem) {}
-  Handle(Handle&& other) noexcept
-      : id_(std::exchange(other.id_, -1)), close_(other.close_), problem_(other.problem_) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_), problem_(other.problem_) {}
   Handle& operator=(Handle&& other) noexcept {
     std::swap(id_, other.id_);
     std::swap(close_, other.close_);

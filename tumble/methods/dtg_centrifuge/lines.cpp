@@ -61,7 +61,8 @@ struct OneClock {
 
 void add_up(const Channels& channels, const Spin& stretch, const Angles& angles, OneClock& group) {
   const Channel& clock = *channels.signal[group.signals.front()];
-  const double step = channels.step[group.signals.front()], length = stretch.end - stretch.begin, slack = stamp_slack(stretch.end, step);
+  const double step = channels.step[group.signals.front()], length = stretch.end - stretch.begin,
+               slack = stamp_slack(stretch.end, step);
   std::vector<double> work;
   for (std::size_t k = 0; k < parts; ++k) {
     const auto edge = [&](std::size_t n) {

@@ -160,8 +160,8 @@ Felt unknown() {
 }
 
 /// A time that lies in the segment of the stage [s since power-on]: a segment that took longer than planned goes on as
-/// it ended if nothing changed in it there, and else what was felt is not known (NaN). The instant of its end belongs to
-/// the next segment.
+/// it ended if nothing changed in it there, and else what was felt is not known (NaN). The instant of its end belongs
+/// to the next segment.
 double within(const Stage& stage, double time) {
   constexpr double before = 1e-6;  // [s] the begin of the next motion is rounded
   if (time < stage.until) return time;
