@@ -211,6 +211,8 @@ std::string recomputation_json(const Recomputation& again) {
 std::string check_text(const ArchiveCheck& check, const Terminal& terminal) {
   const auto words = View(terminal).words;
   std::string text = words.with("looked_at", check.chains, check.events, check.results, check.files) + "\n";
+  if (!check.shared_numbers.empty()) text += words.with("shared_numbers", check.shared_numbers.size()) + "\n";
+  for (const auto& one : check.shared_numbers) text += "  " + one + "\n";
   if (check.problems.empty()) return text + words.with("nothing_changed", check.heads) + "\n";
   text += words.with("changed", check.problems.size()) + "\n";
   for (std::size_t i = 0; i < std::min(most_problems, check.problems.size()); ++i)

@@ -1,9 +1,11 @@
 #include "tumble/tasks/certificate.hpp"
 
 #include <memory>
+#include <optional>
 
 #include "archive_options.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/temporary_folder.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -28,11 +30,12 @@ CertificateDetails details_of(const Arguments& arguments) {
 }
 
 /// The certificate, the result that it is on, and the equipment with its calibrations.
-Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, const std::string& result) {
+Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, const std::string& result,
+                   const std::string& path) {
   const CertificateDetails& details = certificate.details;
   Deposit deposit;
   deposit.results.push_back({.json = result, .file = arguments.result});
-  CertificateDeposit one{.path = arguments.output, .result = certificate.result_sha256};
+  CertificateDeposit one{.path = path, .result = certificate.result_sha256};
   one.number = details.number;
   one.rule = details.rule ? name(*details.rule) : "";
   one.issued = details.issued ? iso_date(*details.issued) : "";
@@ -41,6 +44,15 @@ Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, c
   one.equipment = equipment_deposits(details.equipment);
   deposit.certificates.push_back(std::move(one));
   return deposit;
+}
+
+/// Puts a certificate into the archive, before it is written: one that the archive refuses is not issued.
+Deposited put_in_archive(Archive& archive, const Certificate& certificate, const Arguments& arguments,
+                         const std::string& file, const std::string& text, bool dcc) {
+  const TemporaryFolder scratch;
+  const std::string path = (scratch.path() / (dcc ? "certificate.xml" : "certificate.html")).string();
+  write_file_atomically(path, text);
+  return put_in(archive, deposit_of(certificate, arguments, read_text_file(file), path), act_of(arguments.archive));
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -54,10 +66,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Certificate certificate = certificate_on(file, details_of(arguments));
   if (arguments.result == "-") certificate.result_file = "standard input";
   const std::string page = certificate_html(certificate);
-  write_output(terminal, arguments.output, dcc ? certificate_dcc(certificate, page) : page);
-  if (archive)
-    note_deposited(terminal, put_in(*archive, deposit_of(certificate, arguments, read_text_file(file)),
-                                    act_of(arguments.archive)));
+  const std::string text = dcc ? certificate_dcc(certificate, page) : page;
+  std::optional<Deposited> deposited;
+  if (archive) deposited = put_in_archive(*archive, certificate, arguments, file, text, dcc);
+  write_output(terminal, arguments.output, text);
+  if (deposited) note_deposited(terminal, *deposited);
   for (const auto& one : certificate.notes) note(terminal, one);
   if (certificate.estimate.provenance.seed)
     note(terminal, "the data are simulated: the certificate says that it is a specimen");

@@ -123,6 +123,7 @@ std::string check_json(const ArchiveCheck& check) {
                   {"results", check.results},
                   {"files", check.files},
                   {"problems", check.problems},
+                  {"shared_numbers", check.shared_numbers},
                   {"heads", check.heads}});
 }
 

@@ -104,6 +104,8 @@ CheckedDeposit checked(const Deposit& deposit, database::Database& database, con
   check_files(deposit, all, database, problems);
   for (const auto& certificate : deposit.certificates) {
     all.certificates.push_back(sha256_of_file(certificate.path));
+    if (auto problem = deposits::problem_of_number(database, certificate, all.certificates.back()); !problem.empty())
+      problems.push_back(std::move(problem));
     const bool with = std::ranges::find(all.results, certificate.result, &ReadResult::sha256) != all.results.end();
     if (!with && database.ask("SELECT 1 FROM results WHERE id = ?", {schema::number_of(certificate.result)}).empty())
       problems.push_back(fmt::format("{}: its result {} is not in the archive: put it in first", certificate.path,

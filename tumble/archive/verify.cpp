@@ -1,7 +1,11 @@
 #include "tumble/archive/verify.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/opened.hpp"
@@ -40,6 +44,7 @@ class Verification {
   /// After all chains: rows that no event brought.
   void counts() {
     for (const auto* shape : schema::covered_shapes()) {
+      database_.run(schema::select_all(*shape) + " LIMIT 0");  // refused where a column is not there, also without rows
       const auto there = database_.ask("SELECT COUNT(*) FROM " + shape->name);
       const auto covered = covered_[shape];
       if (const auto count = database::integer(there.at(0), 0); count != covered)
@@ -87,6 +92,25 @@ class Verification {
   std::map<const schema::Shape*, std::int64_t> covered_;
 };
 
+/// Numbers that stand on certificates of several results, with the units of these.
+std::vector<std::string> shared_numbers_of(database::Database& database) {
+  std::vector<std::string> all;
+  std::map<std::string, std::set<std::string>> sharing;
+  database.visit(
+      "SELECT DISTINCT c.number, u.model, u.serial, r.sha256 FROM certificates c JOIN results r ON r.id = c.result "
+      "JOIN "
+      "units u ON u.id = r.unit WHERE c.number IN (SELECT number FROM certificates GROUP BY number HAVING "
+      "COUNT(DISTINCT result) > 1)",
+      {}, [&](const Row& row) {
+        sharing[text(row, 0)].insert(
+            fmt::format("{}/{} (result {})", text(row, 1), text(row, 2), text(row, 3).substr(0, 12)));
+      });
+  for (const auto& [number, results] : sharing)
+    all.push_back(fmt::format("certificate number '{}' stands on certificates of {} results: {}", number,
+                              results.size(), fmt::join(results, ", ")));
+  return all;
+}
+
 void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& progress) {
   auto& database = schema::opened(archive).database;
   check.problems = database.damage();
@@ -101,6 +125,8 @@ void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& pr
   }
   verification.counts();
   for (auto& problem : schema::problems_of_triggers(database)) check.problems.push_back(std::move(problem));
+  for (auto& problem : schema::problems_of_versions(database)) check.problems.push_back(std::move(problem));
+  check.shared_numbers = shared_numbers_of(database);
 }
 
 }  // namespace

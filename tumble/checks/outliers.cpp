@@ -9,6 +9,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/texture.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/parallel.hpp"
 
@@ -99,8 +100,8 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
 std::vector<Outlier> outliers_of(const Channel& channel, const Recording& recording) {
   if (channel.values.size() < 16) return {};
   std::vector<std::size_t> moves;
-  const double slack = 1e-6 / mean_rate(channel);  // durations that add up are rounded
-  for (const Mark& mark : recording.marks) moves.push_back(index_at(channel, mark.begin - slack));
+  for (const Mark& mark : recording.marks)  // durations that add up are rounded
+    moves.push_back(index_at(channel, mark.begin - stamp_slack(mark.begin, 1.0 / mean_rate(channel))));
   std::ranges::sort(moves);
   auto outliers = find_outliers(channel, texture_of(channel.values).quantum, moves);
   const double sample = 1.0 / mean_rate(channel);  // one that begins before a segment ends may reach into what follows

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/core/say.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -42,7 +43,7 @@ bool stands_evenly(const Channel& channel, std::size_t origin, double first, dou
 }  // namespace
 
 EvenSamples even_samples(const Channel& channel, double rate, double begin, double end, double scale) {
-  const double step = 1.0 / rate, slack = 1e-6 * step;
+  const double step = 1.0 / rate, slack = stamp_slack(begin, step);
   EvenSamples out{.step = step};
   const std::size_t i = index_at(channel, begin - slack);
   if (i >= channel.values.size() || channel.time(i) + step > end + slack) return out;

@@ -12,6 +12,7 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/marks.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -270,7 +271,8 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
   out.begin = out.power_on + used_from(power_up, place.segment, options);
   out.end = std::min(marked.end, out.power_on + power_up.begins[place.segment + 1]);
   // A move may begin within a sample, which is then its first.
-  if (from_beginning(power_up.rig.segments[place.segment], options)) out.begin -= (1.0 - 1e-6) / rate;
+  if (from_beginning(power_up.rig.segments[place.segment], options))
+    out.begin -= 1.0 / rate - 2.0 * stamp_slack(out.begin, 1.0 / rate);
   auto samples = even_samples(channel, rate, out.begin, out.end, options.scale);
   out.first = samples.first - out.power_on;
   out.step = samples.step;

@@ -39,6 +39,10 @@ std::vector<Row> Database::ask(const std::string& sql, const Row& values) {
   return rows;
 }
 
+std::int64_t Database::changed() const {
+  return std::visit([](const auto& engine) { return engine.changed(); }, engine_);
+}
+
 void Database::script(const std::string& sql) {
   std::visit([&](auto& engine) { engine.script(sql); }, engine_);
 }

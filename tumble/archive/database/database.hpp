@@ -26,6 +26,8 @@ class Database {
   void visit(const std::string& sql, const Row& values, const RowSink& sink);
   std::vector<Row> ask(const std::string& sql, const Row& values = {});
   void run(const std::string& sql, const Row& values = {}) { visit(sql, values, {}); }
+  /// Rows that the INSERT of the last run() wrote: a trigger or a rule may have swallowed some.
+  std::int64_t changed() const;
   /// Statements without parameters, with `;` between them.
   void script(const std::string& sql);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <type_traits>
 
@@ -30,6 +31,7 @@ struct Libpq {
   char* (*value)(const void*, int, int);
   int (*length)(const void*, int, int);
   int (*is_null)(const void*, int, int);
+  char* (*command_rows)(void*);
   void (*clear)(void*);
 };
 
@@ -68,6 +70,7 @@ Libpq load_libpq() {
   find(library, "PQgetvalue", pq.value);
   find(library, "PQgetlength", pq.length);
   find(library, "PQgetisnull", pq.is_null);
+  find(library, "PQcmdTuples", pq.command_rows);
   find(library, "PQclear", pq.clear);
   return pq;
 }
@@ -181,6 +184,9 @@ void Postgres::rows(const std::string& sql, const Row& values, const RowSink& si
       checked(connection_.get(),
               libpq().exec_prepared(connection_.get(), name.c_str(), static_cast<int>(values.size()),
                                     sent.pointers.data(), sent.lengths.data(), sent.formats.data(), as_bytes));
+  const std::string_view written = libpq().command_rows(result.get());
+  changed_ = 0;
+  std::from_chars(written.data(), written.data() + written.size(), changed_);
   if (!sink) return;
   const int count = libpq().tuples(result.get()), columns = libpq().fields(result.get());
   std::vector<unsigned> types;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -15,6 +16,7 @@ class Postgres {
   explicit Postgres(const std::string& address);
   void rows(const std::string& sql, const Row& values, const RowSink& sink);
   void script(const std::string& sql);
+  std::int64_t changed() const { return changed_; }  ///< rows that the last INSERT wrote
 
  private:
   struct Finish {
@@ -24,6 +26,7 @@ class Postgres {
 
   std::unique_ptr<void, Finish> connection_;
   std::unordered_map<std::string, std::string> names_;  ///< of prepared statements, by their SQL
+  std::int64_t changed_ = 0;
 };
 
 /// `?` outside of quotes becomes $1, $2, ...

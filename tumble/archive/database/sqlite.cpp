@@ -101,6 +101,8 @@ void Sqlite::script(const std::string& sql) try {
   throw refusal_of(refusal);
 }
 
+std::int64_t Sqlite::changed() const { return sqlite3_changes64(handle_.get()); }
+
 std::vector<std::string> Sqlite::damage() {
   std::vector<std::string> problems;
   rows("PRAGMA integrity_check", {}, [&](const Row& row) {

@@ -15,6 +15,7 @@ class Sqlite {
   Sqlite(const std::string& path, bool create);
   void rows(const std::string& sql, const Row& values, const RowSink& sink);
   void script(const std::string& sql);
+  std::int64_t changed() const;  ///< rows that the last INSERT wrote
   /// What is wrong with the file itself; empty: nothing.
   std::vector<std::string> damage();
 

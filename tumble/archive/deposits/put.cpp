@@ -8,6 +8,7 @@
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::deposits {
 
@@ -176,6 +177,33 @@ bool put_run(Change& change, const RunDeposit& run) {
   return true;
 }
 
+std::string problem_of_number(database::Database& database, const CertificateDeposit& certificate,
+                              const std::string& sha256) {
+  std::string problem;
+  database.visit(
+      "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who FROM certificates c JOIN results "
+      "r "
+      "ON r.id = c.result JOIN units u ON u.id = r.unit LEFT JOIN events e ON e.subject = c.sha256 AND e.action = "
+      "'certificate' WHERE c.number = ? ORDER BY e.time, c.sha256",
+      {certificate.number}, [&](const Row& row) {
+        const auto cell = [&](std::size_t column) { return database::text(row, column); };
+        const bool same_result = cell(1) == certificate.result;
+        const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued;
+        if (!problem.empty() || cell(0) == sha256 || same) return;
+        const std::string other =
+            same_result
+                ? fmt::format("another certificate on this result (issued on {}, rule {})",
+                              cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4))
+                : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
+        problem = fmt::format(
+            "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
+            "certificate.number. "
+            "An amended certificate has its own number too, and names the old one in certificate.replaces",
+            certificate.number, other, cell(6).empty() ? "an unknown time" : cell(6), cell(7));
+      });
+  return problem;
+}
+
 bool put_certificate(Change& change, const CertificateDeposit& certificate, const std::string& sha256) {
   for (const auto& one : certificate.equipment) put_equipment(change, one);
   if (is_there(change, "certificates", "sha256", sha256)) return false;
@@ -183,9 +211,16 @@ bool put_certificate(Change& change, const CertificateDeposit& certificate, cons
       change.database().ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?",
                             {schema::number_of(certificate.result)});
   const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
+  const auto chain = schema::chain_of_unit(database::text(units.at(0), 0), database::text(units.at(0), 1));
+  // The number is the key of its table: a second writer waits here for the first, and sees its certificate below.
+  if (!is_there(change, "certificate_numbers", "number", certificate.number))
+    change.append(
+        chain, {"certificate number", certificate.number, {}, sha256},
+        {{&schema::certificate_numbers, {{certificate.number, schema::number_of(certificate.result), sha256}}}});
+  if (const auto problem = problem_of_number(change.database(), certificate, sha256); !problem.empty())
+    throw Error(Error::Kind::bad_input, problem);
   change.append(
-      schema::chain_of_unit(database::text(units.at(0), 0), database::text(units.at(0), 1)),
-      {"certificate", sha256, {}, certificate.number},
+      chain, {"certificate", sha256, {}, certificate.number},
       {{&schema::certificates,
         {{sha256, certificate.number, schema::number_of(certificate.result), format, text_or_nothing(certificate.rule),
           text_or_nothing(certificate.issued_by), text_or_nothing(certificate.issued)}}}});

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "tumble/archive/schema/chain.hpp"
@@ -68,6 +70,15 @@ DROP INDEX parameters_over_units;
 CREATE INDEX parameters_over_units ON parameters (name, moment, unit, value, sd, result, private_sd, sources);
 )";
 
+/// A number belongs to the certificates of one result. Those that were archived before stay as they are, also where
+/// several results share one.
+constexpr const char* step_3 = R"(
+CREATE TABLE certificate_numbers (number TEXT PRIMARY KEY, result BIGINT NOT NULL, sha256 TEXT NOT NULL);
+CREATE INDEX certificates_by_number ON certificates (number);
+)";
+
+constexpr const char* tables_of_later_steps[] = {"contents", "certificate_numbers"};
+
 std::string for_engine(std::string sql, bool server) {
   const std::string from = " BLOB", to = " BYTEA";
   for (auto at = sql.find(from); server && at != std::string::npos; at = sql.find(from, at + to.size()))
@@ -129,12 +140,43 @@ void second_schema(database::Database& database, const Migration& migration) {
   change.append(chain_of_archive, {"schema", "2", {}, "Tumble " + migration.program});
 }
 
+void third_schema(database::Database& database, const Migration& migration) {
+  database.script(for_engine(step_3, database.server()) + append_only("certificate_numbers", database.server()));
+  Change change(database, migration.who, migration.when);
+  change.append(chain_of_archive, {"schema", "3", {}, "Tumble " + migration.program});
+}
+
 }  // namespace
+
+/// Version 1 has no event: its note must be there, and those of later versions as their events say.
+std::vector<std::string> problems_of_versions(database::Database& database) {
+  std::map<std::int64_t, std::string> noted;
+  std::vector<std::string> problems;
+  for (const auto& row : database.ask("SELECT version, applied, program FROM schema_version ORDER BY version"))
+    noted[database::integer(row, 0)] = database::text(row, 1) + ", Tumble " + database::text(row, 2);
+  std::map<std::int64_t, std::string> happened;
+  for (const auto& row :
+       database.ask("SELECT subject, time, detail FROM events WHERE chain = ? AND action = 'schema' ORDER BY seq",
+                    {std::string(chain_of_archive)}))
+    happened[std::atoll(database::text(row, 0).c_str())] = database::text(row, 1) + ", " + database::text(row, 2);
+  for (std::int64_t version = 1; version <= newest_version(); ++version) {
+    const auto note = noted.find(version);
+    if (note == noted.end())
+      problems.push_back(fmt::format("table schema_version: the note of version {} is missing", version));
+    else if (version > 1 && note->second != happened[version])
+      problems.push_back(fmt::format("table schema_version: version {} is noted as of {}, and its event says {}",
+                                     version, note->second, happened[version].empty() ? "nothing" : happened[version]));
+    noted.erase(version);
+  }
+  for (const auto& [version, note] : noted)
+    problems.push_back(fmt::format("table schema_version: version {} is no version of an archive", version));
+  return problems;
+}
 
 std::vector<std::string> problems_of_triggers(database::Database& database) {
   const bool server = database.server();
   std::vector<std::string> tables(std::begin(tables_of_step_1), std::end(tables_of_step_1)), problems;
-  tables.emplace_back("contents");
+  tables.insert(tables.end(), std::begin(tables_of_later_steps), std::end(tables_of_later_steps));
   auto found = triggers_of(database);
   for (const auto& table : tables) {
     std::string text = append_only(table, server);
@@ -150,7 +192,7 @@ std::vector<std::string> problems_of_triggers(database::Database& database) {
   return problems;
 }
 
-std::int64_t newest_version() { return 2; }
+std::int64_t newest_version() { return 3; }
 
 /// Another program may have done it since `from` was read: the version is read again within the transaction.
 void migrate(database::Database& database, std::int64_t from, const Migration& migration) {
@@ -167,6 +209,10 @@ void migrate(database::Database& database, std::int64_t from, const Migration& m
     if (version < 2) {
       second_schema(database, migration);
       note_version(database, 2, migration);
+    }
+    if (version < 3) {
+      third_schema(database, migration);
+      note_version(database, 3, migration);
     }
   });
 }

@@ -24,6 +24,8 @@ const Shape parameters{"parameters",
 const Shape inputs{"inputs", {"result", "place", "role", "sha256", "name"}, "result"};
 const Shape certificates{
     "certificates", {"sha256", "number", "result", "format", "rule", "issued_by", "issued"}, "sha256"};
+/// To which result a number belongs, and the first certificate that had it. Numbers from before have no row.
+const Shape certificate_numbers{"certificate_numbers", {"number", "result", "sha256"}, "number"};
 const Shape corrections{"corrections", {"result", "replaced_by", "reason", "who", "corrected"}, "result"};
 const Shape runs{"runs",
                  {"id", "title", "plan_sha256", "station", "station_sha256", "program_version", "operator", "started",
@@ -41,9 +43,9 @@ const Shape events{
     "chain"};
 
 const std::vector<const Shape*>& covered_shapes() {
-  static const std::vector<const Shape*> all{&units,        &files,        &results, &parameters, &inputs,
-                                             &certificates, &corrections,  &runs,    &run_units,  &run_equipment,
-                                             &equipment,    &calibrations, &facts};
+  static const std::vector<const Shape*> all{
+      &units, &files,     &results,       &parameters, &inputs,       &certificates, &corrections,
+      &runs,  &run_units, &run_equipment, &equipment,  &calibrations, &facts,        &certificate_numbers};
   return all;
 }
 
@@ -54,6 +56,7 @@ const std::vector<const Shape*>& shapes_of(const std::string& action) {
       {"file", {&files}},
       {"result", {&results, &parameters, &inputs}},
       {"certificate", {&certificates}},
+      {"certificate number", {&certificate_numbers}},
       {"correction", {&corrections}},
       {"run", {&runs, &run_units, &run_equipment}},
       {"equipment", {&equipment}},
@@ -86,6 +89,12 @@ void insert(database::Database& database, const Shape& shape, const std::vector<
     database.run(
         fmt::format("INSERT INTO {} ({}) VALUES {}", shape.name, fmt::join(shape.columns, ", "), fmt::join(all, ", ")),
         values);
+    if (const auto written = database.changed(); written != static_cast<std::int64_t>(end - begin))
+      throw database::Refusal{
+          database::Refusal::Kind::failed,
+          fmt::format("the database wrote {} of {} rows of the table {}: a trigger or a rule that is no part of an "
+                      "archive keeps the others out (`tumble archive verify` lists it)",
+                      written, end - begin, shape.name)};
   }
 }
 

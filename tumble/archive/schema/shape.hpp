@@ -15,8 +15,8 @@ struct Shape {
   std::size_t added = 0;  ///< so many of the columns, the last ones, came with a later version
 };
 
-extern const Shape units, files, results, parameters, inputs, certificates, corrections, runs, run_units, run_equipment,
-    equipment, calibrations, facts, events;
+extern const Shape units, files, results, parameters, inputs, certificates, certificate_numbers, corrections, runs,
+    run_units, run_equipment, equipment, calibrations, facts, events;
 
 /// All tables whose rows events cover.
 const std::vector<const Shape*>& covered_shapes();
@@ -28,7 +28,7 @@ database::Value key_of(const Shape& shape, const std::string& subject);
 
 /// "SELECT a, b, c FROM table", all columns in order.
 std::string select_all(const Shape& shape);
-/// Rows in one statement. Throws database::Refusal.
+/// Rows in one statement. Throws database::Refusal, also where the database did not write all of them.
 void insert(database::Database& database, const Shape& shape, const std::vector<database::Row>& rows);
 
 /// Number of a row from a SHA-256: its first 60 bits.
@@ -36,6 +36,10 @@ std::int64_t number_of(const std::string& sha256);
 
 /// The version of the schema that this program makes and reads.
 std::int64_t newest_version();
+
+/// What is wrong with the versions that the tables were made and brought up to date by, as the chain of the archive
+/// knows them.
+std::vector<std::string> problems_of_versions(database::Database& database);
 
 /// What is wrong with the triggers that refuse changes of rows: missing, switched off, or others beside them.
 std::vector<std::string> problems_of_triggers(database::Database& database);

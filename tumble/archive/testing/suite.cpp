@@ -183,8 +183,8 @@ const std::vector<ArchiveCase>& archive_cases() {
         {"UnknownNamesAreAnsweredWithNearOnes", unknown_names_are_answered_with_near_ones},
         {"WritersAtOnceLoseAndDoubleNothing", writers_at_once_lose_and_double_nothing},
     };
-    for (const auto& more :
-         {cases_of_changes(), cases_of_names_and_notes(), cases_of_transfer(), cases_of_signatures()})
+    for (const auto& more : {cases_of_changes(), cases_of_names_and_notes(), cases_of_transfer(), cases_of_signatures(),
+                             cases_of_certificates()})
       cases.insert(cases.end(), more.begin(), more.end());
     return cases;
   }();

@@ -38,7 +38,13 @@ void changed_cells_are_found(const ArchivePlace& place) {
       database::Value after = before;
       if (auto* whole = std::get_if<std::int64_t>(&after)) *whole += 1'000'000'007;
       if (auto* real = std::get_if<double>(&after)) *real += 1e-12;
-      if (auto* text = std::get_if<std::string>(&after)) text->back() = static_cast<char>(text->back() ^ 1);
+      const auto is_there = [&] {
+        return !database.ask("SELECT 1 FROM " + shape->name + " WHERE " + column + " = ?", {after}).empty();
+      };
+      if (auto* text = std::get_if<std::string>(&after)) {  // no other row has this text: the change can be undone
+        for (int bit = 1; bit < 128 && is_there(); bit *= 2)
+          text->back() = static_cast<char>(std::get<std::string>(before).back() ^ bit);
+      }
       if (auto* bytes = std::get_if<database::Bytes>(&after)) bytes->data[bytes->data.size() / 2] ^= 1;
       const std::string change = "UPDATE " + shape->name + " SET " + column + " = ? WHERE " + column + " = ?";
       try {

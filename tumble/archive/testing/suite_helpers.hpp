@@ -24,5 +24,6 @@ std::vector<ArchiveCase> cases_of_changes();
 std::vector<ArchiveCase> cases_of_names_and_notes();
 std::vector<ArchiveCase> cases_of_transfer();
 std::vector<ArchiveCase> cases_of_signatures();
+std::vector<ArchiveCase> cases_of_certificates();
 
 }  // namespace tumble::testing

@@ -16,6 +16,11 @@ std::recursive_mutex& library() {
 
 }  // namespace
 
+Handle::~Handle() {
+  if (close() || problem_ == nullptr || !problem_->empty()) return;
+  *problem_ = last_reason();
+}
+
 Session::Session() : lock_(library()) {
   H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);

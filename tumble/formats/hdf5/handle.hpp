@@ -14,13 +14,17 @@ class Handle {
   using Close = herr_t (*)(hid_t);
   Handle() = default;
   Handle(hid_t id, Close closer) : id_(id), close_(closer) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  /// `problem`: where the destructor leaves the reason of a close that failed, if there is none yet. The library writes
+  /// some bytes only then, so that a writer must look there before it says that a file is whole. It must live longer.
+  Handle(hid_t id, Close closer, std::string* problem) : id_(id), close_(closer), problem_(problem) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_), problem_(other.problem_) {}
   Handle& operator=(Handle&& other) noexcept {
     std::swap(id_, other.id_);
     std::swap(close_, other.close_);
+    std::swap(problem_, other.problem_);
     return *this;
   }
-  ~Handle() { close(); }
+  ~Handle();
 
   /// False when the library could not: for a file, that its last bytes could not be written.
   bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
@@ -30,6 +34,7 @@ class Handle {
  private:
   hid_t id_ = -1;
   Close close_ = nullptr;
+  std::string* problem_ = nullptr;
 };
 
 /// While it lives, this thread alone uses the library (which is not made for several) and nothing is printed.

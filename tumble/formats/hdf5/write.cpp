@@ -45,6 +45,7 @@ class Writer {
     const Session session;
     if (!file_.valid()) throw Error{Error::Kind::bad_input, "'" + path_ + "': there is no channel to write"};
     if (H5Fflush(file_, H5F_SCOPE_GLOBAL) < 0 || !close()) fail();
+    if (!unclosed_->empty()) fail(*unclosed_);
     target_.commit();
   }
 
@@ -58,12 +59,13 @@ class Writer {
     Dataset stamps;  ///< of the first channel of those that share them
   };
 
-  [[noreturn]] void fail() const {
-    throw Error{Error::Kind::bad_file, "cannot write '" + path_ + "': " + last_reason()};
+  [[noreturn]] void fail() const { fail(last_reason()); }
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw Error{Error::Kind::bad_file, "cannot write '" + path_ + "': " + reason};
   }
   Handle checked(hid_t id, Handle::Close closer) const {
     if (id < 0) fail();
-    return {id, closer};
+    return {id, closer, unclosed_.get()};
   }
   void check(herr_t status) const {
     if (status < 0) fail();
@@ -216,6 +218,7 @@ class Writer {
 
   std::string path_;
   AtomicFile target_;
+  std::unique_ptr<std::string> unclosed_ = std::make_unique<std::string>();  ///< why a handle could not be closed
   Handle file_;
   std::vector<Target> channels_;
   std::vector<double> scratch_;

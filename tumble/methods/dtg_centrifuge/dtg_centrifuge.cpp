@@ -288,6 +288,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_missing_rests(test, fourier, estimate.findings);
   if (!fourier) check_earth(measured, test, estimate.findings);
   const Reduction reduction = reduction_of(test, measured);
+  check_forces(test, measured, reduction, estimate.findings);
   const Cells cells = cells_of(test, measured, reduction);
   const auto shifts = shifts_of(test, cells.stretch, cells.nominal);
   report(progress, 0.9, "errors of the rig");

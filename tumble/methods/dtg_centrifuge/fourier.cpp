@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/circle.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 #include "tumble/units/constants.hpp"
@@ -26,7 +27,7 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   const Channel &g = *channels.signal[gyro], &f = *channels.signal[reference];
   const double step = m.of[gyro].step, rate = m.theta_rate();
   const double period = two_pi / std::abs(rate);
-  const std::size_t first = index_at(g, m.stretch->begin - 1e-6 * step);
+  const std::size_t first = index_at(g, m.stretch->begin - stamp_slack(m.stretch->begin, step));
   const std::size_t there = static_cast<std::size_t>(m.of[gyro].samples);
   // docs/equations (1.8): as many whole periods as there are
   const double periods = std::floor(static_cast<double>(there) * step / period);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 #include "tumble/units/constants.hpp"
@@ -60,7 +61,8 @@ struct OneClock {
 
 void add_up(const Channels& channels, const Spin& stretch, const Angles& angles, OneClock& group) {
   const Channel& clock = *channels.signal[group.signals.front()];
-  const double step = channels.step[group.signals.front()], length = stretch.end - stretch.begin, slack = 1e-6 * step;
+  const double step = channels.step[group.signals.front()], length = stretch.end - stretch.begin,
+               slack = stamp_slack(stretch.end, step);
   std::vector<double> work;
   for (std::size_t k = 0; k < parts; ++k) {
     const auto edge = [&](std::size_t n) {

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
@@ -23,6 +26,21 @@ Matrix off_polynomial(const Outcome& outcome, const std::vector<Level>& levels) 
           out(l * p.parts + c, j) -= regressors[k] * p.of_levels(c * each + k, j);
   }
   return out;
+}
+
+/// Specific force toward the arm's axis that the plan's rig gives at a rate of the arm [m/s^2], and how far its stated
+/// errors may move it [1].
+struct RigForce {
+  double value = 0.0, tolerance = 0.0;
+};
+
+/// The Earth's rate turns the arm in addition.
+RigForce rig_force(const Settings& rig, double arm_rate) {
+  constexpr double least = 1e-3, explained = 6.0;
+  const auto number = [&](const char* name) { return rig.has(name) ? rig.number(name) : 0.0; };
+  const double square = arm_rate * arm_rate, radius = number("radius") + number("stretch") * square;
+  const double sd = std::hypot(number("radius_sd"), number("stretch_sd") * square);
+  return {radius * square, least + 2.0 * earth_rate / std::abs(arm_rate) + explained * sd / radius};
 }
 
 }  // namespace
@@ -63,6 +81,27 @@ void check_levels(const Outcome& outcome, const std::vector<Level>& levels, Find
                        {"times", std::sqrt(misfit.ratio)},
                        {"level", levels[misfit.worst].label}},
                       outcome.output == gyro ? "gyro" : "gyro_y"});
+}
+
+void check_forces(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
+                  Findings& findings) {
+  Occurrences off{0, {}, {}};
+  double most = 0.0;
+  std::vector<FindingValue> values;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const Measured& m = measured[i];
+    const RigForce rig = rig_force(test.power_ups[m.stretch->power_up].plan->rig, m.arm_rate);
+    const double force = std::abs(force_of(reduction.nominal[i], m.arm_rate, 0.0, 0.0));
+    const double apart = std::abs(force / rig.value - 1.0);
+    if (apart <= rig.tolerance) continue;
+    if (off.count++ == 0) off.first = where_of(*m.stretch);
+    if (apart <= most) continue;
+    most = apart;
+    off.worst = where_of(*m.stretch);
+    values = {{"force", force, "g"}, {"expected", rig.value, "g"}, {"rate", m.arm_rate, "deg/s"}};
+  }
+  if (off.count == 0) return;
+  findings.push_back({Finding::Severity::error, "force_differs_from_rig", std::move(values), "", off});
 }
 
 }  // namespace tumble::dtg_centrifuge

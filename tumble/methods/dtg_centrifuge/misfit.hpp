@@ -21,4 +21,10 @@ LevelMisfit level_misfit(const Outcome& outcome, const std::vector<Level>& level
 /// An error where chance gives the misfit in less than 1e-5: the uncertainties do not include it.
 void check_levels(const Outcome& outcome, const std::vector<Level>& levels, Findings& findings);
 
+/// An error where the specific force that a level is reduced with is not that of the plan's rig at the rate of the arm
+/// as recorded, (radius + stretch w^2) w^2: beyond a thousandth and six standard deviations of `radius_sd` and
+/// `stretch_sd`. What the encoder shows decides, so that an arm at another rate than planned is no misfit.
+void check_forces(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
+                  Findings& findings);
+
 }  // namespace tumble::dtg_centrifuge

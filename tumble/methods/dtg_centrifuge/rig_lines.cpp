@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "tumble/math/circle.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -22,6 +21,14 @@ struct Instants {
   std::array<double, points> tau, arm, theta;
   Matrix felt{points, 5};  ///< columns f_x, f_y, f_z, w_x, w_y
 };
+
+/// At which rate an axis turns at `time` [rad/s]. A difference of its angles from the beginning to the end of a segment
+/// is not this rate: the instant of the end belongs to the next segment, which begins at the angle that was recorded.
+double rate_of_drive(const Reference& reference, const char* axis, double time) {
+  for (const auto& drive : reference.drives)
+    if (drive.axis == axis) return drive.at(time).rate;
+  return 0.0;
+}
 
 double angle(const Reference& reference, const char* name, double time) {
   double reading = 0.0;
@@ -88,9 +95,9 @@ RigLines lines_of(const Instants& at) {
 RigLines rig_lines_at(const Reference& reference, const Spin& spin) {
   const Instants at = look(reference, spin);
   RigLines lines = lines_of(at);
-  const double begin = spin.begin - spin.power_on, end = spin.end - spin.power_on;
-  for (const auto& [name, rate] : {std::pair{"arm_angle", &RigLines::arm_rate}, {"table_angle", &RigLines::table_rate}})
-    lines.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
+  const double middle = 0.5 * (spin.begin + spin.end) - spin.power_on;
+  lines.arm_rate = rate_of_drive(reference, "arm", middle);
+  lines.table_rate = rate_of_drive(reference, "table", middle);
   return lines;
 }
 

@@ -14,7 +14,7 @@ struct RigLines {
   Phasors force[2];                         ///< [m/s^2]
   Phasors rate[2];                          ///< [rad/s]
   double force_along = 0.0;                 ///< [m/s^2] mean f_Z
-  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as the encoders show them
+  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] of the drives
 };
 
 /// Lines on a rig without errors.

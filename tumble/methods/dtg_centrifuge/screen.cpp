@@ -110,12 +110,18 @@ Findings refusals(const Measured& m, bool fourier) {
   return findings;
 }
 
-void compare_rates(const Measured& m, Collected& collected) {
+/// Six standard deviations of the plan's error of the rates [1].
+double explained_by_drives(const Settings& rig) {
+  return rig.has("rate_error_sd") ? 6.0 * rig.number("rate_error_sd") : 0.0;
+}
+
+void compare_rates(const Measured& m, double explained, Collected& collected) {
   const Spin& s = *m.stretch;
   const double net = s.arm_rate + s.table_rate;
   const double off = std::max(std::abs(m.arm_rate / s.arm_rate - 1.0), std::abs(m.table_rate / s.table_rate - 1.0));
   const double net_off = net != 0.0 ? std::abs(m.beta_rate() / net - 1.0) : 0.0;
-  if (off < 1e-3 && net_off < 1e-2) return;
+  const double net_explained = net != 0.0 ? explained * std::hypot(s.arm_rate, s.table_rate) / std::abs(net) : 0.0;
+  if (off < std::max(1e-3, explained) && net_off < std::max(1e-2, net_explained)) return;
   const Unit unit = Unit::parse("deg/s");
   collected.add({Severity::warning,
                  "rates_differ_from_plan",
@@ -130,10 +136,10 @@ void compare_rates(const Measured& m, Collected& collected) {
 }
 
 /// Warnings of a level that is used.
-void warn(const Measured& m, bool encoders, bool fourier, Collected& collected) {
+void warn(const Measured& m, const Test& test, bool fourier, Collected& collected) {
   const std::string where = where_of(*m.stretch);
-  compare_rates(m, collected);
-  if (!encoders && !m.rates_visible) collected.add({Severity::warning, "no_line_at_table_rate", {}, where});
+  compare_rates(m, explained_by_drives(test.power_ups[m.stretch->power_up].plan->rig), collected);
+  if (!test.encoders && !m.rates_visible) collected.add({Severity::warning, "no_line_at_table_rate", {}, where});
   if (m.unsteady > 1e-4)
     collected.add({Severity::warning, "rates_change_within_segment", {{"change", m.unsteady, "%"}}, where}, m.unsteady);
   if (const double turns = turns_of(m.theta_rate(), *m.stretch); fourier && turns <= 501.0)
@@ -154,7 +160,7 @@ std::vector<Measured> screened(std::vector<Measured> measured, const Test& test,
     }
     for (const Finding& finding : m.of[gyro_y].faults) collected.add(finding);
     if (!m.of[gyro_y].faults.empty()) m.of[gyro_y].present = false;
-    warn(m, test.encoders, fourier, collected);
+    warn(m, test, fourier, collected);
     good.push_back(std::move(m));
   }
   collected.into(findings);

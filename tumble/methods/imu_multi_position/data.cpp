@@ -8,6 +8,7 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/units/error.hpp"
@@ -180,7 +181,7 @@ Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, std::v
 }  // namespace
 
 std::size_t Triad::index(double instant) const {
-  return static_cast<std::size_t>(std::ranges::lower_bound(time, instant) - time.begin());
+  return static_cast<std::size_t>(std::ranges::lower_bound(time, instant - stamp_slack(instant, step)) - time.begin());
 }
 
 bool Triad::clipped(std::size_t sample) const {

@@ -7,6 +7,7 @@
 
 #include "tumble/core/marks.hpp"
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/stretches.hpp"
@@ -42,7 +43,9 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
       Counts stay{mark.label, segment->predicted * segment->duration, step, {}};
       const auto size = static_cast<std::size_t>(std::llround(segment->duration / step));
       // the samples that were used lie at the end of the segment
-      const std::size_t end = samples_between(channel, mark.begin, end_of_mark(recording, m) - 1e-6 * step).end;
+      const double ends = end_of_mark(recording, m);
+      const std::size_t end =
+          samples_between(channel, mark.begin, std::isfinite(ends) ? ends - stamp_slack(ends, step) : ends).end;
       for (std::size_t i = end - std::min(size, end); i < end; ++i)
         if (!std::isnan(channel.values[i])) stay.values.push_back(channel.values[i] * step);
       if (stay.values.size() > 1) stays.push_back(std::move(stay));

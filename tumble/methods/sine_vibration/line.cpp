@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/units/constants.hpp"
@@ -32,8 +33,13 @@ Samples usable(std::span<const double> time, std::span<const double> value, doub
   }
   if (s.time.size() < 32)
     throw Error(Error::Kind::bad_data, fmt::format("{} windows are too few for a tone", s.time.size()));
-  const double centre = 0.5 * (s.time.front() + s.time.back());
-  s.span = s.time.back() - s.time.front() + interval;
+  const double first = s.time.front(), slack = stamp_slack(s.time.back(), interval);
+  for (double& t : s.time) {  // of even windows without the rounding of their stamps
+    const double even = std::round((t - first) / interval) * interval;
+    t = std::abs(t - first - even) <= slack ? even : t - first;
+  }
+  const double centre = 0.5 * s.time.back();
+  s.span = s.time.back() + interval;
   for (double& t : s.time) t -= centre;
   return s;
 }

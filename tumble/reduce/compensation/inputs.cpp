@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "tumble/core/evidence.hpp"
@@ -77,10 +79,13 @@ double slope_at(const Channel& channel, double time) {
   return (channel.values[b] - channel.values[a]) / (channel.time(b) - channel.time(a));
 }
 
+constexpr double forever = std::numeric_limits<double>::infinity();
+
 /// From when on which part of the schedule was carried out.
 struct Stage {
   double by_clock = 0.0;            ///< [s, recording's clock]
   double since = 0.0;               ///< [s since power-on] of the same instant
+  double until = forever;           ///< [s since power-on] where the next segment begins that has a mark of its own
   const Reference* felt = nullptr;  ///< of the power-up; null: the schedule does not say what was done
 };
 
@@ -109,7 +114,7 @@ std::vector<Stage> unmarked(const std::vector<PowerUp>& power_ups, const Channel
   std::vector<Stage> stages;
   double begin = output.values.empty() ? 0.0 : output.time(0);
   for (const auto& power_up : power_ups) {
-    stages.push_back({begin, 0.0, &power_up.reference});
+    stages.push_back({.by_clock = begin, .felt = &power_up.reference});
     begin += power_up.begins.back();
   }
   return stages;
@@ -122,11 +127,15 @@ std::vector<Stage> marked(const Plan& plan, const std::vector<PowerUp>& power_up
   std::vector<Stage> stages;
   const Evidence evidence{plan, {std::move(marks)}};
   const auto of_recordings = marked_segments(evidence);
+  std::set<std::size_t> begun;
+  for (const auto& mark : of_recordings.front())
+    if (mark.planned != nullptr) begun.insert(mark.index);
   for (const auto& mark : of_recordings.front()) {
-    Stage stage{mark.begin};
+    Stage stage{.by_clock = mark.begin};
     if (mark.planned != nullptr) {
       const auto [r, segment] = place_in(power_ups, mark.index);
       stage.since = power_ups[r].begins[segment];
+      if (begun.contains(mark.index + 1)) stage.until = power_ups[r].begins[segment + 1];
       stage.felt = &power_ups[r].reference;
     }
     stages.push_back(stage);
@@ -150,13 +159,26 @@ Felt unknown() {
   return felt;
 }
 
+/// A time that lies in the segment of the stage [s since power-on]: a segment that took longer than planned goes on as
+/// it ended if nothing changed in it there, and else what was felt is not known (NaN). The instant of its end belongs
+/// to the next segment.
+double within(const Stage& stage, double time) {
+  constexpr double before = 1e-6;  // [s] the begin of the next motion is rounded
+  if (time < stage.until) return time;
+  const double last = stage.until - before;
+  const auto& steady_until = stage.felt->steady_until;
+  return !steady_until || steady_until(last) > last + 0.5 * before ? last : std::nan("");
+}
+
 /// Input at one sample by the plan.
 Felt felt_at(const std::vector<Stage>& stages, double time, double step) {
   const auto next = std::ranges::upper_bound(stages, time, {}, &Stage::by_clock);
   const Stage& stage = next == stages.begin() ? stages.front() : *std::prev(next);
   if (stage.felt == nullptr) return unknown();
+  const double since = within(stage, std::max(0.0, stage.since + (time - stage.by_clock)) + 0.5 * step);
+  if (std::isnan(since)) return unknown();
   Felt felt;
-  stage.felt->felt(std::max(0.0, stage.since + time - stage.by_clock) + 0.5 * step, step, std::span(&felt, 1));
+  stage.felt->felt(since, step, std::span(&felt, 1));
   return felt;
 }
 

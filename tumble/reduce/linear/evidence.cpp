@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/constants.hpp"
@@ -91,7 +92,7 @@ std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch&
     const auto& until = power_up.reference.steady_until;
     return time <= 0.0 || !until || until(time) > time;
   };
-  const double slack = 1e-6 * stretch.step;
+  const double slack = stamp_slack(std::abs(stretch.begin) + stretch.first, stretch.step);
   if (slew && (!rests_at(stretch.first - slack) || power_up.reference.settled[stretch.segment] > end + slack))
     return "not_from_rest_to_rest";
   if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); })) return "samples_missing_in_move";

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t at_once = 2048;  ///< points at which a moving rig is asked in one go
 constexpr double run_in = 2.0;         ///< [s] that a response runs before the first sample used
+constexpr double within_end = 1e-6;    ///< of a step by which the last point stays before the end of its segment
 
 std::size_t count_of_blocks(const Stretch& stretch, std::size_t per_block) {
   return (stretch.samples + per_block - 1) / per_block;
@@ -147,7 +148,9 @@ void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Sum
     const auto fit = [&](double room) {
       return static_cast<std::size_t>(std::clamp(room / step, 0.0, static_cast<double>(step_margin)));
     };
-    const std::size_t front = fit(first - start), back = fit(end - first - static_cast<double>(steps - 1) * step);
+    // a point at the very end belongs to the next segment, which may begin elsewhere
+    const std::size_t front = fit(first - start),
+                      back = fit(end - first - (static_cast<double>(steps - 1) + within_end) * step);
     const auto points = std::span(felt).first(front + steps + back);
     power_up.reference.felt(first - static_cast<double>(front) * step, step, points);
     const Moved moved{points,

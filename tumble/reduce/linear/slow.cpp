@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
+#include <utility>
 
 namespace tumble::linear {
 namespace {
@@ -45,9 +47,16 @@ std::size_t power_ups_in(const std::vector<Interval>& intervals) {
   return power_ups.size();
 }
 
+/// How long the longest power-up is looked at: not its latest time, which depends on where a clock begins.
 double longest_of(const std::vector<Interval>& intervals) {
+  std::map<std::size_t, std::pair<double, double>> looks;
+  for (const auto& interval : intervals) {
+    const double end = interval.begin + interval.length;
+    const auto look = looks.try_emplace(interval.power_up, interval.begin, end).first;
+    look->second = {std::min(look->second.first, interval.begin), std::max(look->second.second, end)};
+  }
   double longest = 0.0;
-  for (const auto& interval : intervals) longest = std::max(longest, interval.begin + interval.length);
+  for (const auto& [power_up, look] : looks) longest = std::max(longest, look.second - look.first);
   return longest;
 }
 

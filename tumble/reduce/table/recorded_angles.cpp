@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -56,10 +57,11 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
     const Segment& segment = plan.schedule[place.segment];
     const Motion* motion = motion_of(segment, encoder.axis);
     const bool slews = motion != nullptr && motion->kind == Kind::slew;
-    const double slack = 1e-6 / mean_rate(channel);
+    const double step = 1.0 / mean_rate(channel), slack = stamp_slack(place.end, step);
     if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
     std::size_t from = index_at(channel, place.settled + (slews ? 0.0 : settling) - slack);
-    const std::size_t end = index_at(channel, place.end - slack);
+    // the last reading of which the interval ends with the segment: the next one holds a part of the next motion
+    const std::size_t end = index_at(channel, place.end - step + slack);
     if (slews && from >= end && end > 0) from = end - 1;
     const auto mean = [&](std::size_t a, std::size_t b) {
       return mean_of(channel, a, b, command, encoder.counts_turns, encoder.step);

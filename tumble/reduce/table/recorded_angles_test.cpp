@@ -103,6 +103,18 @@ TEST(RecordedAngles, NothingIsSaidOfWhatARecordingCutShortLacks) {
   for (const auto& stand : angles.stands) EXPECT_TRUE(stand.label == "a" || stand.label == "b") << stand.label;
 }
 
+/// Seconds as samples, and marks half a second later: the last sample of a position holds a part of the move to the
+/// next.
+TEST(RecordedAngles, AReadingThatReachesIntoTheNextSegmentIsNotOfThisOne) {
+  Evidence evidence = recorded(1e-6);
+  for (auto& mark : evidence.recordings[0].marks) mark.begin += mark.begin > 0.0 ? 0.5 : 0.0;
+  for (auto& channel : evidence.recordings[0].channels)
+    if (channel.name == "outer_angle") channel.values[60] = si(45.0, "deg");  // the reading from 60 s to 61 s
+  evidence.plan.schedule[0].duration = 60.5;
+  const auto angles = with_recorded_angles(evidence, 1.0, si(1.0, "arcsec"));
+  EXPECT_NEAR(stand(angles, "a", "outer").recorded, 0.0, si(1.0, "arcsec"));
+}
+
 TEST(RecordedAngles, WithoutEncodersNothingChanges) {
   Evidence evidence = recorded(0.0);
   std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.kind == QuantityKind::angle; });

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/sim/power_up.hpp"
@@ -134,7 +135,7 @@ std::optional<Phase> phase_of(const Motion& motion, const Angles& angles) {
 
 /// The readings of a segment whose samples lie in it wholly.
 Angles readings_in(const Channel& channel, const PlacedSegment& place) {
-  const double step = 1.0 / mean_rate(channel), slack = 1e-6 * step;
+  const double step = 1.0 / mean_rate(channel), slack = stamp_slack(place.end, step);
   Angles out;
   for (std::size_t i = index_at(channel, place.settled - slack);
        i < channel.values.size() && channel.time(i) + step < place.end + slack; ++i) {

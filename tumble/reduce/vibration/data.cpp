@@ -9,6 +9,7 @@
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/reduce/vibration/scale.hpp"
@@ -99,7 +100,7 @@ std::size_t unit_index(const std::string& channel, Data& data) {
 void cut(const Draft& draft, double begin, double end, const Settings& settings, Series& series, std::size_t& first) {
   const Windows& w = draft.windows;
   const double cycles = series.at_rest() || !(series.shake.frequency > 0.0) ? 0.0 : 2.0 / series.shake.frequency;
-  const double from = begin + std::max(settings.number("settling"), cycles), slack = 1e-6 * w.window;
+  const double from = begin + std::max(settings.number("settling"), cycles), slack = stamp_slack(from, w.window);
   const auto lower = std::ranges::lower_bound(w.begin, from - slack);
   first = static_cast<std::size_t>(lower - w.begin.begin());
   double length = 0.0;
