@@ -16,7 +16,8 @@ constexpr std::size_t most_names = 1000, most_sessions = 1000;
 
 SignIn::SignIn(std::string file, std::function<double()> clock)
     : file_(std::move(file)), clock_(std::move(clock)), decoy_(hash_of_password(random_secret())) {
-  changed_ = std::filesystem::last_write_time(file_);
+  std::error_code failed;  // read_users() says what is wrong with the file
+  changed_ = std::filesystem::last_write_time(file_, failed);
   users_ = read_users(file_);
   if (users_.empty())
     throw Error{Error::Kind::bad_input,

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <new>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
@@ -23,7 +24,7 @@ Context::Context(const WorkbenchOptions& given)
             given.port,     given.tls,
             given.computer, given.users.empty() ? nullptr : std::make_shared<SignIn>(given.users, given.steady)},
       feed(given.first_event),
-      jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
+      jobs({given.program, given.folder.string(), given.state.string(), 2, given.clock}, feed),
       recordings(given.cache, jobs),
       predictions(given.program, 2) {}
 
@@ -45,11 +46,13 @@ std::vector<Route> all_routes() {
 
 struct Workbench::State {
   FolderClaim claim;
+  Confinement confinement;  ///< before all that opens files
   std::vector<Route> routes = all_routes();
   std::atomic<std::uint64_t> uploads = 0;
   routes::Context context;
 
-  explicit State(const WorkbenchOptions& options) : claim(options.folder), context(options) {}
+  explicit State(const WorkbenchOptions& options)
+      : claim(options.folder), confinement(options.folder), context(options) {}
 
   /// HEAD is answered as GET is, without the body.
   const Route* route_of(const HttpRequest& request) const {

@@ -66,6 +66,12 @@ HttpResponse json_response(const Json& json, unsigned status = 200);
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
 
+/// A job of the user who asks, in the queue; its identifier as the answer.
+HttpResponse started(Context& context, const HttpRequest& request, Job job);
+
+/// Who asks; empty: whoever has the link, and who shows nothing.
+std::string user_of(const Context& context, const HttpRequest& request);
+
 /// Why a password did not let somebody in, for people.
 HttpResponse password_refusal(const PasswordCheck& check);
 

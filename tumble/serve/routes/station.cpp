@@ -284,7 +284,7 @@ HttpResponse check_devices(Context& context, const HttpRequest& request) {
   job.kind = "check";
   job.title = name;
   job.steps = {{"station", "check", existing(context, name), "-o", "{folder}/check.json"}};
-  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+  return started(context, request, std::move(job));
 }
 
 }  // namespace
