@@ -160,8 +160,9 @@ void Jobs::require_room(const Job& job) const {
     return other.state == Job::State::waiting && other.kept == job.kept && other.owner == job.owner;
   }));
   if (waiting >= (job.kept ? most_waiting : most_unkept))
-    throw Error{Error::Kind::bad_input,
-                fmt::format("{} jobs of yours wait already: cancel some, or start this one when they have ended", waiting)};
+    throw Error{
+        Error::Kind::bad_input,
+        fmt::format("{} jobs of yours wait already: cancel some, or start this one when they have ended", waiting)};
 }
 
 std::string Jobs::start(Job job) {
@@ -273,7 +274,13 @@ void Jobs::run_jobs() {
     processes_[job->id] = 0;
     changed(*job);
     const std::string id = job->id;
-    carry_out(lock, id);
+    try {
+      carry_out(lock, id);
+    } catch (const std::exception& error) {  // no memory for what it says
+      if (!lock.owns_lock()) lock.lock();
+      jobs_[id].state = Job::State::failed;
+      jobs_[id].problems = {error.what()};
+    }
     processes_.erase(id);
   }
 }

@@ -7,6 +7,10 @@
 #include <cctype>
 #include <chrono>
 #include <limits>
+#include <map>
+#include <new>
+#include <thread>
+#include <utility>
 
 #include "tumble/serve/http/server.hpp"
 #include "tumble/serve/http/target.hpp"
@@ -43,13 +47,39 @@ struct Connection {
   std::optional<message::response_serializer<message::empty_body>> head_writer;
   std::shared_ptr<void> subscription;
   asio::steady_timer heartbeat;
+  std::string address, party;
+  Lane lane = Lane::usual;
   bool keeps = false, chunked = true, writing = false, ended = false;
-  std::size_t drained = 0;
+  std::size_t drained = 0, charged = 0, ticks = 0;
 
-  Connection(Server& of, std::uint64_t id, Tcp::socket socket)
-      : server(of), number(id), stream(std::move(socket), of.tls ? &*of.tls : nullptr), heartbeat(of.context) {}
-  ~Connection() { server.known.erase(number); }
+  Connection(Server& of, std::uint64_t id, Tcp::socket socket, std::string from)
+      : server(of),
+        number(id),
+        stream(std::move(socket), of.tls ? &*of.tls : nullptr),
+        heartbeat(of.context),
+        address(std::move(from)) {}
+  ~Connection() {
+    server.known.erase(number);
+    release_body();
+  }
   void patience(double seconds) { stream.lowest().expires_after(milliseconds(seconds)); }
+
+  /// Whether the body may take so many bytes of memory more.
+  bool charge_body(std::size_t count) {
+    if (request.body.size() + count <= free_body_bytes) return true;
+    auto& bytes = server.body_bytes[party];
+    if (bytes + count > most_bytes_of_party || server.all_body_bytes + count > most_body_bytes) return false;
+    bytes += count, charged += count, server.all_body_bytes += count;
+    return true;
+  }
+  void release_body() {
+    request.body = {};
+    const auto share = server.body_bytes.find(party);
+    if (charged == 0 || share == server.body_bytes.end()) return;
+    server.all_body_bytes -= charged;
+    if ((share->second -= charged) == 0) server.body_bytes.erase(share);
+    charged = 0;
+  }
 };
 
 using Shared = std::shared_ptr<Connection>;
@@ -78,6 +108,8 @@ void hang_up(Shared c) {
 }
 
 void sent(Shared c, Code code) {
+  c->release_body();
+  if (const auto known = c->server.known.find(c->number); known != c->server.known.end()) known->second.urgent = false;
   c->response = {};
   c->request = {};
   c->plan = {};
@@ -115,24 +147,55 @@ void send_piece(Shared c, More more) {
     asio::async_write(c->stream, asio::buffer(c->outgoing), go_on);
 }
 
-/// Piece after piece from the work pool, until there is no more. The connection is handed on, so that it ends on the
-/// network thread.
+/// What a thread of a lane makes for the network thread. It is made here, so that no other memory is needed there.
+struct Handed {
+  Shared c;
+  HttpResponse response;
+  More more = More::failed;
+};
+
+/// Lets the network thread go on, and takes its connection from what is handed: it ends there.
+template <class Next>
+void hand_back(Server& server, const std::shared_ptr<Handed>& handed, Next next) {
+  for (;;) try {
+      asio::post(server.context, [handed, next] { next(std::exchange(handed->c, nullptr), *handed); });
+      return;
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+}
+
+/// Piece after piece, until there is no more.
 void send_more(Shared c) {
   Server& server = c->server;
-  asio::post(server.workers, [c = std::move(c), &server]() mutable {
-    auto more = More::failed;
-    c->outgoing.clear();
+  auto& pool = server.lanes.at(c->lane);
+  const std::string party = c->party;
+  const auto handed = std::make_shared<Handed>(Handed{std::move(c), {}});
+  pool.post(party, [handed, &server] {
+    Connection& connection = *handed->c;
+    connection.outgoing.clear();
     try {
-      more = c->response.more(c->outgoing) ? More::another : More::last;
+      handed->more = connection.response.more(connection.outgoing) ? More::another : More::last;
     } catch (const std::exception&) {
-      c->outgoing.clear();
+      connection.outgoing.clear();
     }
-    asio::post(server.context, [c = std::move(c), more]() mutable { send_piece(std::move(c), more); });
+    hand_back(server, handed, [](Shared back, Handed& what) { send_piece(std::move(back), what.more); });
   });
 }
 
+void end_events(Shared c) {
+  c->ended = true;
+  c->subscription.reset();
+  c->heartbeat.cancel();
+  c->stream.lowest().close();
+}
+
+/// Whoever signed out, was removed, or may less than before hears nothing more.
+bool may_hear(const Shared& c) { return !c->response.allowed || c->response.allowed(); }
+
 void send_events(Shared c) {
   if (c->writing || c->ended) return;
+  if (!may_hear(c)) return end_events(c);
   c->outgoing = c->response.events->after(c->response.seen);
   if (c->outgoing.empty()) return;
   if (c->response.said) c->outgoing = c->response.said(c->outgoing);
@@ -151,12 +214,15 @@ void send_events(Shared c) {
   });
 }
 
-/// A line that says nothing, so that a reader who is no longer there is found.
+/// Looks whether the reader may still hear, and writes a line that says nothing now and then, so that a reader who is
+/// no longer there is found.
 void beat(Shared c) {
-  c->heartbeat.expires_after(std::chrono::seconds(15));
+  constexpr std::size_t ticks_of_a_line = 8;
+  c->heartbeat.expires_after(std::chrono::seconds(2));
   c->heartbeat.async_wait([c](Code code) {
     if (code || c->ended) return;
-    if (c->writing) return beat(c);
+    if (!may_hear(c)) return end_events(c);
+    if (c->writing || ++c->ticks % ticks_of_a_line != 0) return beat(c);
     c->writing = true;
     c->outgoing = ": \n\n";
     c->patience(c->server.options.patience);
@@ -208,7 +274,35 @@ void send_head(Shared c) {
   });
 }
 
+/// A quarter of the connections: of all that one party may keep open for events.
+bool has_room_for_stream(const Connection& c) {
+  const auto& known = c.server.known;
+  const auto open = static_cast<std::size_t>(std::ranges::count_if(
+      known, [&](const auto& entry) { return entry.second.streams && entry.second.party == c.party; }));
+  return open < std::max<std::size_t>(c.server.options.connections / 4, 1);
+}
+
+/// A refusal that no route made, as if one had.
+HttpResponse finished(const Connection& c, HttpResponse response) {
+  if (c.server.handler.finish) c.server.handler.finish(c.request, response);
+  return response;
+}
+
+HttpResponse too_much(const Connection& c, unsigned status, const std::string& text) {
+  HttpResponse response = plain(status, text);
+  response.headers.emplace_back("Retry-After", "2");
+  return finished(c, std::move(response));
+}
+
 void send(Shared c, HttpResponse response) {
+  if (response.events && c->request.method != "HEAD") {
+    if (has_room_for_stream(*c)) {
+      if (const auto known = c->server.known.find(c->number); known != c->server.known.end())
+        known->second.streams = true;
+    } else {
+      response = too_much(*c, 429, "too many streams of events are open for this user: close some pages");
+    }
+  }
   c->response = std::move(response);
   const bool only_head = c->request.method == "HEAD";
   if (!only_head && (c->response.more || c->response.events)) return send_head(c);
@@ -226,18 +320,30 @@ void send(Shared c, HttpResponse response) {
   message::async_write(c->stream, c->whole, [c](Code code, std::size_t) { sent(c, code); });
 }
 
-void answer(Shared c) {
-  c->stream.lowest().expires_never();
-  Server& server = c->server;
-  asio::post(server.workers, [c = std::move(c), &server]() mutable {
-    auto response = std::make_shared<HttpResponse>(server.handler.answer(c->request));
-    asio::post(server.context, [c = std::move(c), response]() mutable { send(std::move(c), std::move(*response)); });
-  });
-}
-
 void refuse(Shared c, HttpResponse response) {
   c->keeps = false;
   send(c, std::move(response));
+}
+
+void answer(Shared c) {
+  c->stream.lowest().expires_never();
+  Server& server = c->server;
+  c->lane = server.handler.lane ? server.handler.lane(c->request) : Lane::usual;
+  const bool urgent = c->lane == Lane::orders || c->lane == Lane::stops;
+  if (const auto known = server.known.find(c->number); known != server.known.end()) known->second.urgent = urgent;
+  auto& pool = server.lanes.at(c->lane);
+  const std::string party = c->lane == Lane::sign_in ? c->address : c->party;
+  if (c->lane != Lane::stops && pool.pending(party) >= most_pending)
+    return refuse(c, too_much(*c, 503, "too many requests of this user wait: try again in a moment"));
+  const auto handed = std::make_shared<Handed>(Handed{std::move(c), {}});
+  pool.post(party, [handed, &server] {
+    try {
+      handed->response = server.handler.answer(handed->c->request);
+    } catch (const std::exception&) {
+      handed->response.status = 503;  // not even the words of a refusal have room
+    }
+    hand_back(server, handed, [](Shared back, Handed& what) { send(std::move(back), std::move(what.response)); });
+  });
 }
 
 /// Whether the other side sent what is no request, rather than nothing more.
@@ -246,13 +352,24 @@ bool is_malformed(Code code) {
          code != message::error::end_of_stream && code != message::error::partial_message;
 }
 
-/// False: the body does not fit, or cannot be written.
-bool take_piece(Connection& c, std::size_t count) {
+/// Takes what has come of a body; nothing: it has room.
+std::optional<HttpResponse> take_piece(Connection& c, std::size_t count) {
   c.request.body_bytes += count;
-  if (c.request.body_bytes > c.plan.limit) return false;
-  if (c.request.file) return c.request.file->write(c.piece.data(), count);
-  c.request.body.append(c.piece.data(), count);
-  return true;
+  if (c.request.body_bytes > c.plan.limit)
+    return plain(413, fmt::format("the body has more than {} bytes", c.plan.limit));
+  if (c.request.file)
+    return c.request.file->write(c.piece.data(), count)
+               ? std::nullopt
+               : std::optional(plain(507, "the disk is full, or cannot be written"));
+  try {
+    if (c.charge_body(count)) {
+      c.request.body.append(c.piece.data(), count);
+      return std::nullopt;
+    }
+  } catch (const std::bad_alloc&) {
+  }
+  c.release_body();
+  return too_much(c, 503, "there is no memory for this body: too much is being sent at once");
 }
 
 void read_body(Shared c) {
@@ -267,11 +384,7 @@ void read_body(Shared c) {
     if (is_malformed(code)) return refuse(c, plain(400, "the body is not as its head says"));
     if (code) return;
     const std::size_t count = room - c->parser->get().body().size;
-    const auto before = c->request.body_bytes;
-    if (!take_piece(*c, count))
-      return refuse(c, before + count > c->plan.limit
-                           ? plain(413, fmt::format("the body has more than {} bytes", c->plan.limit))
-                           : plain(507, "the disk is full, or cannot be written"));
+    if (auto refusal = take_piece(*c, count)) return refuse(c, std::move(*refusal));
     read_body(c);
   });
 }
@@ -289,6 +402,7 @@ bool is_ambiguous(const message::request<message::buffer_body>& head) {
 void take_head(Shared c) {
   const auto& head = c->parser->get();
   c->request = {};
+  c->request.address = c->address;
   c->request.method = std::string(head.method_string());
   for (const auto& field : head) {
     std::string name(field.name_string());
@@ -302,8 +416,9 @@ void take_head(Shared c) {
     return refuse(c, plain(400, "the request is not well formed"));
   c->plan = c->server.handler.admit(c->request);
   c->request.file = c->plan.file;
-  const auto known = c->server.known.find(c->number);
-  if (known != c->server.known.end() && c->plan.trusted) known->second.trusted = true;
+  c->party = c->plan.party.empty() ? c->address : c->plan.party;
+  if (const auto known = c->server.known.find(c->number); known != c->server.known.end())
+    known->second.party = c->party;
   if (c->plan.refusal) return refuse(c, std::move(*c->plan.refusal));
   if (const auto length = c->parser->content_length(); length && *length > c->plan.limit)
     return refuse(c, plain(413, fmt::format("the body has more than {} bytes", c->plan.limit)));
@@ -328,17 +443,24 @@ void read_head(Shared c) {
   });
 }
 
-/// Room for one more: the oldest connection that has not shown the token is closed.
-bool make_room(Server& server) {
-  if (server.known.size() < server.options.connections) return true;
-  for (auto& [number, known] : server.known)
-    if (!known.trusted) {
-      const auto close = known.close;
-      server.known.erase(number);
-      close();
-      return true;
-    }
-  return false;
+/// Room for one more: where there are too many connections, one of the party that has most is closed, a stream of
+/// events before others, the oldest first. Who has not asked yet counts by address. So there is room for everybody
+/// else, and for each order to a run.
+void make_room(Server& server) {
+  if (server.known.size() < server.options.connections) return;
+  std::map<std::string_view, std::size_t> numbers;
+  for (const auto& [number, known] : server.known)
+    if (!known.urgent) ++numbers[known.party];
+  const auto most = std::ranges::max_element(numbers, {}, [](const auto& entry) { return entry.second; });
+  if (most == numbers.end()) return;
+  auto chosen = server.known.end();
+  for (auto one = server.known.begin(); one != server.known.end(); ++one) {
+    if (one->second.urgent || one->second.party != most->first) continue;
+    if (chosen == server.known.end() || (one->second.streams && !chosen->second.streams)) chosen = one;
+  }
+  const auto close = chosen->second.close;
+  server.known.erase(chosen);
+  close();
 }
 
 }  // namespace
@@ -346,10 +468,14 @@ bool make_room(Server& server) {
 void serve_connection(Server& server, Tcp::socket socket) {
   Code ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
-  if (!make_room(server)) return;
+  const auto from = socket.remote_endpoint(ignored).address().to_string();
+  make_room(server);
   const auto number = server.next++;
-  const auto c = std::make_shared<Connection>(server, number, std::move(socket));
-  server.known[number].close = [weak = std::weak_ptr(c)] {
+  const auto c = std::make_shared<Connection>(server, number, std::move(socket), "from " + from);
+  c->party = c->address;
+  auto& known = server.known[number];
+  known.party = c->party;
+  known.close = [weak = std::weak_ptr(c)] {
     if (const auto strong = weak.lock()) strong->stream.lowest().close();
   };
   if (!c->stream.is_secure()) return read_head(c);

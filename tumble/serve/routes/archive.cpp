@@ -198,7 +198,8 @@ std::vector<Route> archive_routes() {
                           .path = "/api/archive/sign",
                           .answer = sign_thing,
                           .body_limit = small,
-                          .role = Right::approve}};
+                          .role = Right::approve,
+                          .lane = Lane::sign_in}};
   for (const auto& some : {archive_chart_routes(), archive_certificate_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;

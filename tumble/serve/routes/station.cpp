@@ -302,11 +302,16 @@ std::string who_of(const Context& context, const HttpRequest& request, const Jso
 
 std::vector<Route> station_routes() {
   constexpr std::uint64_t small = 1 << 16;
-  return {{"GET", "/api/station", list_stations},
-          {.method = "POST", .path = "/api/station/check", .answer = check_devices, .body_limit = small},
-          {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run_at_station, .body_limit = small},
-          {.method = "POST", .path = "/api/station/start", .answer = start_run, .body_limit = small},
-          {.method = "POST", .path = "/api/station/resume", .answer = resume_run, .body_limit = small}};
+  return {
+      {.method = "GET", .path = "/api/station", .answer = list_stations, .lane = Lane::looks},
+      {.method = "POST", .path = "/api/station/check", .answer = check_devices, .body_limit = small},
+      {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run_at_station, .body_limit = small},
+      {.method = "POST", .path = "/api/station/start", .answer = start_run, .body_limit = small, .lane = Lane::begins},
+      {.method = "POST",
+       .path = "/api/station/resume",
+       .answer = resume_run,
+       .body_limit = small,
+       .lane = Lane::begins}};
 }
 
 }  // namespace tumble::routes
