@@ -46,8 +46,9 @@ struct JobOptions {
   std::function<double()> clock;  ///< [s] since 1970-01-01
 };
 
-/// The jobs of a workbench. A job that a stop of the server interrupted waits again with the next one. What is carried out
-/// is known from the folder of the state alone: a folder of recordings may come from anybody, and nothing in it is run.
+/// The jobs of a workbench. A job that a stop of the server interrupted waits again with the next one. What is carried
+/// out is known from the folder of the state alone: a folder of recordings may come from anybody, and nothing in it is
+/// run.
 class Jobs {
  public:
   /// `feed` gets an event "job" at each change. Throws Error::bad_file.
@@ -57,16 +58,16 @@ class Jobs {
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
-  /// Puts a job in the queue; its identifier. Users take turns. Throws Error::bad_input where its owner has too many that
-  /// wait, std::filesystem::filesystem_error where its folder cannot be made.
+  /// Puts a job in the queue; its identifier. Users take turns. Throws Error::bad_input where its owner has too many
+  /// that wait, std::filesystem::filesystem_error where its folder cannot be made.
   std::string start(Job job);
   /// False: there is no such job, or it has ended.
   bool cancel(const std::string& id);
   std::vector<Job> all() const;
   /// An empty id: there is none.
   Job find(const std::string& id) const;
-  /// Replaces its argument by the bytes of a file of a job that come next; false: there are no more. Empty where the job
-  /// has no file of that name.
+  /// Replaces its argument by the bytes of a file of a job that come next; false: there are no more. Empty where the
+  /// job has no file of that name.
   std::function<bool(std::string& bytes)> reader_of(const std::string& id, const std::string& file) const;
 
   static constexpr std::size_t most_waiting = 100;  ///< jobs of a user

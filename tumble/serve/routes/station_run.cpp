@@ -62,7 +62,7 @@ HttpResponse run_predicted(Context& context, const HttpRequest& request) {
   Json rows = Json::array();
   if (fs::exists(path)) {
     const std::string text = read_text_file(path);
-    const auto answer = context.predictions.ask("run " + folder, {{text, path}}).front();
+    const auto answer = context.predictions.ask(user_of(context, request), "run " + folder, {{text, path}}).front();
     if (!answer.ready) return json_response({{"ready", false}, {"rows", rows}}, 202);
     for (std::size_t i = 0; answer.estimate && i < answer.estimate->parameters.size(); ++i) {
       const auto& parameter = answer.estimate->parameters[i];
