@@ -42,6 +42,7 @@ struct Connection {
     server.known.erase(number);
     release_body();
   }
+  /// What is going on must have ended after so many seconds [s].
   void patience(double seconds) {
     stream.lowest().expires_after(std::chrono::milliseconds(static_cast<long>(seconds * 1e3)));
   }
@@ -71,7 +72,7 @@ void read_head(Shared c);
 /// The answer to what was asked.
 void send(Shared c, HttpResponse response);
 
-/// The same, and hangs up: what else the other side sends is not read.
+/// An answer after which the connection ends: what else the other side sends is not read.
 void refuse(Shared c, HttpResponse response);
 
 /// Has the request answered by a thread of its lane.
