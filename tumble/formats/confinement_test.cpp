@@ -50,8 +50,8 @@ TEST(Confinement, IsOffUnlessSomebodyAsks) {
 TEST(Confinement, TakesWhatLiesInTheFolder) {
   const Folders folders;
   const Confinement confined(folders.inside);
-  for (const std::string name : {"a.toml", "./sub/../a.toml", "sub/b.toml", "within/b.toml", "not/there.toml",
-                                 "absolute.toml", "circle"})
+  for (const std::string name :
+       {"a.toml", "./sub/../a.toml", "sub/b.toml", "within/b.toml", "not/there.toml", "absolute.toml", "circle"})
     EXPECT_EQ(problem_of(folders.inside, name), "") << name;
   EXPECT_EQ(problem_of(folders.inside, (folders.inside / "a.toml").string()), "");
   EXPECT_EQ(problem_of(folders.inside / "sub", "../a.toml"), "");

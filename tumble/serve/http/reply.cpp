@@ -135,12 +135,7 @@ void send_events(Shared c) {
   c->patience(3.0 * c->server.options.patience);
   asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code code, std::size_t) {
     c->writing = false;
-    if (code) {
-      c->ended = true;
-      c->subscription.reset();
-      c->heartbeat.cancel();
-      return;
-    }
+    if (code) return end_events(c);
     c->stream.lowest().expires_never();
     send_events(c);
   });
@@ -154,17 +149,14 @@ void beat(Shared c) {
   c->heartbeat.async_wait([c](Code code) {
     if (code || c->ended) return;
     if (!may_hear(c)) return end_events(c);
+    send_events(c);  // also what could not be said while there was no memory
     if (c->writing || ++c->ticks % ticks_of_a_line != 0) return beat(c);
     c->writing = true;
     c->outgoing = ": \n\n";
     c->patience(c->server.options.patience);
     asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code failed, std::size_t) {
       c->writing = false;
-      if (failed) {
-        c->ended = true;
-        c->subscription.reset();
-        return;
-      }
+      if (failed) return end_events(c);
       c->stream.lowest().expires_never();
       send_events(c);
       beat(c);
@@ -176,9 +168,16 @@ void begin_events(Shared c) {
   const std::weak_ptr<Connection> weak = c;
   auto& context = c->server.context;
   c->subscription = c->response.events->subscribe([weak, &context] {
-    asio::post(context, [weak] {
-      if (const auto strong = weak.lock()) send_events(strong);
-    });
+    try {
+      asio::post(context, [weak] {
+        if (const auto strong = weak.lock()) send_events(strong);
+      });
+    } catch (const std::bad_alloc&) {  // beat() looks, too
+    }
+  });
+  c->stream.lowest().expires_never();
+  c->stream.async_read_some(asio::buffer(c->piece), [c](Code, std::size_t) {
+    if (!c->ended) end_events(c);  // a reader says nothing more: it has left
   });
   send_events(c);
   beat(c);
