@@ -10,6 +10,7 @@ import os
 import pathlib
 import re
 import resource
+import select
 import shutil
 import signal
 import socket
@@ -199,7 +200,7 @@ class Shares(unittest.TestCase):
                 self.assertEqual(self.server.ask("POST", "/api/session", body)[0], 403)
         with concurrent.futures.ThreadPoolExecutor(6) as pool:
             guesses = [pool.submit(guess, number) for number in range(6)]
-            for _ in range(5):
+            for _ in range(2):
                 self.sign_in("Operator")
             ended.set()
             for one in guesses:
@@ -212,12 +213,8 @@ class Shares(unittest.TestCase):
         before = memory()
         part = b'{"text": "' + b"x" * 3_900_000
         clients = self.held(60, "/api/plan/predict", method="POST", body=part, length=3_990_000)
-        statuses = []
-        for client in clients[-20:]:
-            client.settimeout(20)
-            with contextlib.suppress(OSError):
-                statuses.append(client.recv(12)[9:])
-        self.assertIn(b"503", statuses)
+        refused = select.select(clients, [], [], 20)[0]  # the others wait for the rest of their bodies
+        self.assertTrue(any(client.recv(12)[9:] == b"503" for client in refused))
         # One party has 16 MB; a text grows by doubling, and what is freed may stay with the process.
         self.assertLess(memory() - before, 120e6)
         plan = (ROOT / "plans/static_bias.toml").read_text()
@@ -286,10 +283,12 @@ class LittleMemory(unittest.TestCase):
             most = resource.prlimit(server.process.pid, resource.RLIMIT_AS)[1]
             resource.prlimit(server.process.pid, resource.RLIMIT_AS, (size + (1 << 20), most))
             body = b'{"text": "' + b"x" * 3_900_000 + b'"}'
+            statuses = set()
             for _ in range(20):
                 with contextlib.suppress(OSError):  # it may hang up while the rest is sent
-                    self.assertIn(server.ask("POST", "/api/plan/look", body)[0], (400, 503))
+                    statuses.add(server.ask("POST", "/api/plan/predict", body)[0])
                 self.assertIsNone(server.process.poll())
+            self.assertEqual(statuses, {503})
             resource.prlimit(server.process.pid, resource.RLIMIT_AS, (most, most))
             self.assertEqual(server.ask("GET", "/api/jobs")[0], 200)
 
