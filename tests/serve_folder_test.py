@@ -3,18 +3,22 @@
     serve_folder_test.py PROGRAM REPOSITORY
 """
 
+import contextlib
 import json
 import os
 import pathlib
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import urllib.parse
 
+from serve_stations_test import bench_files
 from serve_test import PROGRAM, ROOT, Server, csv_file
 
 SECRET = "WORD-OF-THE-SECRET"
@@ -197,6 +201,35 @@ class Given(unittest.TestCase):
             self.assertEqual(status, 422)
             self.assertIn(b"leads out of the folder", content)
 
+    def test_a_live_store_names_nothing_outside(self):
+        bench_files(self.folder)
+        shutil.copy(self.folder / "bench.toml", self.outside / "bench.toml")
+        with Server(folder=self.folder) as server:
+            body = {"mode": "virtual", "plan": "plan.toml", "station": "bench.toml", "units": {"unit": "7"}, "who": "a test", "speed": "50"}
+            run = server.json("POST", "/api/station/start", body)["run"]
+            server.json("POST", "/api/station/order", {"run": run, "order": "stop"})
+            for _ in range(600):
+                if server.json("GET", f"/api/station/run?run={run}", expect=(200, 422)).get("alive") is False:
+                    break
+                time.sleep(0.1)
+            for fact, value in (("station_file", self.outside / "bench.toml"), ("station_file", "../home/bench.toml"), ("target", self.outside / "made.h5")):
+                with contextlib.closing(sqlite3.connect(self.folder / run / "live.sqlite")) as store:
+                    before = store.execute("SELECT value FROM fact WHERE name = ?", (fact,)).fetchall()
+                    store.execute("INSERT OR REPLACE INTO fact VALUES (?, ?)", (fact, str(value)))
+                    store.commit()
+                if fact == "station_file":
+                    problems = server.json("POST", "/api/station/resume", {"run": run, "who": "a test", "speed": "50"}, expect=(422,))["problems"]
+                    self.assertIn("lies outside of the folder of the workbench", problems[0])
+                else:
+                    environment = {**os.environ, "TUMBLE_CONFINED_TO": str(self.folder)}
+                    done = subprocess.run([PROGRAM, "seal", self.folder / run], capture_output=True, text=True, env=environment)
+                    self.assertIn("lies outside of the folder of the workbench", done.stderr)
+                with contextlib.closing(sqlite3.connect(self.folder / run / "live.sqlite")) as store:
+                    store.execute("DELETE FROM fact WHERE name = ?", (fact,))
+                    store.executemany("INSERT INTO fact VALUES (?, ?)", [(fact, one[0]) for one in before])
+                    store.commit()
+        self.assertEqual([path.name for path in self.outside.iterdir()], ["bench.toml"])
+
     def test_an_upload_that_was_killed_leaves_nothing(self):
         with Server(folder=self.folder) as server:
             head = (f"POST /api/uploads?name=cut.csv HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nAuthorization: Bearer {server.token}\r\n"
@@ -235,6 +268,14 @@ class Places(unittest.TestCase):
                     done = subprocess.run([PROGRAM, "serve", server.folder, "--port", "0"], capture_output=True, text=True, timeout=20, env=environment)
                     self.assertEqual(done.returncode, 3, done)
                     self.assertIn("belongs to another user", done.stderr)
+
+    def test_ways_to_read_a_recording_that_are_kept_are_few(self):
+        with Server() as server:
+            (server.folder / "x.csv").write_text("x[deg/h]\n" + "".join(f"{i % 7}\n" for i in range(500)))
+            for rate in range(1, 13):
+                self.assertEqual(server.prepared("x.csv", set=f"rate={rate}")[0], 200)
+            self.assertEqual(len(list((server.cache / "tumble").glob("*.pyr"))), 8)
+            self.assertEqual(server.prepared("x.csv", set="rate=1")[0], 200)
 
     def test_the_state_is_never_in_the_folder_that_is_shown(self):
         with Server() as scratch:

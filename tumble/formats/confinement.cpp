@@ -31,8 +31,12 @@ fs::path exchanged(fs::path folder) {
 
 }  // namespace
 
-Confinement::Confinement(const fs::path& folder)
-    : before_(exchanged(folder.empty() ? fs::path() : fs::canonical(folder))) {}
+/// A folder that is no longer there confines by its name.
+Confinement::Confinement(const fs::path& folder) {
+  std::error_code absent;
+  const fs::path whole = fs::canonical(folder, absent);
+  before_ = exchanged(folder.empty() ? fs::path() : absent ? fs::absolute(folder).lexically_normal() : whole);
+}
 
 Confinement::~Confinement() { exchanged(before_); }
 
@@ -85,7 +89,8 @@ bool may_be_named(const fs::path& path) {
 std::string file_named_in(const fs::path& folder, const std::string& name) {
   const fs::path path = (folder / name).lexically_normal();
   if (may_be_named(path)) return path.string();
-  throw Error(Error::Kind::bad_input, "'" + name + "' lies outside of the folder of the workbench: copy it into the folder");
+  throw Error(Error::Kind::bad_input,
+              "'" + name + "' lies outside of the folder of the workbench: copy it into the folder");
 }
 
 void require_contained(const std::string& path) {

@@ -25,7 +25,7 @@ class LiveRuns {
   /// who want it meanwhile, and one that has not answered is left alone for a moment. Throws Error::bad_file.
   std::string state_of(const std::string& run);
 
-  static constexpr double patience = 1.5;  ///< [s] until a run must have answered
+  static constexpr double patience = 2.5;  ///< [s] until a run must have answered
 
  private:
   struct Watched;

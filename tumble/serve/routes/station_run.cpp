@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double patience_of_order = 1.5;  ///< [s] until a run must have answered
+constexpr double patience_of_order = 5.0, patience_of_stop = 1.5;  ///< [s] until a run must have answered
 
 /// The folder of a run. A rehearsal and a run that has just begun have one without a store for a moment.
 std::string folder_of_run(const Context& context, const HttpRequest& request) {
@@ -84,7 +84,7 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
   const auto folder = existing(context, plain_text_in(body, "run"));
   const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
   if (order == "stop") {
-    stop_run(folder, who.empty() ? "the workbench" : who, patience_of_order);
+    stop_run(folder, who.empty() ? "the workbench" : who, patience_of_stop);
     return json_response({{"taken", true}});
   }
   Json asked{{"order", order}, {"who", who}};
