@@ -105,10 +105,12 @@ void check(const Arguments& arguments, const std::string& host) {
       problems.push_back(fmt::format("{} {}: lies in the folder that is shown; keep it elsewhere", option, file));
   std::error_code failed;
   if (!arguments.users.empty() && !fs::is_regular_file(arguments.users, failed))
-    problems.push_back(fmt::format("--users {}: there is no such file; --add-user NAME --role ROLE makes it", arguments.users));
+    problems.push_back(
+        fmt::format("--users {}: there is no such file; --add-user NAME --role ROLE makes it", arguments.users));
   struct stat key {};
   if (!arguments.key.empty() && stat(arguments.key.c_str(), &key) == 0 && (key.st_mode & (S_IWGRP | S_IRWXO)) != 0)
-    problems.push_back(fmt::format("--key {0}: others may read or write this private key: chmod 600 {0}", arguments.key));
+    problems.push_back(
+        fmt::format("--key {0}: others may read or write this private key: chmod 600 {0}", arguments.key));
   if (!fs::is_directory(arguments.folder, failed)) problems.push_back("'" + arguments.folder + "' is no folder");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }

@@ -46,7 +46,8 @@ RecordingEntry read_recording_entry(Section& section, const std::filesystem::pat
   entry.segment_column = section.text("segment_column").value_or("");
   entry.topics = section.texts("topics");
   entry.frames = section.text("frames").value_or("");
-  if (entry.frames.find(".toml") != std::string::npos) entry.frames = file_named(section, "frames", folder).value_or("");
+  if (entry.frames.find(".toml") != std::string::npos)
+    entry.frames = file_named(section, "frames", folder).value_or("");
   entry.decimal = read_decimal(section);
   entry.time = section.text("time").value_or("");
   entry.date = read_date_order(section);
