@@ -45,7 +45,7 @@ def build(program, recording, cache):
     pathlib.Path(cache).mkdir()
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.monotonic()
-    process = subprocess.Popen([program, "serve", "--prepare", recording], env={**os.environ, "XDG_CACHE_HOME": cache})
+    process = subprocess.Popen([program, "serve", "--prepare", recording], env={**os.environ, "XDG_CACHE_HOME": cache, "XDG_STATE_HOME": cache})
     wall = own = None
     while process.poll() is None:
         if wall is None and list(pathlib.Path(cache).glob("tumble/*.of")):
@@ -60,7 +60,7 @@ def build(program, recording, cache):
 class Server:
     def __init__(self, program, folder, cache):
         self.process = subprocess.Popen([program, "serve", folder, "--port", "0", "--no-token"], text=True, stdout=subprocess.PIPE,
-                                        env={**os.environ, "XDG_CACHE_HOME": cache})
+                                        env={**os.environ, "XDG_CACHE_HOME": cache, "XDG_STATE_HOME": cache})
         self.process.stdout.readline()
         self.port = int(re.search(r":(\d+)/", self.process.stdout.readline())[1])
 

@@ -19,7 +19,7 @@ TEXTS = ["", "a.csv", "plan.toml", "..", "../../etc/passwd", "/etc/passwd", "a.c
          "{folder}/../x", "nan", "inf", "1e308", "-1", "0", "99999999999999999999", "null", "zh", "en", "deg/h", "kg^999999999", "((((", "a~b~c",
          "chart", "drift", "covariance", "methods", "static_bias", "\x7f", "\u202e"]
 VALUES = [None, True, -1, 1e308, 2**64, 10**30, [], {}, [[]], [None], {"a": 1}, {"": ""}, ["a.csv"], "", [["x"]]]
-ANYWHERE = {400, 401, 403, 404, 413, 421, 422, 503, 507}  # as the description says of every address
+ANYWHERE = {400, 401, 403, 404, 413, 421, 422, 429, 503, 507}  # as the description says of every address
 
 
 def once(pairs):

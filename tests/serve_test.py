@@ -34,9 +34,11 @@ class Server:
         self.folder = folder or self.scratch / "data"
         self.folder.mkdir(exist_ok=True)
         self.cache = self.scratch / "cache"
+        self.state = self.folder.parent / "state"  # a server that is started again over a folder knows its jobs
         self.process = subprocess.Popen([PROGRAM, "serve", str(self.folder), "--port", "0", *arguments], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        env={**os.environ, "XDG_CACHE_HOME": str(self.cache), **(environment or {})})
+                                        env={**os.environ, "XDG_CACHE_HOME": str(self.cache), "XDG_STATE_HOME": str(self.state),
+                                             **(environment or {})})
         lines = [self.process.stdout.readline() for _ in range(2)]
         match = re.search(r"(https?)://(.+):(\d+)/(?:#token=([0-9a-f]+))?", lines[1])
         if not match:

@@ -5,11 +5,13 @@
 
 #include <array>
 #include <csignal>
+#include <cstdlib>
 #include <new>
 
 #include "completion.hpp"
 #include "serve.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -35,6 +37,8 @@ int status_of(Error::Kind kind) {
 int run_and_catch(int argc, char** argv) {
   auto terminal = terminal_of_process();
   try {
+    const char* const folder = std::getenv(confinement_variable);
+    const Confinement confinement(folder ? folder : "");
     std::vector<Verb> verbs{
         list_verb(),        init_verb(),       inspect_verb(),    simulate_verb(),    identify_verb(),
         predict_verb(),     compensate_verb(), report_verb(),     export_verb(),      compare_verb(),

@@ -11,6 +11,7 @@
 
 #include "archive_options.hpp"
 #include "run_display.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_folder.hpp"
@@ -273,7 +274,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   if (!named && !facts.contains("station_file"))
     throw Error(Error::Kind::bad_input,
                 "'" + arguments.run + "' does not say which station it used: name it, --station");
-  run.station = load_station(named ? arguments.station : facts.at("station_file"));
+  run.station = load_station(named ? arguments.station : file_named_in({}, facts.at("station_file")));
   check_carried_on(facts, run.plan, run.station, named);
   run.who = arguments.who;
   run.date = today();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +16,10 @@
 #include "archive_options.hpp"
 #include "inspect.hpp"
 #include "password.hpp"
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/passwords.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/users.hpp"
@@ -37,10 +41,30 @@ struct Arguments {
   std::uint64_t upload_limit = 10'000'000'000;
 };
 
+/// A place of this user alone: by a variable of the XDG directories, or in the home; empty: there is neither.
+fs::path place_of_user(const char* variable, const char* in_home) {
+  if (const char* place = std::getenv(variable); place && *place) return fs::path(place) / "tumble";
+  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / in_home / "tumble";
+  return {};
+}
+
+fs::path temporary_place(const char* name) { return fs::temp_directory_path() / fmt::format("{}-{}", name, geteuid()); }
+
 fs::path cache_folder() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) return fs::path(cache) / "tumble";
-  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / ".cache" / "tumble";
-  return fs::temp_directory_path() / fmt::format("tumble-cache-{}", getuid());
+  const fs::path place = place_of_user("XDG_CACHE_HOME", ".cache");
+  return own_folder(place.empty() ? temporary_place("tumble-cache") : place);
+}
+
+/// Of a workbench over this folder, and never in the folder: that may come from somebody else. Empty: there is no other
+/// place, nothing is kept.
+fs::path state_folder(const fs::path& folder) {
+  constexpr std::size_t digits = 32;
+  for (const fs::path& place : {place_of_user("XDG_STATE_HOME", ".local/state"), temporary_place("tumble-state")}) {
+    if (place.empty() || lies_below(with_links_followed(place), folder)) continue;
+    own_folder(place);
+    return own_folder(own_folder(place / "workbenches") / sha256_of(folder.string()).substr(0, digits));
+  }
+  return {};
 }
 
 double now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
@@ -80,6 +104,13 @@ void check(const Arguments& arguments, const std::string& host) {
     if (!file.empty() && lies_in(file, arguments.folder))
       problems.push_back(fmt::format("{} {}: lies in the folder that is shown; keep it elsewhere", option, file));
   std::error_code failed;
+  if (!arguments.users.empty() && !fs::is_regular_file(arguments.users, failed))
+    problems.push_back(
+        fmt::format("--users {}: there is no such file; --add-user NAME --role ROLE makes it", arguments.users));
+  struct stat key {};
+  if (!arguments.key.empty() && stat(arguments.key.c_str(), &key) == 0 && (key.st_mode & (S_IWGRP | S_IRWXO)) != 0)
+    problems.push_back(
+        fmt::format("--key {0}: others may read or write this private key: chmod 600 {0}", arguments.key));
   if (!fs::is_directory(arguments.folder, failed)) problems.push_back("'" + arguments.folder + "' is no folder");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
@@ -163,6 +194,7 @@ WorkbenchOptions options_of(const Arguments& arguments, const std::string& host)
   WorkbenchOptions options;
   options.folder = fs::canonical(arguments.folder);
   options.cache = cache_folder();
+  options.state = state_folder(options.folder);
   options.program = fs::canonical("/proc/self/exe").string();
   options.token = arguments.no_token || !arguments.users.empty() ? "" : random_secret();
   options.host = host;

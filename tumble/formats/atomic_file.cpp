@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/units/error.hpp"
 
@@ -89,6 +90,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(
     if (descriptor_ < 0) fail(errno);
     return;
   }
+  require_contained(path);
   std::error_code ignored;
   const auto status = fs::status(target_, ignored);
   if (fs::is_directory(status)) throw Error{Error::Kind::bad_file, "cannot write '" + path + "': it is a folder"};

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -61,6 +62,25 @@ double modified_of(const fs::path& path) {
   const auto time = fs::last_write_time(path, failed);
   if (failed) return 0.0;
   return std::chrono::duration<double>(std::chrono::file_clock::to_sys(time).time_since_epoch()).count();
+}
+
+fs::path own_folder(const fs::path& path) {
+  std::error_code failed;
+  fs::create_directories(path.parent_path(), failed);
+  struct stat link {
+  }, folder{};
+  const bool made = mkdir(path.c_str(), S_IRWXU) == 0 || errno == EEXIST;
+  if (!made || lstat(path.c_str(), &link) != 0 || stat(path.c_str(), &folder) != 0 || !S_ISDIR(folder.st_mode))
+    throw Error{Error::Kind::bad_file, "cannot make the folder '" + path.string() + "': " +
+                                           std::generic_category().message(S_ISREG(folder.st_mode) ? ENOTDIR : errno)};
+  if (link.st_uid != geteuid() || folder.st_uid != geteuid())
+    throw Error{Error::Kind::bad_file,
+                "'" + path.string() +
+                    "' belongs to another user: remove it, or name another place (HOME, XDG_CACHE_HOME, "
+                    "XDG_STATE_HOME)"};
+  if ((folder.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+    throw Error{Error::Kind::bad_file, "others may write into '" + path.string() + "': chmod 700 " + path.string()};
+  return path;
 }
 
 FolderClaim::FolderClaim(const fs::path& folder)

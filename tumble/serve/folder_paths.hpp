@@ -19,6 +19,10 @@ void require_file_name(const std::string& name);
 /// When a file was changed [s] since 1970-01-01; 0 where that cannot be read.
 double modified_of(const std::filesystem::path& path);
 
+/// Makes a folder of the user of this process alone, where it is not there; the path. Throws Error::bad_file where it
+/// belongs to another user, or others may write into it: what lies in there would be theirs.
+std::filesystem::path own_folder(const std::filesystem::path& path);
+
 /// A folder that one workbench has for itself while this lives: two would give the same numbers to their jobs. No file
 /// is written. Throws Error::bad_input where another has it; a file system without locks is taken as it is.
 class FolderClaim {

@@ -41,6 +41,27 @@ bool is_loopback(const std::string& host) { return host == "localhost" || host =
 
 }  // namespace
 
+std::string LinkSessions::begin() {
+  constexpr std::size_t most = 1000;
+  const std::string secret = random_secret();
+  const std::lock_guard lock(mutex_);
+  if (hashes_.size() == most) hashes_.pop_front();
+  hashes_.push_back(sha256_of(secret));
+  return secret;
+}
+
+bool LinkSessions::knows(const std::string& secret) const {
+  const auto hash = sha256_of(secret);
+  const std::lock_guard lock(mutex_);
+  return std::ranges::find(hashes_, hash) != hashes_.end();
+}
+
+void LinkSessions::end(const std::string& secret) {
+  const auto hash = sha256_of(secret);
+  const std::lock_guard lock(mutex_);
+  std::erase(hashes_, hash);
+}
+
 /// An address cannot be bound to another computer, a name can: names are only our own.
 bool Guard::names_this_server(const HttpRequest& request) const {
   const auto [raw_name, port_text] = split_host(header(request, "host"));
@@ -66,9 +87,6 @@ bool Guard::is_cross_site(const HttpRequest& request) const {
 
 std::string Guard::cookie_name() const { return fmt::format("tumble_{}", port); }
 
-/// Not the token: who reads the cookies of a browser cannot make the link from them.
-std::string Guard::cookie_value() const { return sha256_of("cookie of " + token); }
-
 /// The value of our cookie in a request; empty: it has none.
 std::string Guard::secret_of(const HttpRequest& request) const {
   const auto authorization = header(request, "authorization");
@@ -88,7 +106,7 @@ std::string Guard::secret_of(const HttpRequest& request) const {
 bool Guard::has_token(const HttpRequest& request) const {
   if (token.empty()) return true;
   const std::string shown = secret_of(request);
-  return equal_in_constant_time(shown, header(request, "authorization").empty() ? cookie_value() : token);
+  return header(request, "authorization").empty() ? link->knows(shown) : equal_in_constant_time(shown, token);
 }
 
 std::optional<Session> Guard::session_of(const HttpRequest& request) const {
@@ -99,7 +117,14 @@ std::optional<Session> Guard::session_of(const HttpRequest& request) const {
 
 bool Guard::is_token(const std::string& text) const { return equal_in_constant_time(text, token); }
 
-std::string Guard::cookie() const { return cookie(cookie_value()); }
+/// Not the token: who reads the cookies of a browser cannot make the link from them.
+std::string Guard::begin_by_link() const { return link->begin(); }
+
+void Guard::end_session(const HttpRequest& request) const {
+  const auto secret = secret_of(request);
+  if (users) users->end(secret);
+  link->end(secret);
+}
 
 std::string Guard::cookie(const std::string& secret) const {
   return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}{}", cookie_name(), secret, tls ? "; Secure" : "",

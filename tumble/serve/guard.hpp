@@ -1,6 +1,8 @@
 #pragma once
 
+#include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -10,6 +12,18 @@
 
 namespace tumble {
 
+/// Browsers that have shown the token of the link, each with a secret of its own. From any thread.
+class LinkSessions {
+ public:
+  std::string begin();
+  bool knows(const std::string& secret) const;
+  void end(const std::string& secret);
+
+ private:
+  mutable std::mutex mutex_;
+  std::deque<std::string> hashes_;  ///< SHA-256 of secrets, the oldest first
+};
+
 /// Who may ask a workbench what.
 struct Guard {
   std::string token;  ///< empty: everybody who reaches the server, unless there are users
@@ -18,6 +32,8 @@ struct Guard {
   bool tls = false;
   std::string computer;                ///< name of this computer in the network
   std::shared_ptr<SignIn> users = {};  ///< where set, only who has signed in, and there is no token
+  /// Sessions of browsers that have shown the token.
+  std::shared_ptr<LinkSessions> link = std::make_shared<LinkSessions>();
 
   /// Whether the head names this server: else a page of another site may have led a browser here (DNS rebinding).
   bool names_this_server(const HttpRequest& request) const;
@@ -28,9 +44,11 @@ struct Guard {
   std::optional<Session> session_of(const HttpRequest& request) const;
   /// Whether this is the token; takes as long for any answer.
   bool is_token(const std::string& text) const;
-  /// The header Set-Cookie of a browser that has shown the token.
-  std::string cookie() const;
-  /// That of a browser whose user has signed in; an empty secret removes it.
+  /// Begins a session of a browser that has shown the token: the secret of its cookie.
+  std::string begin_by_link() const;
+  /// Ends the session that a request shows, of a user or of the link.
+  void end_session(const HttpRequest& request) const;
+  /// The header Set-Cookie of a browser whose session has this secret; an empty one removes it.
   std::string cookie(const std::string& secret) const;
   /// The secret of the session that a request shows; empty: none.
   std::string secret_of(const HttpRequest& request) const;
@@ -38,7 +56,6 @@ struct Guard {
  private:
   bool has_token(const HttpRequest& request) const;
   std::string cookie_name() const;
-  std::string cookie_value() const;
 };
 
 /// Headers of every answer: no page of another site may show or read it.

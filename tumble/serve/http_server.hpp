@@ -34,6 +34,7 @@ struct HttpRequest {
   std::string method, path;                                ///< path: decoded, without the query
   std::vector<std::pair<std::string, std::string>> query;  ///< decoded, in order
   std::map<std::string, std::string> headers;              ///< names in lower case
+  std::string address;                                     ///< of who sent it
   std::string body;                                        ///< in memory
   std::uint64_t body_bytes = 0;
   std::shared_ptr<BodyFile> file;  ///< where the body is; null: in `body`
@@ -53,31 +54,48 @@ struct HttpResponse {
   std::shared_ptr<EventFeed> events;
   std::uint64_t seen = 0;
   std::function<std::string(const std::string&)> said;  ///< where set, what is sent in place of these events
+  /// Where set, whether events may still be sent: asked before each, and every two seconds; on the network thread.
+  std::function<bool()> allowed;
+};
+
+/// Ways to an answer that do not wait for each other: each has threads of its own.
+enum class Lane {
+  usual,
+  looks,    ///< at runs: a process that does not answer keeps a thread waiting
+  sign_in,  ///< passwords: much memory and processor time each, one at a time
+  begins,   ///< of runs: seconds
+  orders,   ///< to runs
+  stops,    ///< of runs: nothing else is ever in the way
 };
 
 /// What is done with the body of a request whose head has come.
 struct BodyPlan {
   std::optional<HttpResponse> refusal;  ///< at once, without the body
-  bool trusted = false;                 ///< the request has shown the token: its connection is closed last
+  std::string party;                    ///< who asks: shares of connections, memory and threads are by party
   std::uint64_t limit = 0;              ///< [bytes]; more is refused
   std::shared_ptr<BodyFile> file;       ///< takes the body; null: memory does
 };
 
 struct HttpHandler {
   std::function<BodyPlan(const HttpRequest& head)> admit;  ///< on the network thread: quick
-  std::function<HttpResponse(const HttpRequest&)> answer;  ///< on the work pool; may block
+  std::function<HttpResponse(const HttpRequest&)> answer;  ///< on a thread of its lane; may block
+  std::function<Lane(const HttpRequest&)> lane = {};       ///< of a whole request, on the network thread: quick
+  /// What becomes of a refusal that the server itself makes: words in the language of the page, headers.
+  std::function<void(const HttpRequest&, HttpResponse&)> finish = {};
 };
 
 struct HttpOptions {
   std::string host = "127.0.0.1";
   unsigned port = 0;              ///< 0: any that is free
   std::string certificate, key;   ///< files in PEM form; empty: no TLS
-  std::size_t workers = 2;        ///< threads that answer
-  std::size_t connections = 900;  ///< at once; beyond it the oldest without a token is closed
+  std::size_t workers = 3;        ///< threads of the usual lane; one party has one less
+  std::size_t connections = 900;  ///< at once; beyond it one of the party that has most is closed
   double patience = 20.0;         ///< [s] for the head of a request, for 64 kB of a body, and for an idle connection
 };
 
-/// A server of HTTP/1.1: one thread for the network and a pool that answers.
+/// A server of HTTP/1.1: one thread for the network, and threads that answer, in lanes. No party can take what others
+/// need: in each lane parties take turns, and each has a share of connections, streams of events, and memory for
+/// bodies.
 class HttpServer {
  public:
   /// Listens from now on. Throws Error::bad_input where it cannot, or where certificate and key do not serve.

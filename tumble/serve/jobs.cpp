@@ -1,13 +1,16 @@
 #include "tumble/serve/jobs.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/serve/jobs/folder_below.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/units/error.hpp"
 
@@ -18,6 +21,8 @@ namespace fs = std::filesystem;
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* another_folder = "the folder of this job was removed or replaced: start the job again";
 
 const std::vector<std::string> state_names{"waiting", "running", "done", "failed", "cancelled"};
 
@@ -44,18 +49,21 @@ Job read_job(const fs::path& file) {
   job.begun = json.at("begun").get<double>();
   job.problems = json.at("problems").get<std::vector<std::string>>();
   job.files = json.at("files").get<std::vector<std::string>>();
-  job.scratch = fs::path(json.at("scratch").get<std::string>()).filename().string();
+  job.scratch = json.at("scratch").get<std::string>();
+  job.owner = json.at("owner").get<std::string>();
+  job.folder = json.at("folder").get<std::uint64_t>();
   return job;
 }
 
-std::vector<std::string> results_in(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(folder, failed)) {
-    const auto name = entry.path().filename().string();
-    if (name != "job.json" && !name.starts_with('.') && entry.is_regular_file(failed)) files.push_back(name);
-  }
-  std::ranges::sort(files);
+constexpr const char* place_of_jobs = "jobs";
+
+bool is_number(const std::string& name) {
+  return !name.empty() && name.size() <= 9 && name.find_first_not_of("0123456789") == std::string::npos;
+}
+
+std::vector<std::string> results_in(const jobs::Descriptor& folder) {
+  auto files = jobs::files_in(folder);
+  std::erase_if(files, [](const std::string& name) { return name == "job.json" || name.starts_with('.'); });
   return files;
 }
 
@@ -102,32 +110,70 @@ Jobs::~Jobs() {
   for (auto& runner : runners_) runner.join();
 }
 
-std::string Jobs::folder_of(const Job& job) const { return (fs::path(options_.folder) / job.id).string(); }
+std::string Jobs::folder_of(const Job& job) const {
+  return (fs::path(options_.root) / place_of_jobs / job.id).string();
+}
 
+std::string Jobs::state_of(const Job& job) const { return (fs::path(options_.state) / (job.id + ".json")).string(); }
+
+/// Folders of the root that have a number keep it, whoever made them.
 void Jobs::restore() {
   std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(options_.folder, failed)) {
-    const auto file = entry.path() / "job.json";
-    const auto id = entry.path().filename().string();
-    if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos || id.size() > 9) continue;
-    next_ = std::max<std::uint64_t>(next_, std::stoull(id) + 1);
+  const auto beyond = [&](const std::string& id) {
+    if (is_number(id)) next_ = std::max<std::uint64_t>(next_, std::stoull(id) + 1);
+  };
+  for (const auto& entry : fs::directory_iterator(fs::path(options_.root) / place_of_jobs, failed))
+    beyond(entry.path().filename().string());
+  if (options_.state.empty()) return;
+  for (const auto& entry : fs::directory_iterator(options_.state, failed)) {
+    const auto id = entry.path().stem().string();
+    if (!is_number(id) || entry.path().extension() != ".json") continue;
+    beyond(id);
     try {
-      Job job = read_job(file);
+      Job job = read_job(entry.path());
       if (job.id != id) continue;
-      if (job.state == Job::State::running) job.state = Job::State::waiting;
+      const bool unfinished = job.state == Job::State::running || job.state == Job::State::waiting;
+      if (unfinished) job.state = has_its_folder(job) ? Job::State::waiting : Job::State::failed;
+      if (job.state == Job::State::failed && unfinished) job.problems = {another_folder};
       jobs_[id] = std::move(job);
     } catch (const std::exception&) {
-      continue;  // a folder that is no job of ours stays as it is
+      continue;  // of another version, or damaged
     }
   }
 }
 
+/// Whether the folder of a job is the one that was made for it, and no link on the way to it.
+bool Jobs::has_its_folder(const Job& job) const {
+  const auto folder = jobs::folder_below(options_.root, {place_of_jobs, job.id});
+  return folder && jobs::number_of(folder) == job.folder;
+}
+
+void Jobs::make_folder(Job& job) {
+  do job.id = fmt::format("{:06}", next_++);
+  while (!jobs::make_folder_below(options_.root, place_of_jobs, job.id));
+  job.folder = jobs::number_of(jobs::folder_below(options_.root, {place_of_jobs, job.id}));
+}
+
+void Jobs::require_room(const Job& job) const {
+  const auto waiting = static_cast<std::size_t>(std::ranges::count_if(jobs_, [&](const auto& entry) {
+    const Job& other = entry.second;
+    return other.state == Job::State::waiting && other.kept == job.kept && other.owner == job.owner;
+  }));
+  if (waiting >= (job.kept ? most_waiting : most_unkept))
+    throw Error{
+        Error::Kind::bad_input,
+        fmt::format("{} jobs of yours wait already: cancel some, or start this one when they have ended", waiting)};
+}
+
 std::string Jobs::start(Job job) {
   const std::lock_guard lock(mutex_);
-  job.id = job.kept ? fmt::format("{:06}", next_++) : fmt::format("p{}", next_++);
+  require_room(job);
+  if (job.kept)
+    make_folder(job);
+  else
+    job.id = fmt::format("p{}", next_++);
   job.state = Job::State::waiting;
   job.begun = options_.clock ? options_.clock() : 0.0;
-  if (job.kept) fs::create_directories(folder_of(job));
   const auto id = job.id;
   forget_unkept();
   changed(jobs_[id] = std::move(job));
@@ -171,31 +217,51 @@ Job Jobs::find(const std::string& id) const {
   return found == jobs_.end() ? Job{} : found->second;
 }
 
-std::string Jobs::file_of(const std::string& id, const std::string& file) const {
+std::function<bool(std::string& bytes)> Jobs::reader_of(const std::string& id, const std::string& file) const {
   const Job job = find(id);
-  if (!job.kept || std::ranges::find(job.files, file) == job.files.end()) return "";
-  return (fs::path(folder_of(job)) / file).string();
+  if (!job.kept || std::ranges::find(job.files, file) == job.files.end()) return {};
+  const auto folder = jobs::folder_below(options_.root, {place_of_jobs, job.id});
+  if (jobs::number_of(folder) != job.folder) return {};
+  const auto opened = std::make_shared<jobs::Descriptor>(jobs::file_in(folder, file));
+  if (!*opened) return {};
+  return [opened](std::string& bytes) {
+    constexpr std::size_t piece = 1 << 18;
+    bytes.resize(piece);
+    ssize_t count = 0;
+    do count = ::read(opened->number(), bytes.data(), bytes.size());
+    while (count < 0 && errno == EINTR);
+    bytes.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    if (count < 0) throw Error{Error::Kind::bad_file, "a file of a job cannot be read"};
+    return count > 0;
+  };
 }
 
 /// Tells everybody, and keeps what must survive. Called with the lock.
 void Jobs::changed(const Job& job) {
   feed_.publish("job", dumped(json_of(job)));
-  if (!job.kept) return;
+  if (!job.kept || options_.state.empty()) return;
   Json json = json_of(job);
   json["steps"] = job.steps;
   json["scratch"] = job.scratch;
+  json["owner"] = job.owner;
+  json["folder"] = job.folder;
   try {
-    write_file_atomically((fs::path(folder_of(job)) / "job.json").string(), dumped(json) + "\n");
+    write_file_atomically(state_of(job), dumped(json) + "\n");
   } catch (const Error&) {
     // A full disk keeps a job from being remembered, not from being done.
   }
 }
 
+/// That of the user who has the fewest running; what somebody waits for to see comes before what is kept.
 Job* Jobs::next_waiting() {
-  for (const bool kept : {false, true})  // what somebody waits for to see comes first
-    for (auto& [id, job] : jobs_)
-      if (job.kept == kept && job.state == Job::State::waiting) return &job;
-  return nullptr;
+  std::map<std::string, int> running;
+  for (const auto& [id, job] : jobs_)
+    if (job.state == Job::State::running) ++running[job.owner];
+  Job* next = nullptr;
+  const auto rank = [&](const Job& job) { return std::pair(running[job.owner], job.kept); };
+  for (auto& [id, job] : jobs_)
+    if (job.state == Job::State::waiting && (!next || rank(job) < rank(*next))) next = &job;
+  return next;
 }
 
 void Jobs::run_jobs() {
@@ -208,7 +274,13 @@ void Jobs::run_jobs() {
     processes_[job->id] = 0;
     changed(*job);
     const std::string id = job->id;
-    carry_out(lock, id);
+    try {
+      carry_out(lock, id);
+    } catch (const std::exception& error) {  // no memory for what it says
+      if (!lock.owns_lock()) lock.lock();
+      jobs_[id].state = Job::State::failed;
+      jobs_[id].problems = {error.what()};
+    }
     processes_.erase(id);
   }
 }
@@ -219,6 +291,11 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
   const auto folder = folder_of(jobs_[id]);
   const auto number = static_cast<double>(steps.size());
   for (std::size_t i = 0; i < steps.size() && jobs_[id].state == Job::State::running && !ended_; ++i) {
+    if (jobs_[id].kept && !has_its_folder(jobs_[id])) {
+      jobs_[id].state = Job::State::failed;
+      jobs_[id].problems = {another_folder};
+      break;
+    }
     lock.unlock();
     const auto outcome = jobs::run_process(
         options_.program, in_folder(steps[i], folder),
@@ -247,9 +324,12 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
   Job& job = jobs_[id];
   if (job.state == Job::State::running) job.state = Job::State::done;
   job.doing.clear();
-  std::error_code ignored;
-  if (job.kept && !job.scratch.empty()) fs::remove(fs::path(folder) / job.scratch, ignored);
-  if (job.kept) job.files = results_in(folder);
+  if (job.kept) {
+    const auto own = jobs::folder_below(options_.root, {place_of_jobs, job.id});
+    if (!job.scratch.empty() && job.scratch.find('/') == std::string::npos && jobs::number_of(own) == job.folder)
+      unlinkat(own.number(), job.scratch.c_str(), 0);
+    job.files = jobs::number_of(own) == job.folder ? results_in(own) : std::vector<std::string>();
+  }
   changed(job);
 }
 

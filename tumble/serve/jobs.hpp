@@ -29,6 +29,8 @@ struct Job {
   std::vector<std::string> problems;  ///< what the program said where it failed
   double begun = 0.0;                 ///< [s] since 1970-01-01, when it was asked for
   bool kept = true;                   ///< false: has no folder, and is forgotten with the server
+  std::string owner;                  ///< user who asked for it; empty: who has the link
+  std::uint64_t folder = 0;           ///< number of its folder, by which a folder of somebody else is known
   std::vector<std::string> files;     ///< names of results in its folder
   std::string scratch;                ///< name of a file in its folder that only the steps need; empty: none
 };
@@ -38,13 +40,15 @@ std::string name(Job::State state);
 /// How jobs are carried out.
 struct JobOptions {
   std::string program;  ///< file of the program
-  std::string folder;   ///< of all jobs; each has its own in it
-  std::string root;     ///< files in messages are named from this folder on
+  std::string root;     ///< the folder of the workbench: results of a job are in jobs/ID of it
+  std::string state;    ///< of what must be known of jobs, outside of the root; empty: it is forgotten with the server
   unsigned runners = 2;
   std::function<double()> clock;  ///< [s] since 1970-01-01
 };
 
-/// The jobs of a workbench. A job that a stop of the server interrupted waits again with the next one.
+/// The jobs of a workbench. A job that a stop of the server interrupted waits again with the next one. What is carried
+/// out is known from the folder of the state alone: a folder of recordings may come from anybody, and nothing in it is
+/// run.
 class Jobs {
  public:
   /// `feed` gets an event "job" at each change. Throws Error::bad_file.
@@ -54,15 +58,20 @@ class Jobs {
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
-  /// Puts a job in the queue; its identifier.
+  /// Puts a job in the queue; its identifier. Users take turns. Throws Error::bad_input where its owner has too many
+  /// that wait, std::filesystem::filesystem_error where its folder cannot be made.
   std::string start(Job job);
   /// False: there is no such job, or it has ended.
   bool cancel(const std::string& id);
   std::vector<Job> all() const;
   /// An empty id: there is none.
   Job find(const std::string& id) const;
-  /// A file of a job; empty where there is none of that name.
-  std::string file_of(const std::string& id, const std::string& file) const;
+  /// Replaces its argument by the bytes of a file of a job that come next; false: there are no more. Empty where the
+  /// job has no file of that name.
+  std::function<bool(std::string& bytes)> reader_of(const std::string& id, const std::string& file) const;
+
+  static constexpr std::size_t most_waiting = 100;  ///< jobs of a user
+  static constexpr std::size_t most_unkept = 300;   ///< that have no folder, of a user
 
  private:
   void restore();
@@ -70,8 +79,12 @@ class Jobs {
   void run_jobs();
   Job* next_waiting();
   void carry_out(std::unique_lock<std::mutex>& lock, const std::string& id);
+  void require_room(const Job& job) const;
+  void make_folder(Job& job);
+  bool has_its_folder(const Job& job) const;
   void changed(const Job& job);
   std::string folder_of(const Job& job) const;
+  std::string state_of(const Job& job) const;
 
   JobOptions options_;
   EventFeed& feed_;

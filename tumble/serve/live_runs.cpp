@@ -26,7 +26,7 @@ struct LiveRuns::Watched {
 
   explicit Watched(const std::string& run) : watch(run), thread([this] { read(); }) {
     std::unique_lock lock(mutex);
-    changed.wait_for(lock, std::chrono::seconds(5), [this] { return caught_up; });
+    changed.wait_for(lock, std::chrono::duration<double>(patience), [this] { return caught_up; });
   }
   Watched(const Watched&) = delete;
   Watched& operator=(const Watched&) = delete;
@@ -60,23 +60,46 @@ struct LiveRuns::Watched {
 
 LiveRuns::~LiveRuns() = default;
 
-std::shared_ptr<EventFeed> LiveRuns::feed_of(const std::string& run) {
+/// Runs that nobody watches any more go, where there are many.
+std::shared_ptr<LiveRuns::Asked> LiveRuns::asked_of(const std::string& run) {
+  constexpr std::size_t many = 200;
   const std::lock_guard lock(mutex_);
-  std::erase_if(watched_, [](const auto& entry) { return entry.second->ended.load(); });
-  auto& watched = watched_[run];
-  if (!watched) try {
-      watched = std::make_shared<Watched>(run);
-    } catch (...) {
-      watched_.erase(run);
-      throw;
-    }
-  return {watched, &watched->feed};
+  if (asked_.size() > many)
+    std::erase_if(asked_, [](const auto& entry) {
+      return entry.second.use_count() == 1 && (!entry.second->watched || entry.second->watched->ended);
+    });
+  auto& asked = asked_[run];
+  if (!asked) asked = std::make_shared<Asked>();
+  return asked;
+}
+
+std::shared_ptr<EventFeed> LiveRuns::feed_of(const std::string& run) {
+  const auto asked = asked_of(run);
+  const std::lock_guard lock(asked->mutex);
+  if (asked->watched && asked->watched->ended) asked->watched.reset();
+  if (!asked->watched) asked->watched = std::make_shared<Watched>(run);
+  return {asked->watched, &asked->watched->feed};
+}
+
+/// Who comes while a run does not answer is told at once.
+std::string LiveRuns::ask_once(const std::string& run) {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto pause = std::chrono::seconds(2);
+  const auto asked = asked_of(run);
+  const std::lock_guard lock(asked->mutex);
+  if (Clock::now() < asked->silent_until) throw Error{Error::Kind::bad_file, "the run '" + run + "' has not answered"};
+  try {
+    return ask_desk(run, R"({"ask":"state"})", patience);
+  } catch (const Error& error) {
+    if (error.kind == Error::Kind::bad_file) asked->silent_until = Clock::now() + pause;
+    throw;
+  }
 }
 
 std::string LiveRuns::state_of(const std::string& run) {
   namespace fs = std::filesystem;
   try {
-    return ask_desk(run, R"({"ask":"state"})");
+    return ask_once(run);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::unsupported) throw;
   }

@@ -12,7 +12,7 @@
 namespace tumble {
 namespace {
 
-constexpr std::size_t most_waiting = 100, most_kept = 64;
+constexpr std::size_t most_waiting = 20, most_waiting_of_link = 100, most_kept = 64;
 
 std::string key_of(const Predictions::Question& question) { return sha256_of(question.path + '\n' + question.text); }
 
@@ -57,20 +57,24 @@ Predictions::~Predictions() {
   for (auto& runner : runners_) runner.join();
 }
 
-std::vector<Predictions::Answer> Predictions::ask(const std::string& page, const std::vector<Question>& questions) {
+std::size_t Predictions::waiting_of(const std::string& user) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      entries_, [&](const auto& one) { return one.second.user == user && one.second.state != Entry::State::done; }));
+}
+
+std::vector<Predictions::Answer> Predictions::ask(const std::string& user, const std::string& page,
+                                                  const std::vector<Question>& questions) {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> wanted;
   for (const auto& question : questions) wanted.push_back(key_of(question));
-  forget_others(page, wanted);
+  forget_others(user, page, wanted);
   std::vector<Answer> answers;
   for (std::size_t i = 0; i < questions.size(); ++i) {
     auto found = entries_.find(wanted[i]);
     if (found == entries_.end()) {
-      const auto waiting =
-          std::ranges::count_if(entries_, [](const auto& one) { return one.second.state != Entry::State::done; });
-      if (static_cast<std::size_t>(waiting) >= most_waiting)
+      if (waiting_of(user) >= (user.empty() ? most_waiting_of_link : most_waiting))
         throw Error(Error::Kind::unsupported, "too many predictions are waiting; try again");
-      found = entries_.emplace(wanted[i], Entry{.question = questions[i], .page = page}).first;
+      found = entries_.emplace(wanted[i], Entry{.question = questions[i], .user = user, .page = page}).first;
       work_.notify_one();
     }
     found->second.used = ++now_;
@@ -81,12 +85,13 @@ std::vector<Predictions::Answer> Predictions::ask(const std::string& page, const
 }
 
 /// Ends what only this page asked for and does not want any more.
-void Predictions::forget_others(const std::string& page, const std::vector<std::string>& wanted) {
+void Predictions::forget_others(const std::string& user, const std::string& page,
+                                const std::vector<std::string>& wanted) {
   for (auto& [key, entry] : entries_) {
     const bool is_wanted = std::ranges::find(wanted, key) != wanted.end();
     if (entry.state == Entry::State::done) continue;
-    if (is_wanted) entry.page = page;
-    if (is_wanted || entry.page != page) continue;
+    if (is_wanted && entry.user == user) entry.page = page;
+    if (is_wanted || entry.user != user || entry.page != page) continue;
     entry.unwanted = true;
     jobs::end_process(entry.process);
   }
@@ -102,18 +107,26 @@ void Predictions::forget_old() {
   for (std::size_t i = 0; i + most_kept < done.size(); ++i) entries_.erase(done[i].second);
 }
 
+/// The key of one that waits, of the user who has the fewest running; empty: none waits.
+std::string Predictions::next() const {
+  std::map<std::string, int> running;
+  for (const auto& [key, entry] : entries_)
+    if (entry.state == Entry::State::running) ++running[entry.user];
+  const std::pair<const std::string, Entry>* chosen = nullptr;
+  for (const auto& one : entries_)
+    if (one.second.state == Entry::State::waiting &&
+        (!chosen || running[one.second.user] < running[chosen->second.user]))
+      chosen = &one;
+  return chosen ? chosen->first : "";
+}
+
 void Predictions::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    std::string next;
-    work_.wait(lock, [&] {
-      const auto found =
-          std::ranges::find_if(entries_, [](const auto& one) { return one.second.state == Entry::State::waiting; });
-      if (found != entries_.end()) next = found->first;
-      return ended_ || !next.empty();
-    });
+    std::string next_key;
+    work_.wait(lock, [&] { return ended_ || !(next_key = next()).empty(); });
     if (ended_) return;
-    carry_out(lock, next);
+    carry_out(lock, next_key);
   }
 }
 

@@ -33,14 +33,14 @@ class Predictions {
   Predictions(const Predictions&) = delete;
   Predictions& operator=(const Predictions&) = delete;
 
-  /// What is known of each question. What is not is begun; what the same page asked before, and now does not ask any
-  /// more, is ended. Throws Error::unsupported where too many wait.
-  std::vector<Answer> ask(const std::string& page, const std::vector<Question>& questions);
+  /// What is known of each question. What is not is begun, where users take turns; what the same page of a user asked
+  /// before, and now does not ask any more, is ended. Throws Error::unsupported where too many of this user wait.
+  std::vector<Answer> ask(const std::string& user, const std::string& page, const std::vector<Question>& questions);
 
  private:
   struct Entry {
     Question question;
-    std::string page;
+    std::string user, page;
     enum class State { waiting, running, done } state = State::waiting;
     int process = 0;  ///< 0: none yet
     bool unwanted = false;
@@ -50,7 +50,9 @@ class Predictions {
 
   void run();
   void carry_out(std::unique_lock<std::mutex>& lock, const std::string& key);
-  void forget_others(const std::string& page, const std::vector<std::string>& wanted);
+  void forget_others(const std::string& user, const std::string& page, const std::vector<std::string>& wanted);
+  std::size_t waiting_of(const std::string& user) const;
+  std::string next() const;
   void forget_old();
 
   std::string program_;

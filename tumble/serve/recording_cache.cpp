@@ -189,10 +189,31 @@ RecordingState RecordingCache::live(const std::string& path) {
   return {prepared, {}, {}};
 }
 
-RecordingState RecordingCache::find(const std::string& recording, const Sets& sets, bool start) {
+/// The way that was asked for the longest ago goes, with what was prepared for it.
+void RecordingCache::remember_way(const std::string& recording, const std::string& key) {
+  auto& ways = ways_[recording];
+  ways.remove(key);
+  ways.push_front(key);
+  if (ways.size() <= most_ways) return;
+  const std::string oldest = ways.back();
+  ways.pop_back();
+  open_.remove_if([&](const Entry& entry) { return entry.key == oldest; });
+  if (const auto job = job_.find(oldest); job != job_.end()) {
+    jobs_.cancel(job->second);
+    job_.erase(job);
+  }
+  std::error_code failed;
+  if (const auto names = names_of(cache_, oldest))
+    for (const char* const extension : {".pyr", ".json"}) fs::remove(cache_ / (names->pyramid + extension), failed);
+  fs::remove(pointer_of(cache_, oldest), failed);
+}
+
+RecordingState RecordingCache::find(const std::string& recording, const Sets& sets, bool start,
+                                    const std::string& owner) {
   if (is_live(recording)) return live(recording);
   const std::string key = key_of(recording, sets);
   const std::lock_guard lock(mutex_);
+  if (!sets.empty()) remember_way(recording, key);
   RecordingState state;
   const auto known = std::ranges::find(open_, key, &Entry::key);
   if (known != open_.end() && !known->prepared->inspection.empty()) {
@@ -217,6 +238,7 @@ RecordingState RecordingCache::find(const std::string& recording, const Sets& se
   job.kind = "prepare";
   job.title = fs::path(recording).filename().string();
   job.kept = false;
+  job.owner = owner;
   Job::Step step{"serve", "--prepare", recording};
   for (const auto& [name, value] : sets) step.push_back("--set=" + name + "=" + value);
   job.steps.push_back(step);

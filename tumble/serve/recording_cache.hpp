@@ -54,17 +54,19 @@ class RecordingCache {
  public:
   RecordingCache(std::filesystem::path cache, Jobs& jobs) : cache_(std::move(cache)), jobs_(jobs) {}
 
-  /// What is there; where nothing is and `start`, a job begins to prepare it. Throws Error::bad_file, bad_input.
-  RecordingState find(const std::string& recording, const Sets& sets, bool start);
+  /// What is there; where nothing is and `start`, a job of `owner` begins to prepare it. Of one recording a few ways to
+  /// read it are kept, the latest. Throws Error::bad_file, bad_input.
+  RecordingState find(const std::string& recording, const Sets& sets, bool start, const std::string& owner);
 
  private:
   struct Entry {
     std::string key;
     std::shared_ptr<const PreparedRecording> prepared;
   };
-  static constexpr std::size_t most_open = 1000, most_live = 20;
+  static constexpr std::size_t most_open = 1000, most_live = 20, most_ways = 8;
 
   RecordingState live(const std::string& path);
+  void remember_way(const std::string& recording, const std::string& key);
   std::shared_ptr<const PreparedRecording> open(const std::string& recording, const Sets& sets, const std::string& key);
 
   std::filesystem::path cache_;
@@ -72,6 +74,8 @@ class RecordingCache {
   std::mutex mutex_;
   std::list<Entry> open_;                   ///< the latest first
   std::map<std::string, std::string> job_;  ///< by key
+  std::map<std::string, std::list<std::string>>
+      ways_;  ///< keys by recording that says how it is read, the latest first
   std::list<std::pair<std::string, std::shared_ptr<LiveRecording>>>
       live_;  ///< by file and its number, the latest first
 };

@@ -10,13 +10,14 @@
 namespace tumble {
 namespace {
 
-constexpr std::size_t most_names = 1000, most_sessions = 1000;
+constexpr std::size_t most_sessions = 50;  ///< of a user
 
 }  // namespace
 
 SignIn::SignIn(std::string file, std::function<double()> clock)
     : file_(std::move(file)), clock_(std::move(clock)), decoy_(hash_of_password(random_secret())) {
-  changed_ = std::filesystem::last_write_time(file_);
+  std::error_code failed;  // read_users() says what is wrong with the file
+  changed_ = std::filesystem::last_write_time(file_, failed);
   users_ = read_users(file_);
   if (users_.empty())
     throw Error{Error::Kind::bad_input,
@@ -42,22 +43,25 @@ const User* SignIn::find(const std::string& user) const {
   return found == users_.end() ? nullptr : &*found;
 }
 
-/// Room for a new name is that of the one whose last attempt is the oldest.
+/// A name is forgotten long after its last pause has ended, and for no other reason: who tries many names unlocks none.
+/// Their number is limited by the time that a check takes, one after the other. Names are kept as hashes of one length.
 SignIn::Attempts& SignIn::attempts_of(const std::string& user) {
-  if (!attempts_.contains(user) && attempts_.size() >= most_names)
-    attempts_.erase(std::ranges::min_element(attempts_, {}, [](const auto& entry) { return entry.second.last; }));
-  return attempts_[user];
+  const double now = clock_();
+  if (now - forgotten_ > longest_pause) {
+    std::erase_if(attempts_, [&](const auto& entry) { return now - entry.second.last > 8.0 * longest_pause; });
+    forgotten_ = now;
+  }
+  return attempts_[sha256_of(user)];
 }
 
 PasswordCheck SignIn::check(const std::string& user, const std::string& password) {
-  const std::unique_lock one(checking_, std::try_to_lock);
-  if (!one) return {.state = PasswordCheck::State::busy};
+  const std::lock_guard one(checking_);
   std::string hash = decoy_;
   bool known = false;
   {
     const std::lock_guard lock(mutex_);
     refresh();
-    const auto attempts = attempts_.find(user);
+    const auto attempts = attempts_.find(sha256_of(user));
     if (attempts != attempts_.end() && attempts->second.until > clock_())
       return {.state = PasswordCheck::State::paused, .pause = attempts->second.until - clock_()};
     if (const User* found = find(user)) hash = found->password, known = true;
@@ -65,9 +69,9 @@ PasswordCheck SignIn::check(const std::string& user, const std::string& password
   const bool right = is_password(password, hash) && known;
   const std::lock_guard lock(mutex_);
   if (right) {
-    const auto found = attempts_.find(user);
+    const auto found = attempts_.find(sha256_of(user));
     const unsigned before = found == attempts_.end() ? 0 : found->second.wrong;
-    attempts_.erase(user);
+    if (found != attempts_.end()) attempts_.erase(found);
     return {.state = PasswordCheck::State::right, .before = before};
   }
   Attempts& attempts = attempts_of(user);
@@ -80,14 +84,25 @@ PasswordCheck SignIn::check(const std::string& user, const std::string& password
   return {.state = PasswordCheck::State::wrong, .remaining = 0, .pause = pause};
 }
 
+/// Who signs in again and again loses sessions of his own.
+void SignIn::forget_oldest_of(const std::string& user) {
+  std::size_t open = 0;
+  auto oldest = sessions_.end();
+  for (auto one = sessions_.begin(); one != sessions_.end(); ++one) {
+    if (one->second.user != user) continue;
+    ++open;
+    if (oldest == sessions_.end() || one->second.begun < oldest->second.begun) oldest = one;
+  }
+  if (open >= most_sessions) sessions_.erase(oldest);
+}
+
 std::string SignIn::begin(const std::string& user) {
   const std::lock_guard lock(mutex_);
   const User* found = find(user);
   if (!found) throw Error{Error::Kind::bad_input, "there is no such user any more"};
   const double now = clock_();
   std::erase_if(sessions_, [&](const auto& entry) { return now - entry.second.begun > longest_session; });
-  if (sessions_.size() >= most_sessions)
-    sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.begun; }));
+  forget_oldest_of(user);
   const std::string secret = random_secret();
   sessions_[sha256_of(secret)] = {user, found->password, now};
   return secret;

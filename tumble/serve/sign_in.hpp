@@ -14,7 +14,7 @@ namespace tumble {
 
 /// What a check of a password gave.
 struct PasswordCheck {
-  enum class State { right, wrong, paused, busy };
+  enum class State { right, wrong, paused };
   State state = State::wrong;
   unsigned before = 0;     ///< right: wrong attempts since the last right one
   unsigned remaining = 0;  ///< wrong: attempts before a pause
@@ -30,7 +30,7 @@ class SignIn {
 
   /// Compares; a user that is not there takes as long as one that is. After `free_attempts` wrong ones in a row a name
   /// waits, each time twice as long; while it waits even the right password is not looked at. Only one check is made at
-  /// a time, since each takes much memory: others are told to come again.
+  /// a time, since each takes much memory: others wait.
   PasswordCheck check(const std::string& user, const std::string& password);
 
   /// Begins a session; the secret of its cookie. Only after check() was right.
@@ -55,6 +55,7 @@ class SignIn {
   void refresh();
   const User* find(const std::string& user) const;
   Attempts& attempts_of(const std::string& user);
+  void forget_oldest_of(const std::string& user);
 
   std::string file_;
   std::function<double()> clock_;
@@ -62,8 +63,9 @@ class SignIn {
   std::mutex mutex_, checking_;
   std::vector<User> users_;
   std::filesystem::file_time_type changed_;
-  std::map<std::string, Attempts> attempts_;
-  std::map<std::string, Opened> sessions_;  ///< by SHA-256 of their secret
+  std::map<std::string, Attempts> attempts_;  ///< by SHA-256 of the name
+  double forgotten_ = 0.0;                    ///< [s] when old ones were looked for
+  std::map<std::string, Opened> sessions_;    ///< by SHA-256 of their secret
 };
 
 }  // namespace tumble

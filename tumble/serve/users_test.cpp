@@ -160,7 +160,7 @@ TEST(SignIn, RefusesForgedAndOldCookies) {
   EXPECT_FALSE(guard.session_of(with_cookie(forged)));
   EXPECT_FALSE(guard.session_of(with_cookie(guard.cookie(secret + "0"))));
   EXPECT_FALSE(guard.session_of(with_cookie(guard.cookie("Li Wei"))));
-  EXPECT_FALSE(guard.session_of(with_cookie(guard.cookie())));  // that of an empty token
+  EXPECT_FALSE(guard.session_of(with_cookie(guard.cookie(guard.begin_by_link()))));  // of a link that nobody has
   EXPECT_FALSE(guard.session_of(with_cookie("tumble_8322=" + secret)));
   office.now += SignIn::longest_session - 1.0;
   EXPECT_TRUE(guard.session_of(with_cookie(cookie)));

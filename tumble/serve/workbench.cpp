@@ -6,6 +6,7 @@
 #include <atomic>
 #include <new>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
@@ -23,7 +24,7 @@ Context::Context(const WorkbenchOptions& given)
             given.port,     given.tls,
             given.computer, given.users.empty() ? nullptr : std::make_shared<SignIn>(given.users, given.steady)},
       feed(given.first_event),
-      jobs({given.program, (given.folder / "jobs").string(), given.folder.string(), 2, given.clock}, feed),
+      jobs({given.program, given.folder.string(), given.state.string(), 2, given.clock}, feed),
       recordings(given.cache, jobs),
       predictions(given.program, 2) {}
 
@@ -41,15 +42,31 @@ std::vector<Route> all_routes() {
   return all;
 }
 
+/// Uploads that a workbench which was killed left; no other one serves the folder.
+void remove_unfinished_uploads(const fs::path& folder) {
+  std::error_code failed;
+  if (fs::is_symlink(folder / "uploads", failed)) return;
+  for (const auto& entry : fs::directory_iterator(folder / "uploads", failed)) {
+    const auto name = entry.path().filename().string();
+    if (name.starts_with(".upload.") && name.ends_with(".part") && !entry.is_symlink(failed) &&
+        entry.is_regular_file(failed))
+      fs::remove(entry.path(), failed);
+  }
+}
+
 }  // namespace
 
 struct Workbench::State {
   FolderClaim claim;
+  Confinement confinement;  ///< before all that opens files
   std::vector<Route> routes = all_routes();
   std::atomic<std::uint64_t> uploads = 0;
   routes::Context context;
 
-  explicit State(const WorkbenchOptions& options) : claim(options.folder), context(options) {}
+  explicit State(const WorkbenchOptions& options)
+      : claim(options.folder), confinement(options.folder), context(options) {
+    remove_unfinished_uploads(options.folder);
+  }
 
   /// HEAD is answered as GET is, without the body.
   const Route* route_of(const HttpRequest& request) const {
@@ -82,16 +99,35 @@ struct Workbench::State {
     const Right needed = routes::role_of(*route);
     if (!session->may(needed))
       return routes::problem_response(403, fmt::format("this needs the role '{}'", name(needed)));
+    return std::nullopt;
+  }
+
+  /// A disk that does not answer keeps who asks this waiting: the network thread does so for uploads alone.
+  std::optional<HttpResponse> refusal_of_folder(const Route& route) const {
     std::error_code failed;
-    if (fs::is_directory(context.options.folder, failed)) return std::nullopt;
+    if (route.open || fs::is_directory(context.options.folder, failed)) return std::nullopt;
     return routes::problem_response(503, "the folder of the workbench was removed or has another name now");
+  }
+
+  Lane lane_of(const HttpRequest& request) const {
+    const Route* route = route_of(request);
+    if (!route) return Lane::usual;
+    return route->lane == Lane::orders && routes::is_stop(request) ? Lane::stops : route->lane;
+  }
+
+  /// Events go on while the route would answer who asked for them.
+  void limit_events(const HttpRequest& request, HttpResponse& response) const {
+    if (!response.events) return;
+    response.allowed = [this, request] { return !refusal(request, context.guard.session_of(request)); };
   }
 
   BodyPlan admit(const HttpRequest& head) {
     BodyPlan plan;
     const auto session = context.guard.session_of(head);
-    plan.trusted = session.has_value();
+    if (session) plan.party = session->user.empty() ? "the link" : "user " + session->user;
     plan.refusal = refusal(head, session);
+    if (const Route* route = route_of(head); !plan.refusal && route->body_to_file)
+      plan.refusal = refusal_of_folder(*route);
     if (!plan.refusal) {
       const Route& route = *route_of(head);
       plan.limit = route.body_to_file ? context.options.upload_limit : route.body_limit;
@@ -126,8 +162,11 @@ struct Workbench::State {
       // Again: who sent a long body may have signed out meanwhile.
       if (auto refused = refusal(request, context.guard.session_of(request)))
         response = std::move(*refused);
+      else if (auto missing = refusal_of_folder(*route_of(request)))
+        response = std::move(*missing);
       else
         response = route_of(request)->answer(context, request);
+      limit_events(request, response);
     } catch (const Error& error) {
       response = refused(error);
     } catch (const fs::filesystem_error& error) {
@@ -148,8 +187,14 @@ Workbench::Workbench(const WorkbenchOptions& options) : state_(std::make_unique<
 Workbench::~Workbench() = default;
 
 HttpHandler Workbench::handler() {
-  return {[this](const HttpRequest& head) { return state_->admit(head); },
-          [this](const HttpRequest& request) { return state_->answer(request); }};
+  return {.admit = [this](const HttpRequest& head) { return state_->admit(head); },
+          .answer = [this](const HttpRequest& request) { return state_->answer(request); },
+          .lane = [this](const HttpRequest& request) { return state_->lane_of(request); },
+          .finish =
+              [](const HttpRequest& request, HttpResponse& response) {
+                routes::say_refusal(request, response);
+                add_safety(response);
+              }};
 }
 
 void Workbench::set_port(unsigned port) { state_->context.guard.port = port; }

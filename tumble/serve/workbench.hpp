@@ -14,6 +14,7 @@ namespace tumble {
 struct WorkbenchOptions {
   std::filesystem::path folder;  ///< recordings, plans, results
   std::filesystem::path cache;   ///< of pyramids
+  std::filesystem::path state;   ///< of jobs: of this user alone, outside of the folder; empty: nothing is kept
   std::string program;           ///< file of the program, for jobs
   std::string token;             ///< empty: everybody who reaches the server may
   std::string users;             ///< file of users, who sign in; empty: the token decides

@@ -153,7 +153,8 @@ TEST(Guard, RolesAreWhatTheySay) {
 
 TEST(Guard, TheCookieIsNotTheToken) {
   const Guard guard{"secret", "127.0.0.1", 8321, false, ""};
-  const std::string cookie = guard.cookie(), pair = cookie.substr(0, cookie.find(';'));
+  const std::string secret = guard.begin_by_link(), cookie = guard.cookie(secret),
+                    pair = cookie.substr(0, cookie.find(';'));
   EXPECT_EQ(cookie.find("secret"), std::string::npos);
   EXPECT_TRUE(guard.session_of(from({{"cookie", pair}})));
   EXPECT_TRUE(guard.session_of(from({{"cookie", "a=b; " + pair + "; c=d"}})));
@@ -164,6 +165,10 @@ TEST(Guard, TheCookieIsNotTheToken) {
                                                                              {{"authorization", "Bearer "}},
                                                                              {{"authorization", "secret"}}})
     EXPECT_FALSE(guard.session_of(from(headers)));
+  const std::string other = guard.cookie(guard.begin_by_link());
+  guard.end_session(from({{"cookie", pair}}));
+  EXPECT_FALSE(guard.session_of(from({{"cookie", pair}}))) << "who has signed out";
+  EXPECT_TRUE(guard.session_of(from({{"cookie", other.substr(0, other.find(';'))}}))) << "another browser stays";
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -85,7 +86,8 @@ std::string sealed_file(const std::string& run, const Facts& facts, const std::s
       places.push_back(from.parent_path() / (from.stem().string() + tail + from.extension().string()));
   for (const auto& place : places) {
     std::error_code absent;
-    if (fs::is_regular_file(place, absent) && sha256_of_file(place.string()) == sha256) return place.string();
+    if (may_be_named(place) && fs::is_regular_file(place, absent) && sha256_of_file(place.string()) == sha256)
+      return place.string();
   }
   throw Error(
       Error::Kind::bad_file,

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -27,24 +29,49 @@
 namespace tumble {
 namespace {
 
-/// A connection; -1: nobody is there.
-int connected_to(const std::string& run) {
+constexpr double patience_of_watch = 2.0;  ///< [s] until a run must have taken a new connection
+
+/// A connection to a desk.
+struct DeskConnection {
+  int socket = -1;    ///< -1: there is none
+  bool full = false;  ///< somebody is there, and does not take what others say
+};
+
+timeval time_of(double seconds) {
+  constexpr double microseconds = 1e6;
+  const auto all = static_cast<long>(seconds * microseconds);
+  return {.tv_sec = all / 1'000'000, .tv_usec = all % 1'000'000};
+}
+
+/// Whoever does not take it within `patience` [s] is not waited for. What is no socket of the folder itself is no desk.
+DeskConnection connected_to(const std::string& run, double patience) {
   const int folder = open(run.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return -1;
+  if (folder < 0) return {};
+  struct stat status {};
+  const std::string name(desk_name);
+  const bool is_desk = fstatat(folder, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISSOCK(status.st_mode);
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
   const auto path = fmt::format("/proc/self/fd/{}/{}", folder, desk_name);
   std::memcpy(place.sun_path, path.c_str(), path.size() + 1);
-  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int socket = is_desk ? ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0) : -1;
+  const timeval limit = time_of(patience);
+  if (socket >= 0) setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);  // of connect(), too
   const bool good = socket >= 0 && connect(socket, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+  const bool full = socket >= 0 && !good && errno == EAGAIN;
   close(folder);
-  if (good) return socket;
+  if (good) return {socket, false};
   if (socket >= 0) close(socket);
-  return -1;
+  return {-1, full};
 }
 
-int connection_to(const std::string& run) {
-  const int socket = connected_to(run);
+[[noreturn]] void refuse_silent(const std::string& run) {
+  throw Error(Error::Kind::bad_file, "the run '" + run + "' has not answered");
+}
+
+int connection_to(const std::string& run, double patience) {
+  const auto [socket, full] = connected_to(run, patience);
+  if (full) refuse_silent(run);
   if (socket < 0) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
   return socket;
 }
@@ -59,8 +86,10 @@ void say_all(int socket, std::string text) {
   }
 }
 
-/// The next line; empty: there is no more.
-std::string next_line(int socket, std::string& waiting) {
+using DeskClock = std::chrono::steady_clock;
+
+/// The next line; empty: there is no more, or it has not come until then.
+std::string next_line(int socket, std::string& waiting, std::optional<DeskClock::time_point> until = std::nullopt) {
   std::size_t searched = 0;
   for (;;) {
     if (const auto end = waiting.find('\n', searched); end != std::string::npos) {
@@ -69,6 +98,12 @@ std::string next_line(int socket, std::string& waiting) {
       return line;
     }
     searched = waiting.size();
+    if (until) {
+      const double left = std::chrono::duration<double>(*until - DeskClock::now()).count();
+      if (left <= 0.0) return "";
+      const timeval limit = time_of(std::max(left, 1e-3));
+      setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    }
     char bytes[1 << 14];
     const auto count = recv(socket, bytes, sizeof bytes, 0);
     if (count < 0 && errno == EINTR) continue;
@@ -77,24 +112,33 @@ std::string next_line(int socket, std::string& waiting) {
   }
 }
 
+/// The process that has the lease of a device for this run.
+std::optional<long> process_with_lease(const std::string& run) {
+  const auto all = runs_going_on();
+  const auto path = std::filesystem::absolute(run).lexically_normal().string();
+  const auto leased = std::ranges::find(all, path, &LeaseHolder::run);
+  return leased == all.end() ? std::nullopt : std::optional(leased->process);
+}
+
 }  // namespace
 
-std::string ask_desk(const std::string& run, const std::string& request) {
-  constexpr timeval patience{.tv_sec = 10, .tv_usec = 0};
-  const int socket = connection_to(run);
-  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+std::string ask_desk(const std::string& run, const std::string& request, double patience) {
+  const auto until =
+      DeskClock::now() + std::chrono::duration_cast<DeskClock::duration>(std::chrono::duration<double>(patience));
+  const int socket = connection_to(run, patience);
   say_all(socket, request);
   std::string waiting;
-  const std::string answer = next_line(socket, waiting);
+  const std::string answer = next_line(socket, waiting, until);
   close(socket);
-  if (answer.empty()) throw Error(Error::Kind::bad_file, "the run '" + run + "' has not answered");
+  if (answer.empty()) refuse_silent(run);
   if (!answer.starts_with("{\"problem\"")) return answer;
   throw Error(Error::Kind::bad_input, desk::Json::parse(answer).value("problem", ""));
 }
 
 std::optional<long> process_at_desk(const std::string& run) {
-  const int socket = connected_to(run);
+  constexpr double moment = 0.05;  // [s]
+  const auto [socket, full] = connected_to(run, moment);
+  if (full) return process_with_lease(run);
   if (socket < 0) return std::nullopt;
   ucred who{};
   socklen_t size = sizeof who;
@@ -103,24 +147,35 @@ std::optional<long> process_at_desk(const std::string& run) {
   return known ? std::optional<long>(who.pid) : std::nullopt;
 }
 
-void stop_run(const std::string& run, const std::string& who) {
+void stop_run(const std::string& run, const std::string& who, double patience) {
+  const std::string order = desk::dumped({{"order", "stop"}, {"who", who}});
   try {
-    ask_desk(run, desk::dumped({{"order", "stop"}, {"who", who}}));
+    ask_desk(run, order, patience);
     return;
   } catch (const Error& error) {
     if (error.kind == Error::Kind::bad_input) throw;
   }
-  const auto all = runs_going_on();
-  const auto path = std::filesystem::absolute(run).lexically_normal().string();
-  const auto leased = std::ranges::find(all, path, &LeaseHolder::run);
-  const auto process = process_at_desk(run);
-  if (!process && leased == all.end()) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
-  const long target = process ? *process : leased->process;
-  if (target <= 0 || kill(static_cast<pid_t>(target), SIGTERM) != 0)
+  auto process = process_at_desk(run);
+  if (!process) process = process_with_lease(run);
+  if (!process) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  if (*process <= 0 || kill(static_cast<pid_t>(*process), SIGTERM) != 0 ||
+      kill(static_cast<pid_t>(*process), SIGCONT) != 0)
     throw Error(Error::Kind::bad_file, "the run '" + run + "' cannot be stopped from here: go to the rig");
+  try {
+    ask_desk(run, order, patience);
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_file) return;  // it has ended, or is about to
+    throw Error(
+        Error::Kind::bad_file,
+        fmt::format("the run '{}' does not answer; its process {} has got the signal to stop: watch the rig, and "
+                    "press its emergency stop if it moves on",
+                    run, *process));
+  }
 }
 
-DeskWatch::DeskWatch(const std::string& run) : socket_(connection_to(run)) { say_all(socket_, R"({"ask":"watch"})"); }
+DeskWatch::DeskWatch(const std::string& run) : socket_(connection_to(run, patience_of_watch)) {
+  say_all(socket_, R"({"ask":"watch"})");
+}
 
 DeskWatch::~DeskWatch() { ::close(socket_); }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/pyramid/live_samples.hpp"
 #include "tumble/station/recorder/file_blocks.hpp"
@@ -25,7 +26,7 @@ namespace {
 fs::path seal_target_of(const std::string& folder, const std::string& wanted, const StoreContent& content) {
   if (!wanted.empty()) return wanted;
   if (const auto fact = content.facts.find("target"); fact != content.facts.end())
-    return (fs::path(folder) / fact->second).lexically_normal();
+    return file_named_in(folder, fact->second);
   return fs::path(folder) / "recording.h5";
 }
 

@@ -72,15 +72,20 @@ RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& fac
 ///           request  {"ask": "state"}, or {"order": ORDER, "who": NAME}, where ORDER is pause, resume, stop, abort, or
 ///                    answer with "prompt": NUMBER and "choice": WORD
 ///
-/// Throws    Error::unsupported: the run does not go on; Error::bad_input: the run refuses, with its reason
-std::string ask_desk(const std::string& run, const std::string& request);
+///           patience [s] until it must have answered
+///
+/// Throws    Error::unsupported: the run does not go on; Error::bad_input: the run refuses, with its reason;
+///           Error::bad_file: it has not answered
+std::string ask_desk(const std::string& run, const std::string& request, double patience = 10.0);
 
-/// Stops a run by its desk, or where that does not answer by a signal to its process, as `tumble stop` does.
-/// Throws Error::unsupported: the run does not go on; Error::bad_input: it refuses; Error::bad_file: it belongs to
-/// another user.
-void stop_run(const std::string& run, const std::string& who);
+/// Stops a run by its desk. Where that does not answer, its process gets the signal by which `tumble stop` stops it,
+/// and goes on if somebody had suspended it; then the desk is asked once more. Returns when the run has taken the
+/// order, or has ended: after at most two times `patience` [s] and a moment. Throws Error::unsupported: the run does
+/// not go on; Error::bad_input: it refuses; Error::bad_file: it belongs to another user, or has got the signal and does
+/// not answer, so that nobody knows whether it stops.
+void stop_run(const std::string& run, const std::string& who, double patience = 10.0);
 
-/// The process that a desk belongs to; nothing where the run does not go on.
+/// The process that a desk belongs to; nothing where the run does not go on. It is not waited for.
 std::optional<long> process_at_desk(const std::string& run);
 
 /// What happens at a run that goes on, line after line.

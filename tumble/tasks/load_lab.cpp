@@ -7,6 +7,7 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/report/image.hpp"
 #include "tumble/report/utf8.hpp"
 #include "tumble/tasks/certificate.hpp"
@@ -88,7 +89,7 @@ Laboratory laboratory_of(Section& section, const std::string& folder) {
   const auto logo = text_in(section, "logo");
   if (logo.empty()) return laboratory;
   try {
-    laboratory.logo = data_uri_of_image_file((std::filesystem::path(folder) / logo).string());
+    laboratory.logo = data_uri_of_image_file(file_named_in(folder, logo));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) section.problem_at("logo", problem);
   }

@@ -13,6 +13,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/kind_of_file.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
+#include "tumble/tasks/plan_file/file_named.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/limits.hpp"
 #include "tumble/tasks/plan_file/prior.hpp"
@@ -222,8 +223,8 @@ void read_recordings(Reading& reading, const toml::array& tables) {
   for (const auto& node : tables) {
     Section section(*node.as_table(), "[[recording]]", reading.problems);
     RecordingEntry entry = plan_file::read_recording_entry(section, folder);
-    if (const auto plan = section.text("plan")) {
-      const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());
+    if (const auto plan = plan_file::file_named(section, "plan", folder)) {
+      const auto [part, unread] = reading.parts.try_emplace(*plan);
       if (unread) part->second = plan_of_recording(reading, section, part->first);
       entry.plan = part->second;  // recordings that name one file are parts of one test on one rig
     }
@@ -279,10 +280,10 @@ void read_channel_sets(Reading& reading) {
 
 /// The result that the method builds on: relative to the plan, or as the command line says, which wins.
 void read_calibration(Reading& reading, Section& root) {
-  const auto text = root.text("calibration");
   const auto& set = reading.sets.calibration;
   const auto folder = std::filesystem::path(reading.plan.file).parent_path();
-  if (text) reading.plan.calibration.file = (folder / *text).lexically_normal().string();
+  const auto text = plan_file::file_named(root, "calibration", folder);
+  if (text) reading.plan.calibration.file = *text;
   if (set) reading.plan.calibration.file = *set;
   if ((!text && !set) || !reading.method || reading.method->takes_calibration) return;
   const auto problem = fmt::format("{} does not use a calibration", reading.plan.method);

@@ -16,7 +16,7 @@ export const scratch = mkdtempSync(join(tmpdir(), "tumble-browser-"));
 export const folder = join(scratch, "measurements");
 mkdirSync(folder);
 mkdirSync(pictures, { recursive: true });
-export const environment = { ...process.env, XDG_CACHE_HOME: join(scratch, "cache") };
+export const environment = { ...process.env, XDG_CACHE_HOME: join(scratch, "cache"), XDG_STATE_HOME: join(scratch, "state") };
 
 /// A server over a folder, with these options; ended by its own test.
 export function startServer(where = folder, ...options) {

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <system_error>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::file {
@@ -22,6 +23,7 @@ namespace {
 }  // namespace
 
 InputFile::InputFile(const std::string& path) : path_(path) {
+  require_contained(path);
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) refuse(path, errno);
   if (S_ISDIR(status.st_mode)) refuse(path, "it is a folder");

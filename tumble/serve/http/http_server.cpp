@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/signal_set.hpp>
 #include <chrono>
 #include <csignal>
+#include <new>
+#include <thread>
 
 #include "tumble/serve/http/server.hpp"
 #include "tumble/units/error.hpp"
@@ -17,16 +20,31 @@ namespace {
 
 void accept(Server& server) {
   server.acceptor.async_accept([&server](Code code, Tcp::socket socket) {
+    server.accepting = false;
     if (code == asio::error::operation_aborted) return;
     if (!code) {
       serve_connection(server, std::move(socket));
       return accept(server);
     }
+    server.accepting = true;
     server.pause.expires_after(std::chrono::milliseconds(50));  // no descriptor is free: some will be soon
     server.pause.async_wait([&server](Code stopped) {
+      server.accepting = false;
       if (!stopped) accept(server);
     });
   });
+  server.accepting = true;
+}
+
+/// Where there is no memory for what one connection wants, that connection ends, and the server goes on.
+void run_network(Server& server) {
+  for (;;) try {
+      if (!server.accepting) accept(server);
+      server.context.run();
+      return;
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
 }
 
 void prepare_tls(Server& server) {
@@ -63,12 +81,22 @@ void listen(Server& server) {
 
 }  // namespace
 
+http::Server::Server(const HttpOptions& given, HttpHandler handles) : options(given), handler(std::move(handles)) {
+  const auto add = [&](Lane lane, std::size_t threads, std::size_t each) { lanes.try_emplace(lane, threads, each); };
+  add(Lane::usual, given.workers, std::max<std::size_t>(given.workers, 2) - 1);
+  add(Lane::looks, 4, 3);
+  add(Lane::sign_in, 1, 1);
+  add(Lane::begins, 2, 1);
+  add(Lane::orders, 4, 3);
+  add(Lane::stops, 4, 4);
+}
+
 struct HttpServer::Within {
   Server server;
 };
 
 HttpServer::HttpServer(const HttpOptions& options, HttpHandler handler)
-    : within_(new Within{{options, std::move(handler)}}) {
+    : within_(new Within{Server(options, std::move(handler))}) {
   Server& server = within_->server;
   if (!options.certificate.empty()) prepare_tls(server);
   listen(server);
@@ -77,7 +105,7 @@ HttpServer::HttpServer(const HttpOptions& options, HttpHandler handler)
 
 HttpServer::~HttpServer() {
   stop();
-  within_->server.workers.join();
+  within_->server.lanes.clear();
 }
 
 unsigned HttpServer::port() const { return within_->server.acceptor.local_endpoint().port(); }
@@ -92,7 +120,7 @@ void HttpServer::run(bool until_signal) {
       if (!code) context.stop();
     });
   }
-  context.run();
+  run_network(within_->server);
 }
 
 void HttpServer::stop() { within_->server.context.stop(); }

@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::jobs {
@@ -80,12 +81,14 @@ struct Descriptors {
 }
 
 /// That of this process, but the program speaks English: its messages are kept, and said to each reader in the language
-/// of the page.
+/// of the page. It opens what documents name where this process does.
 std::vector<std::string> environment_in_english() {
-  std::vector<std::string> all{"LC_ALL=C.UTF-8"};
+  const std::string confined = std::string(confinement_variable) + "=";
+  std::vector<std::string> all{"LC_ALL=C.UTF-8", confined + confined_to().string()};
   for (char** entry = environ; *entry; ++entry) {
     const std::string_view one(*entry);
-    if (!one.starts_with("TUMBLE_PROGRESS=") && !one.starts_with("LC_ALL=")) all.emplace_back(one);
+    if (!one.starts_with("TUMBLE_PROGRESS=") && !one.starts_with("LC_ALL=") && !one.starts_with(confined))
+      all.emplace_back(one);
   }
   return all;
 }

@@ -102,7 +102,7 @@ HttpResponse due(Context& context, const HttpRequest& request) {
   return json_response(answer);
 }
 
-HttpResponse verify(Context& context, const HttpRequest&) {
+HttpResponse verify(Context& context, const HttpRequest& request) {
   archive_of(context);
   Job job;
   job.kind = "verify";
@@ -110,7 +110,7 @@ HttpResponse verify(Context& context, const HttpRequest&) {
                   ? fs::path(context.options.archive).filename().string()
                   : "postgresql";
   job.steps = {{"archive", "verify", "--quiet", "-o", "{folder}/verify.txt"}};
-  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+  return started(context, request, std::move(job));
 }
 
 /// The file of this SHA-256 that is called so: beside the result, in the folder, among the uploads, or where it was.
@@ -198,7 +198,8 @@ std::vector<Route> archive_routes() {
                           .path = "/api/archive/sign",
                           .answer = sign_thing,
                           .body_limit = small,
-                          .role = Right::approve}};
+                          .role = Right::approve,
+                          .lane = Lane::sign_in}};
   for (const auto& some : {archive_chart_routes(), archive_certificate_routes()})
     all.insert(all.end(), some.begin(), some.end());
   return all;

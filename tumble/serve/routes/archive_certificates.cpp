@@ -98,7 +98,7 @@ HttpResponse issue(Context& context, const HttpRequest& request) {
     step.push_back("--set=" + key + "=" + value);
   step.insert(step.end(), {"-o", "{folder}/certificate.html"});
   job.steps = {std::move(step)};
-  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+  return started(context, request, std::move(job));
 }
 
 /// Whether a file begins as a result does.

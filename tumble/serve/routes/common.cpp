@@ -44,6 +44,16 @@ HttpResponse problem_response(unsigned status, const std::string& problem) {
   return json_response({{"problems", {problem}}}, status);
 }
 
+std::string user_of(const Context& context, const HttpRequest& request) {
+  const auto session = context.guard.session_of(request);
+  return session ? session->user : "";
+}
+
+HttpResponse started(Context& context, const HttpRequest& request, Job job) {
+  job.owner = user_of(context, request);
+  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+}
+
 std::string required(const HttpRequest& request, std::string_view name) {
   if (const auto* value = find_query(request, name)) return *value;
   throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' is missing", name)};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
@@ -39,11 +38,6 @@ void add_sets(const Sets& sets, Job::Step& step) {
 
 std::string number_argument(double value) { return fmt::format("{}", value); }
 
-HttpResponse started(Context& context, Job job) {
-  const auto id = context.jobs.start(std::move(job));
-  return json_response({{"job", id}}, 202);
-}
-
 /// A plan of the folder, or a method that needs none.
 std::string what_to_identify(const Context& context, const Json& body) {
   const auto plan = member<std::string>(body, "plan", ""), method = member<std::string>(body, "method", "");
@@ -66,7 +60,7 @@ HttpResponse identify(Context& context, const HttpRequest& request) {
   add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
   job.title = fmt::format("{}: {}", fs::path(step[1]).filename().string(), names.front());
   job.steps = {step, {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)}};
-  return started(context, std::move(job));
+  return started(context, request, std::move(job));
 }
 
 /// Spectrum and Allan deviation of a span.
@@ -99,7 +93,7 @@ HttpResponse noise(Context& context, const HttpRequest& request) {
                step,
                {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language_of(body)},
                {"report", "{folder}/result.json", "--figure", "{folder}/figure.svg"}};
-  return started(context, std::move(job));
+  return started(context, request, std::move(job));
 }
 
 /// The recording in another format, as a new file of the folder.
@@ -115,7 +109,7 @@ HttpResponse convert_to(Context& context, const HttpRequest& request) {
   Job::Step step{"convert", path, "-o", "{folder}/" + to, "--quiet"};
   add_sets(sets_of(member<std::vector<std::string>>(body, "set", {})), step);
   job.steps = {step};
-  return started(context, std::move(job));
+  return started(context, request, std::move(job));
 }
 
 /// The error model of a result subtracted from a recording of the folder, and what that did as a result to look at.
@@ -132,7 +126,7 @@ HttpResponse compensate_recording(Context& context, const HttpRequest& request) 
   job.kind = "compensate";
   job.title = fmt::format("{}: {}", fs::path(result).filename().string(), file);
   job.steps = {step};
-  return started(context, std::move(job));
+  return started(context, request, std::move(job));
 }
 
 HttpResponse list_jobs(Context& context, const HttpRequest& request) {
@@ -160,11 +154,9 @@ std::string type_of(const std::string& name) {
 /// A result of a job. A page runs in a sandbox: it cannot ask the server as the user can.
 HttpResponse job_file(Context& context, const HttpRequest& request) {
   const auto name = required(request, "name");
-  const auto path = context.jobs.file_of(required(request, "id"), name);
-  if (path.empty()) throw Error{Error::Kind::unsupported, "the job has no file '" + name + "'"};
-  auto stream = std::make_shared<std::ifstream>(path, std::ios::binary);
-  if (!*stream) throw Error{Error::Kind::bad_file, "'" + name + "' cannot be read"};
   HttpResponse response;
+  response.more = context.jobs.reader_of(required(request, "id"), name);
+  if (!response.more) throw Error{Error::Kind::unsupported, "the job has no file '" + name + "'"};
   response.type = type_of(name);
   response.headers.emplace_back(
       "Content-Security-Policy",
@@ -172,12 +164,6 @@ HttpResponse job_file(Context& context, const HttpRequest& request) {
       "style-src 'unsafe-inline'; img-src data:; font-src data:");
   if (response.type == "application/octet-stream" || response.type.starts_with("text/csv"))
     response.headers.emplace_back("Content-Disposition", "attachment");
-  response.more = [stream](std::string& bytes) {
-    bytes.resize(1 << 18);
-    stream->read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    bytes.resize(static_cast<std::size_t>(stream->gcount()));
-    return !bytes.empty();
-  };
   return response;
 }
 

@@ -160,7 +160,7 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
   const auto text = text_in(body, "text"), saved = text_in(body, "saved");
   std::vector<Predictions::Question> questions{{text, path}};
   if (!saved.empty() && saved != text) questions.push_back({saved, path});
-  const auto answers = context.predictions.ask(text_in(body, "page"), questions);
+  const auto answers = context.predictions.ask(user_of(context, request), text_in(body, "page"), questions);
   const bool ready = std::ranges::all_of(answers, &Predictions::Answer::ready);
   if (!ready) return json_response({{"ready", false}}, 202);
   if (!answers[0].estimate) {

@@ -258,7 +258,7 @@ HttpResponse plan_job(Context& context, const HttpRequest& request) {
     job.steps = {{"predict", path, "--optimise", "--quiet", "-o", "{folder}/optimised.toml"}};
   else
     throw Error{Error::Kind::bad_input, "'what' is rehearse or optimise"};
-  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+  return started(context, request, std::move(job));
 }
 
 }  // namespace

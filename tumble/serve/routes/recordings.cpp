@@ -134,12 +134,13 @@ void describe(const RecordingState& state, Json& entry) {
 HttpResponse list_recordings(Context& context, const HttpRequest& request) {
   const Listing listing = list_folder(context);
   Json files = Json::array();
+  const std::string owner = user_of(context, request);
   std::size_t asked = 0;
   for (const Listed& file : listing.files) {
     Json entry{{"name", file.name}, {"bytes", file.bytes}, {"modified", file.modified}};
     try {
       const bool start = file.bytes <= prepared_unasked && asked < most_unasked;
-      const auto state = context.recordings.find((context.options.folder / file.name).string(), {}, start);
+      const auto state = context.recordings.find((context.options.folder / file.name).string(), {}, start, owner);
       asked += !state.job.empty();
       describe(state, entry);
     } catch (const Error& error) {
@@ -175,7 +176,7 @@ Json marks_of(const Pyramid& pyramid, double last) {
 HttpResponse one_recording(Context& context, const HttpRequest& request) {
   const auto file = required(request, "file");
   const auto path = existing(context, file);
-  const auto state = context.recordings.find(path, sets_of(all_of(request, "set")), true);
+  const auto state = context.recordings.find(path, sets_of(all_of(request, "set")), true, user_of(context, request));
   if (!state.prepared && !state.problems.empty()) return json_response({{"problems", state.problems}}, 422);
   Json answer{{"name", file}, {"job", state.job}};
   if (!state.prepared) return json_response(answer, 202);

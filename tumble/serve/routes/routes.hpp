@@ -42,6 +42,7 @@ struct Route {
   std::uint64_t body_limit = 0;  ///< [bytes]
   bool body_to_file = false;     ///< into the folder of uploads
   std::optional<Right> role{};   ///< what its user must be allowed to do; not given: read for GET, operate for POST
+  Lane lane = Lane::usual;       ///< of orders to a run, those to stop it go a way of their own
 };
 
 /// What a user must be allowed to do at this route. The workbench asks it before any body is read.
@@ -65,6 +66,15 @@ HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
 HttpResponse problem_response(const Error& error);
 HttpResponse problem_response(unsigned status, const std::string& problem);
+
+/// A job of the user who asks, in the queue; its identifier as the answer.
+HttpResponse started(Context& context, const HttpRequest& request, Job job);
+
+/// Who asks; empty: whoever has the link, and who shows nothing.
+std::string user_of(const Context& context, const HttpRequest& request);
+
+/// Whether the body of an order to a run says that it must stop.
+bool is_stop(const HttpRequest& request);
 
 /// Why a password did not let somebody in, for people.
 HttpResponse password_refusal(const PasswordCheck& check);

@@ -10,10 +10,7 @@ HttpResponse password_refusal(const PasswordCheck& check) {
   using State = PasswordCheck::State;
   const auto seconds = static_cast<long>(std::ceil(check.pause));
   HttpResponse response;
-  if (check.state == State::busy) {
-    response = problem_response(503, "another password is being checked: try again");
-    response.headers.emplace_back("Retry-After", "1");
-  } else if (check.state == State::paused) {
+  if (check.state == State::paused) {
     response = problem_response(429, fmt::format("too many wrong passwords: try again in {} s", seconds));
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   } else if (check.remaining == 0) {
@@ -48,7 +45,7 @@ HttpResponse open_by_token(const Context& context, const std::string& token) {
   if (!context.guard.token.empty() && !context.guard.is_token(token))
     return problem_response(401, "the token is not that of this server");
   auto response = json_response({{"open", true}});
-  response.headers.emplace_back("Set-Cookie", context.guard.cookie());
+  response.headers.emplace_back("Set-Cookie", context.guard.cookie(context.guard.begin_by_link()));
   return response;
 }
 
@@ -74,7 +71,7 @@ HttpResponse open_session(Context& context, const HttpRequest& request) {
 }
 
 HttpResponse end_session(Context& context, const HttpRequest& request) {
-  if (context.guard.users) context.guard.users->end(context.guard.secret_of(request));
+  context.guard.end_session(request);
   auto response = json_response({{"open", false}});
   response.headers.emplace_back("Set-Cookie", context.guard.cookie(""));
   return response;
@@ -86,7 +83,12 @@ std::vector<Route> session_routes() {
   constexpr std::uint64_t small = 4096;
   return {
       {.method = "GET", .path = "/api/session", .answer = session, .open = true},
-      {.method = "POST", .path = "/api/session", .answer = open_session, .open = true, .body_limit = small},
+      {.method = "POST",
+       .path = "/api/session",
+       .answer = open_session,
+       .open = true,
+       .body_limit = small,
+       .lane = Lane::sign_in},
       {.method = "POST", .path = "/api/session/end", .answer = end_session, .body_limit = small, .role = Right::read}};
 }
 

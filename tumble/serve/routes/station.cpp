@@ -213,9 +213,17 @@ std::string new_run(const Context& context, const std::string& plan) {
   return "runs/" + name;
 }
 
-/// What the program has said against it; empty: its run goes on.
+/// Where a refusal stands among what a program has said; nothing: it refused nothing.
+std::optional<std::size_t> refusal_in(const std::string& messages) {
+  if (messages.starts_with("error: ")) return 0;
+  const auto line = messages.find("\nerror: ");
+  return line == std::string::npos ? std::nullopt : std::optional(line + 1);
+}
+
+/// What the program has said against it; empty: its run goes on, or has ended by itself. A run that is carried on has a
+/// store from before, which shows nothing.
 std::vector<std::string> begun_problems(const Context& context, const std::string& run,
-                                        const std::vector<std::string>& arguments) {
+                                        const std::vector<std::string>& arguments, bool again = false) {
   using namespace std::chrono_literals;
   const std::string log = (context.options.folder / (run + ".log")).string();
   int alive = -1;
@@ -233,9 +241,12 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
     open = process_at_desk((context.options.folder / run).string()).has_value();
   }
   close(alive);
-  if (open || (ended && fs::exists(context.options.folder / run / live_store_name))) return {};
+  if (open) return {};
+  const std::string said = read_text_file(log);
+  const auto refusal = refusal_in(said);
+  if (ended && fs::exists(context.options.folder / run / live_store_name) && !(again && refusal)) return {};
   if (!ended) return {"the run has not begun within 30 s; its messages are in " + run + ".log"};
-  auto problems = named_from_folder(context.options.folder, problems_of_messages(read_text_file(log), ""));
+  auto problems = named_from_folder(context.options.folder, problems_of_messages(said.substr(refusal.value_or(0)), ""));
   if (problems.empty()) problems.emplace_back("the program ended without a message");
   return problems;
 }
@@ -272,7 +283,7 @@ HttpResponse resume_run(Context& context, const HttpRequest& request) {
   if (process_at_desk(folder)) throw Error{Error::Kind::bad_input, "the run goes on"};
   std::vector<std::string> arguments{"resume", folder, "--operator=" + who};
   if (!speed.empty()) arguments.push_back("--speed=" + speed);
-  if (auto problems = begun_problems(context, run, arguments); !problems.empty())
+  if (auto problems = begun_problems(context, run, arguments, true); !problems.empty())
     return json_response({{"problems", problems}}, 422);
   return json_response({{"run", run}}, 201);
 }
@@ -284,7 +295,7 @@ HttpResponse check_devices(Context& context, const HttpRequest& request) {
   job.kind = "check";
   job.title = name;
   job.steps = {{"station", "check", existing(context, name), "-o", "{folder}/check.json"}};
-  return json_response({{"job", context.jobs.start(std::move(job))}}, 202);
+  return started(context, request, std::move(job));
 }
 
 }  // namespace
@@ -302,11 +313,16 @@ std::string who_of(const Context& context, const HttpRequest& request, const Jso
 
 std::vector<Route> station_routes() {
   constexpr std::uint64_t small = 1 << 16;
-  return {{"GET", "/api/station", list_stations},
-          {.method = "POST", .path = "/api/station/check", .answer = check_devices, .body_limit = small},
-          {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run_at_station, .body_limit = small},
-          {.method = "POST", .path = "/api/station/start", .answer = start_run, .body_limit = small},
-          {.method = "POST", .path = "/api/station/resume", .answer = resume_run, .body_limit = small}};
+  return {
+      {.method = "GET", .path = "/api/station", .answer = list_stations, .lane = Lane::looks},
+      {.method = "POST", .path = "/api/station/check", .answer = check_devices, .body_limit = small},
+      {.method = "POST", .path = "/api/station/dry-run", .answer = dry_run_at_station, .body_limit = small},
+      {.method = "POST", .path = "/api/station/start", .answer = start_run, .body_limit = small, .lane = Lane::begins},
+      {.method = "POST",
+       .path = "/api/station/resume",
+       .answer = resume_run,
+       .body_limit = small,
+       .lane = Lane::begins}};
 }
 
 }  // namespace tumble::routes

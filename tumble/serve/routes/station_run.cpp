@@ -1,9 +1,8 @@
 // One run: its state, what happens, and orders.
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
@@ -16,6 +15,8 @@ namespace tumble::routes {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr double patience_of_order = 5.0, patience_of_stop = 1.5;  ///< [s] until a run must have answered
 
 /// The folder of a run. A rehearsal and a run that has just begun have one without a store for a moment.
 std::string folder_of_run(const Context& context, const HttpRequest& request) {
@@ -60,9 +61,8 @@ HttpResponse run_predicted(Context& context, const HttpRequest& request) {
   const auto folder = folder_of_run(context, request), path = folder + "/plan.toml";
   Json rows = Json::array();
   if (fs::exists(path)) {
-    std::ifstream stream(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(stream), {}};
-    const auto answer = context.predictions.ask("run " + folder, {{text, path}}).front();
+    const std::string text = read_text_file(path);
+    const auto answer = context.predictions.ask(user_of(context, request), "run " + folder, {{text, path}}).front();
     if (!answer.ready) return json_response({{"ready", false}, {"rows", rows}}, 202);
     for (std::size_t i = 0; answer.estimate && i < answer.estimate->parameters.size(); ++i) {
       const auto& parameter = answer.estimate->parameters[i];
@@ -84,7 +84,7 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
   const auto folder = existing(context, plain_text_in(body, "run"));
   const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
   if (order == "stop") {
-    stop_run(folder, who.empty() ? "the workbench" : who);
+    stop_run(folder, who.empty() ? "the workbench" : who, patience_of_stop);
     return json_response({{"taken", true}});
   }
   Json asked{{"order", order}, {"who", who}};
@@ -94,17 +94,26 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
     asked["prompt"] = body["prompt"];
     asked["choice"] = plain_text_in(body, "choice");
   }
-  return said_response(request, Json::parse(ask_desk(folder, asked.dump())));
+  return said_response(request, Json::parse(ask_desk(folder, asked.dump(), patience_of_order)));
 }
 
 }  // namespace
 
+bool is_stop(const HttpRequest& request) {
+  try {
+    return text_in(body_of(request), "order") == "stop";
+  } catch (const std::exception&) {
+    return false;  // the route says what is wrong with it
+  }
+}
+
 std::vector<Route> station_run_routes() {
   constexpr std::uint64_t small = 1 << 16;
-  return {{"GET", "/api/station/run", run_state},
-          {"GET", "/api/station/run/events", run_events},
-          {"GET", "/api/station/run/predicted", run_predicted},
-          {.method = "POST", .path = "/api/station/order", .answer = run_order, .body_limit = small}};
+  return {
+      {.method = "GET", .path = "/api/station/run", .answer = run_state, .lane = Lane::looks},
+      {.method = "GET", .path = "/api/station/run/events", .answer = run_events, .lane = Lane::looks},
+      {"GET", "/api/station/run/predicted", run_predicted},
+      {.method = "POST", .path = "/api/station/order", .answer = run_order, .body_limit = small, .lane = Lane::orders}};
 }
 
 }  // namespace tumble::routes

@@ -25,7 +25,7 @@ struct Wanted {
 
 std::shared_ptr<const PreparedRecording> prepared(Context& context, const HttpRequest& request) {
   const auto path = existing(context, required(request, "file"));
-  const auto state = context.recordings.find(path, sets_of(all_of(request, "set")), true);
+  const auto state = context.recordings.find(path, sets_of(all_of(request, "set")), true, user_of(context, request));
   if (state.prepared) return state.prepared;
   if (!state.problems.empty()) throw Error{Error::Kind::bad_file, state.problems};
   throw Error{Error::Kind::bad_data, "the recording is being prepared"};

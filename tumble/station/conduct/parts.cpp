@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/link.hpp"
 #include "tumble/units/error.hpp"
@@ -14,8 +15,7 @@ namespace {
 
 /// A file beside the station file.
 std::string beside(const Station& station, const std::string& path) {
-  const std::filesystem::path given(path);
-  return given.is_absolute() ? path : (std::filesystem::path(station.file).parent_path() / given).string();
+  return file_named_in(std::filesystem::path(station.file).parent_path(), path);
 }
 
 StationParts::Stream stream_of(const Station& station, const StationInstrument& instrument) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/recorder/order.hpp"
 #include "tumble/station/recorder/store_file.hpp"
 #include "tumble/units/error.hpp"
@@ -14,6 +15,7 @@ namespace fs = std::filesystem;
 
 std::string path_of_store(const std::string& run) {
   const std::string path = fs::is_directory(run) ? (fs::path(run) / live_store_name).string() : run;
+  require_contained(path);
   if (!fs::is_regular_file(path))
     throw Error(Error::Kind::bad_file,
                 fmt::format("'{}' is not a run: a run is a folder with a live store, {}", run, live_store_name));

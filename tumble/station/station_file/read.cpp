@@ -7,6 +7,7 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/station_file/draft.hpp"
 #include "tumble/station/station_file/motion_limits.hpp"
 #include "tumble/units/error.hpp"
@@ -66,15 +67,16 @@ void read_instrument(Section& section, Draft& draft) {
   for (const auto& other : draft.station.instruments)
     if (other.slot == instrument.slot && !other.slot.empty())
       section.problem_at("slot", fmt::format("there are two slots '{}'", instrument.slot));
-  if (const auto choice = parse_instrument(instrument.frames); choice.name.ends_with(".toml")) {
-    const auto path = (std::filesystem::path(draft.folder) / choice.name).lexically_normal();
-    if (!std::filesystem::exists(path)) section.problem_at("frames", "there is no file " + path.string());
-  } else if (!instrument.frames.empty()) {
-    try {
+  try {
+    const auto choice = parse_instrument(instrument.frames);
+    if (choice.name.ends_with(".toml")) {
+      const auto path = file_named_in(draft.folder, choice.name);
+      if (!std::filesystem::exists(path)) section.problem_at("frames", "there is no file " + path);
+    } else if (!instrument.frames.empty()) {
       find_instrument(choice.name);
-    } catch (const Error& error) {
-      for (const auto& problem : error.problems) section.problem_at("frames", problem);
     }
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at("frames", problem);
   }
   section.close();
   draft.station.instruments.push_back(std::move(instrument));

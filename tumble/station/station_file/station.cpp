@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/confinement.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/wire/controllers.hpp"
 
@@ -18,7 +19,7 @@ bool StationDevice::may_carry(const std::string& verb, const std::string& value)
 
 Controller controller_of_device(const StationDevice& device, const std::string& folder) {
   if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
-  const std::string path = (std::filesystem::path(folder) / device.controller).string();  // an absolute one stays
+  const std::string path = file_named_in(folder, device.controller);
   return read_controller(read_text_file(path), path, device.settings);
 }
 

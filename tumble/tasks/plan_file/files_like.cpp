@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "tumble/formats/confinement.hpp"
+
 namespace tumble::plan_file {
 
 std::vector<std::string> files_like(const std::string& name) {
@@ -15,6 +17,7 @@ std::vector<std::string> files_like(const std::string& name) {
   glob_t found{};
   if (glob(name.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   globfree(&found);
+  std::erase_if(files, [](const std::string& file) { return !may_be_named(file); });
   std::ranges::sort(files, [](const auto& a, const auto& b) { return strverscmp(a.c_str(), b.c_str()) < 0; });
   return files;
 }

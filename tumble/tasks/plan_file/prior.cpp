@@ -5,19 +5,21 @@
 
 #include <filesystem>
 
+#include "tumble/tasks/plan_file/file_named.hpp"
+
 namespace tumble::plan_file {
 namespace {
 
-/// "archive", or a file found from the plan's folder.
-std::string source_of(const std::string& text, const std::string& folder) {
-  return text == "archive" ? text : (std::filesystem::path(folder) / text).lexically_normal().string();
+/// "archive", or a file found from the plan's folder; empty, with a problem, where it may not be opened.
+std::string source_of(tables::Section& section, const char* key, const std::string& text, const std::string& folder) {
+  return text == "archive" ? text : file_named(section, key, folder).value_or("");
 }
 
 PriorChoice of_table(const toml::table& table, const std::string& folder, tables::Problems& problems) {
   tables::Section section(table, "[prior]", problems);
   PriorChoice choice;
   if (const auto from = section.text("from"))
-    choice.from = source_of(*from, folder);
+    choice.from = source_of(section, "from", *from, folder);
   else if (!table.contains("from"))
     section.missing("from", "\"archive\"");
   if (const auto verdicts = section.text("verdicts")) {
@@ -47,7 +49,7 @@ PriorChoice read_prior(tables::Section& root, const std::string& folder, const M
   if (const auto* table = node->as_table())
     choice = of_table(*table, folder, problems);
   else if (const auto text = node->value<std::string>(); text && node->is_string() && !text->empty())
-    choice.from = source_of(*text, folder);
+    choice.from = source_of(root, "prior", *text, folder);
   else
     root.problem_at("prior", "is \"archive\", the name of a file, or a table [prior] with from and verdicts");
   if (method)

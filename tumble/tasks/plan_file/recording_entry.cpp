@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tumble/tasks/plan_file/file_named.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/units/error.hpp"
 
@@ -37,9 +38,8 @@ std::string read_date_order(Section& section) {
 
 RecordingEntry read_recording_entry(Section& section, const std::filesystem::path& folder) {
   RecordingEntry entry;
-  const auto file = section.text("file");
   if (section.find("file") == nullptr) section.missing("file", "\"position-1.csv\"");
-  entry.file = (folder / file.value_or("")).lexically_normal().string();
+  entry.file = file_named(section, "file", folder).value_or(folder.string());
   entry.segment = section.text("segment").value_or("");
   entry.run = section.integer("run").value_or(0);
   entry.columns = section.texts("columns");
@@ -47,7 +47,7 @@ RecordingEntry read_recording_entry(Section& section, const std::filesystem::pat
   entry.topics = section.texts("topics");
   entry.frames = section.text("frames").value_or("");
   if (entry.frames.find(".toml") != std::string::npos)
-    entry.frames = (folder / entry.frames).lexically_normal().string();
+    entry.frames = file_named(section, "frames", folder).value_or("");
   entry.decimal = read_decimal(section);
   entry.time = section.text("time").value_or("");
   entry.date = read_date_order(section);
