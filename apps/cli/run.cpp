@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "archive_options.hpp"
+#include "live_output.hpp"
 #include "run_display.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/station/recorder_read.hpp"
@@ -172,9 +173,13 @@ ArchiveOptions archived_by(ArchiveOptions archive, const std::string& who) {
 }
 
 /// A rig in motion is never left alone: the process goes on when a pipe or a terminal of it ends, it is not suspended
-/// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal.
+/// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal. Every signal that would end
+/// it, and is no fault of the program, ends the run by the safe list; what cannot be caught is seen by its guard.
 void stay_with_the_rig() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGXCPU,
+                           SIGPWR, SIGIO, SIGSTKFLT})
+    std::signal(number, end_run);
+  for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) std::signal(number, end_run);
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
 }
 
@@ -192,6 +197,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   run.show_estimates = true;  // others may watch it
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
+  begin_live_output(terminal);
   RunDisplay display(terminal);
   auto rig = rig_played_here(run);
   RunDesk desk;

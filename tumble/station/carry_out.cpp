@@ -13,7 +13,9 @@
 #include "tumble/station/conduct/channel_values.hpp"
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
+#include "tumble/station/conduct/flood_watch.hpp"
 #include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/conduct/row_wait.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
 #include "tumble/station/recorder_stream.hpp"
@@ -29,10 +31,13 @@ constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
 constexpr double longest_wait = 1.0;  ///< [s] without a look at orders
 constexpr int most_rounds = 10;       ///< of events, without a look at the time
+constexpr double longest_round = 0.05;  ///< [s] of all of them
+constexpr double row_look = 0.01;     ///< [s] between looks whether a row is on the disk
 
 struct Device {
   DeviceLine line;
-  std::size_t link = 0;  ///< of the recorder
+  std::size_t link = 0;           ///< of the recorder
+  conduct::WordLimit words = {};  ///< that it says without being asked
 };
 
 /// One run from begin to end.
@@ -46,21 +51,25 @@ class Conductor {
         recorder_(recorder),
         company_(company),
         estimates_(company.estimates, *state_.course),
-        watched_(conduct::watched_channels(state_.course->station)) {
+        watched_(conduct::watched_channels(state_.course->station)),
+        rows_(company.longest_commit) {
+    state_.awaits_rows = std::isfinite(company.longest_commit);
     const Station& station = state_.course->station;
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
       const std::size_t link = recorder_.add_link({.name = station.devices[d].name});
       devices_.push_back(
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
+      floods_.emplace_back(conduct::explained_rate(station, d, parts.controllers[d]));
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) {
       streams_.push_back(recorder_of(i));
       starts_.emplace_back(
           parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
           station.instruments[i].answer_within);
+      floods_.emplace_back(conduct::explained_rate(station.instruments[i], parts.streams[i].codec));
     }
-    begin_ = wires_.now();
+    begin_ = looked_ = wires_.now();
     heard_.assign(streams_.size(), begin_);
     next_show_ = next_values_ = begin_;
   }
@@ -70,13 +79,17 @@ class Conductor {
     if (state_.phase == RunPhase::idle) take(RunOrder{RunOrder::Kind::start, {}});
     while (!end_) {
       auto events = wires_.wait(std::min(next(), wires_.now() + longest_wait));
+      note_sleep(wires_.now());
       // What came while the disk was slow, or this process had to wait, is no silence of the devices.
+      const double until = wires_.now() + longest_round;
       for (int round = 0; !events.empty() && !end_; ++round) {
         take_all(events);
-        events = round < most_rounds ? wires_.wait(wires_.now()) : std::vector<LinkEvent>{};
+        const bool more = round < most_rounds && wires_.now() < until;
+        events = more ? wires_.wait(wires_.now()) : std::vector<LinkEvent>{};
       }
       if (!end_) look_around();
     }
+    note_dropped();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
     tell_recorded();
     return *end_;
@@ -111,6 +124,7 @@ class Conductor {
   /// [s] when something is due.
   double next() const {
     double due = std::min(state_.wake.value_or(never), next_values_);
+    if (rows_.waits()) due = std::min(due, wires_.now() + row_look);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
     for (const StreamLine& start : starts_) due = std::min(due, start.next());
     return due;
@@ -134,8 +148,9 @@ class Conductor {
         return take(LinkLost{called, event.reason}, event.time);
       }
       if (event.kind == LinkEvent::Kind::up) return take(LinkUp{called}, event.time);
-      recorder_.raw(device.link, StoreDirection::received, event.time, event.bytes);
-      return replied(event.link, device.line.receive(event.bytes, event.time), event.time);
+      const std::string_view bytes = unflooded(event);
+      recorder_.raw(device.link, StoreDirection::received, event.time, bytes);
+      return replied(event.link, device.line.receive(bytes, event.time), event.time);
     }
     const std::size_t i = event.link - devices_.size();
     if (i >= streams_.size() || !streams_[i]) return;
@@ -145,10 +160,11 @@ class Conductor {
       return starts_[i].link_is_up(event.time);
     }
     const std::uint64_t before = streams_[i]->counts().channel_frames;
-    streams_[i]->receive(event.time, event.bytes);
+    const std::string_view bytes = unflooded(event);
+    streams_[i]->receive(event.time, bytes);
     const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
     if (has_frame) heard_[i] = event.time;
-    if (starts_[i].receive(event.bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
+    if (starts_[i].receive(bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
 
@@ -160,8 +176,41 @@ class Conductor {
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
+    const std::string& called = state_.course->station.devices[device].name;
     for (const ControllerReply& reply : replies)
-      take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+      if (reply.problem.empty() || devices_[device].words.allows(time)) take(DeviceReply{called, reply}, time);
+  }
+
+  const std::string& name_of_wire(std::size_t wire) const {
+    return wire < devices_.size() ? state_.course->station.devices[wire].name : slot_of(wire - devices_.size());
+  }
+
+  /// What is taken of the bytes of a link. One that floods hides what others say: it stops the rig.
+  std::string_view unflooded(const LinkEvent& event) {
+    conduct::FloodWatch& flood = floods_[event.link];
+    const bool known = flood.floods();
+    const std::string_view bytes = flood.take(event.bytes, event.time);
+    if (flood.floods() && !known)
+      take(MustStop{fmt::format("{} floods its link: more than {:.0f} kB/s arrive, which nothing that it was asked for "
+                                "explains",
+                                name_of_wire(event.link), 1e-3 * flood.rate())},
+           event.time);
+    return bytes;
+  }
+
+  /// What came while this process was stopped is no flood.
+  void note_sleep(double now) {
+    constexpr double usual = 2.0 * longest_wait;
+    if (now - looked_ > usual)
+      for (conduct::FloodWatch& flood : floods_) flood.overslept(now - looked_);
+    looked_ = now;
+  }
+
+  void note_dropped() {
+    for (std::size_t wire = 0; wire < floods_.size(); ++wire)
+      if (floods_[wire].dropped() > 0)
+        perform(Note{"flood", fmt::format("{}: {} bytes of the flood are not kept", name_of_wire(wire),
+                                          floods_[wire].dropped())});
   }
 
   void take_orders(double now) {
@@ -182,8 +231,11 @@ class Conductor {
   /// What nobody sends: time, orders, the state of the disk.
   void look_around() {
     const double now = wires_.now();
-    for (std::size_t d = 0; d < devices_.size(); ++d) replied(d, devices_[d].line.at(now), now);
+    if (const std::string stopped = company_.looked ? company_.looked() : ""; !stopped.empty())
+      take(MustStop{stopped}, now);
+    look_at_devices(now);
     look_at_starts(now);
+    look_at_rows(now);
     if (const auto failure = recorder_.failure(); failure && !store_failed_) {
       store_failed_ = true;
       take(StoreFailed{failure->text}, now);
@@ -206,6 +258,23 @@ class Conductor {
     }
   }
 
+  void look_at_devices(double now) {
+    for (std::size_t d = 0; d < devices_.size(); ++d) {
+      replied(d, devices_[d].line.at(now), now);
+      if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
+        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for", name_of_wire(d), untold)});
+    }
+  }
+
+  /// Rows that have come to the disk let the rig move.
+  void look_at_rows(double now) {
+    if (!rows_.waits()) return;
+    if (rows_.look(recorder_.acknowledged().sequence, now)) take(RowsStored{rows_.stored()}, now);
+    if (store_failed_ || !rows_.is_overdue()) return;
+    store_failed_ = true;
+    take(StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}, now);
+  }
+
   /// Commands of instruments that were not answered are sent again.
   void look_at_starts(double now) {
     for (std::size_t i = 0; i < starts_.size(); ++i)
@@ -214,9 +283,10 @@ class Conductor {
   }
 
   /// An event of the store, which others hear of when it is on the disk.
-  void record(StoreEvent event) {
+  std::uint64_t record(StoreEvent event) {
     const std::uint64_t sequence = recorder_.event(event);
     if (company_.event) unheard_.emplace_back(sequence, std::move(event));
+    return sequence;
   }
 
   void tell_recorded() {
@@ -270,7 +340,6 @@ class Conductor {
       if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
       by_hand_ = state_.by_hand;
       for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
-      row_waits_ = false;
     }
     busy_ = false;
   }
@@ -288,7 +357,6 @@ class Conductor {
   }
 
   void perform(const Ask& ask) {
-    if (row_waits_ && !ask.urgent) return;  // nothing moves before its row is on the disk
     const auto& all = state_.course->station.devices;
     const auto found = std::ranges::find(all, ask.device, &StationDevice::name);
     if (found == all.end()) return;
@@ -314,12 +382,11 @@ class Conductor {
     const double now = wires_.now();
     if (const auto step = conduct::step_of(row, now)) note_step(*step);
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    record({now, "journal", {}, row.label, conduct::text_of(row)});
-    if (store_failed_) return;  // nothing waits for it any more
-    if (recorder_.flush(company_.longest_commit) || recorder_.failure()) return;
-    store_failed_ = row_waits_ = true;
-    events_.push_back(
-        {wires_.now(), StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}});
+    const std::uint64_t sequence = record({now, "journal", {}, row.label, conduct::text_of(row)});
+    if (state_.awaits_rows)
+      rows_.wrote(sequence);
+    else
+      recorder_.flush();
   }
   void perform(const StreamSwitch& stream) {
     const auto& all = state_.course->station.instruments;
@@ -359,15 +426,16 @@ class Conductor {
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
   std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
+  std::vector<conduct::FloodWatch> floods_;                   ///< by wire
+  conduct::RowWait rows_;                                     ///< of the journal
   std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;
   std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
-  double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
+  double begin_ = 0.0, looked_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
   bool busy_ = false, store_failed_ = false;
-  bool row_waits_ = false;                ///< in this list of actions: the disk did not answer
   bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
 };
 

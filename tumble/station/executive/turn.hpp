@@ -176,5 +176,8 @@ void take_safe_reply(Turn& turn, std::size_t index, bool refused);
 
 // journal.cpp
 void write_row(Turn& turn, RunRow row);
+/// Whether it moves the rig, and a row of the journal is not on the disk yet.
+bool waits_for_row(const Turn& turn, const PendingRequest& request);
+void take_stored(Turn& turn, const RowsStored& stored);
 
 }  // namespace tumble::executive
