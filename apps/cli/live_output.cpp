@@ -13,6 +13,7 @@
 #include <deque>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "tumble/core/said.hpp"
 #include "tumble/units/error.hpp"

@@ -227,6 +227,17 @@ struct SettleWindow {
   double begin = 0.0, n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
 };
 
+/// Whether an axis that turns does so as it was told. The rates of its way lie between what it had and what it was told.
+struct RateWatch {
+  double low = 0.0, high = 0.0;           ///< [rad/s] that it had until its command was answered
+  std::optional<double> fastest = {};     ///< [rad/s] of a motion whose rate is not demanded; absent: not known
+  std::optional<double> too_fast = {};    ///< [s] since when it is faster than the station allows
+  std::optional<double> strange = {};     ///< [s] since when nothing explains its rate
+  double nearest = -1.0, nearest_at = 0.0;  ///< [rad/s] least departure from what was demanded, [s]; negative: none yet
+  int readings = 0;                       ///< faster than the station allows, one after the other
+  enum class Verdict { good, too_fast, strange, astray } verdict = Verdict::good;
+};
+
 /// What is demanded of an axis, and what it reads.
 struct AxisProgress {
   /// rest: it was stopped; moving: a ramp or slew goes on
@@ -241,6 +252,8 @@ struct AxisProgress {
   std::deque<std::pair<double, double>> turned_at;  ///< [s], [rad]: the last positions, of a device that reads no rate
   SettleWindow window = {};
   bool settled = false;
+  bool arrived = false;  ///< it has settled since it was commanded
+  RateWatch watch = {};
   int outside = 0;                ///< readings out of tolerance, one after the other
   int at_rest = 0;                ///< readings with a rate of zero, one after the other
   int beyond = 0;                 ///< readings beyond its travel and on the way outwards, one after the other

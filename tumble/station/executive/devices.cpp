@@ -258,6 +258,12 @@ void forgive(Turn& turn, double overslept) {
   for (auto& [name, channel] : turn.state.channels) channel.time += overslept;
   for (auto& command : turn.state.safe) command.sent_at += overslept;  // what was read before it stays before it
   for (auto& stream : turn.state.streams) stream.due += overslept;
+  for (auto& axis : turn.state.axes) {
+    axis.turned_at.clear();  // what was read before is stamped late, and gives no rate with what is read now
+    axis.watch.strange.reset();
+    axis.watch.too_fast.reset();
+    axis.watch.nearest_at += overslept;
+  }
   turn.state.settle_by += overslept;
 }
 
