@@ -72,7 +72,9 @@ std::optional<std::string> typed() {
     if (const auto count = read(STDIN_FILENO, bytes, sizeof bytes); count > 0)
       waiting.append(bytes, static_cast<std::size_t>(count));
   }
+  constexpr std::size_t longest_order = 4096;
   const auto end = waiting.find('\n');
+  if (end == std::string::npos && waiting.size() > longest_order) waiting.clear();  // nobody types that
   if (end == std::string::npos) return std::nullopt;
   std::string line = waiting.substr(0, end);
   waiting.erase(0, end + 1);
@@ -176,8 +178,8 @@ ArchiveOptions archived_by(ArchiveOptions archive, const std::string& who) {
 /// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal. Every signal that would end
 /// it, and is no fault of the program, ends the run by the safe list; what cannot be caught is seen by its guard.
 void stay_with_the_rig() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGXCPU,
-                           SIGPWR, SIGIO, SIGSTKFLT})
+  for (const int number :
+       {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGXCPU, SIGPWR, SIGIO})
     std::signal(number, end_run);
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) std::signal(number, end_run);
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);

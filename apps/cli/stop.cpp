@@ -30,7 +30,8 @@ LeaseHolder chosen(const std::string& wanted) {
   const auto all = runs_going_on();
   std::string list;
   for (const auto& run : all) list += "\n  " + run.run;
-  if (const std::string guarded = wanted.empty() ? "" : words_of_guard(wanted); !guarded.empty() && !is_among(all, wanted))
+  if (const std::string guarded = wanted.empty() ? "" : words_of_guard(wanted);
+      !guarded.empty() && !is_among(all, wanted))
     throw Error(Error::Kind::bad_input, fmt::format("the run '{}' is not going on: {}", wanted, guarded));
   if (all.empty()) throw Error(Error::Kind::bad_input, "no run is going on on this machine");
   if (wanted.empty()) {

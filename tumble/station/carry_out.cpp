@@ -14,12 +14,12 @@
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
 #include "tumble/station/conduct/flood_watch.hpp"
+#include "tumble/station/conduct/recorders.hpp"
 #include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/row_wait.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
 #include "tumble/station/recorder_stream.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -28,11 +28,11 @@ using conduct::DeviceLine;
 using conduct::StreamLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
-constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
-constexpr double longest_wait = 1.0;  ///< [s] without a look at orders
-constexpr int most_rounds = 10;       ///< of events, without a look at the time
+constexpr double values_every = 0.1;    ///< [s] channels are told to the executive
+constexpr double longest_wait = 1.0;    ///< [s] without a look at orders
+constexpr int most_rounds = 10;         ///< of events, without a look at the time
 constexpr double longest_round = 0.05;  ///< [s] of all of them
-constexpr double row_look = 0.01;     ///< [s] between looks whether a row is on the disk
+constexpr double row_look = 0.01;       ///< [s] between looks whether a row is on the disk
 
 struct Device {
   DeviceLine line;
@@ -52,7 +52,9 @@ class Conductor {
         company_(company),
         estimates_(company.estimates, *state_.course),
         watched_(conduct::watched_channels(state_.course->station)),
-        rows_(company.longest_commit) {
+        floods_(state_.course->station, parts, longest_wait),
+        rows_(company.longest_commit),
+        events_of_store_(recorder, company) {
     state_.awaits_rows = std::isfinite(company.longest_commit);
     const Station& station = state_.course->station;
     devices_.reserve(station.devices.size());
@@ -60,16 +62,15 @@ class Conductor {
       const std::size_t link = recorder_.add_link({.name = station.devices[d].name});
       devices_.push_back(
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
-      floods_.emplace_back(conduct::explained_rate(station, d, parts.controllers[d]));
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) {
-      streams_.push_back(recorder_of(i));
+      streams_.push_back(conduct::recorder_of(station.instruments[i], parts.streams[i], state_.course->units.size() > 1,
+                                              recorder, company.estimates));
       starts_.emplace_back(
           parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
           station.instruments[i].answer_within);
-      floods_.emplace_back(conduct::explained_rate(station.instruments[i], parts.streams[i].codec));
     }
-    begin_ = looked_ = wires_.now();
+    begin_ = wires_.now();
     heard_.assign(streams_.size(), begin_);
     next_show_ = next_values_ = begin_;
   }
@@ -79,7 +80,7 @@ class Conductor {
     if (state_.phase == RunPhase::idle) take(RunOrder{RunOrder::Kind::start, {}});
     while (!end_) {
       auto events = wires_.wait(std::min(next(), wires_.now() + longest_wait));
-      note_sleep(wires_.now());
+      floods_.looked(wires_.now());
       // What came while the disk was slow, or this process had to wait, is no silence of the devices.
       const double until = wires_.now() + longest_round;
       for (int round = 0; !events.empty() && !end_; ++round) {
@@ -89,27 +90,15 @@ class Conductor {
       }
       if (!end_) look_around();
     }
-    note_dropped();
+    for (const std::string& words : floods_.dropped()) perform(Note{"flood", words});
+    if (company_.over) company_.over();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
-    tell_recorded();
+    events_of_store_.tell();
     return *end_;
   }
 
  private:
   const std::string& slot_of(std::size_t i) const { return state_.course->station.instruments[i].slot; }
-
-  std::unique_ptr<InstrumentRecorder> recorder_of(std::size_t i) {
-    const StationInstrument& instrument = state_.course->station.instruments[i];
-    if (instrument.frames.empty()) return nullptr;
-    const StationParts::Stream& stream = parts_.streams[i];
-    StoreLink link;
-    link.name = instrument.link.empty() ? instrument.slot : instrument.link;
-    link.slot = state_.course->units.size() > 1 ? instrument.slot : "";
-    link.declaration = stream.text;
-    link.declaration_name = stream.name;
-    link.variants = stream.variants;
-    return std::make_unique<InstrumentRecorder>(recorder_, stream.codec, link, company_.estimates);
-  }
 
   void send(std::size_t device, std::string_view bytes) {
     recorder_.raw(devices_[device].link, StoreDirection::sent, wires_.now(), bytes);
@@ -181,51 +170,15 @@ class Conductor {
       if (reply.problem.empty() || devices_[device].words.allows(time)) take(DeviceReply{called, reply}, time);
   }
 
-  const std::string& name_of_wire(std::size_t wire) const {
-    return wire < devices_.size() ? state_.course->station.devices[wire].name : slot_of(wire - devices_.size());
-  }
-
   /// What is taken of the bytes of a link. One that floods hides what others say: it stops the rig.
   std::string_view unflooded(const LinkEvent& event) {
-    conduct::FloodWatch& flood = floods_[event.link];
-    const bool known = flood.floods();
-    const std::string_view bytes = flood.take(event.bytes, event.time);
-    if (flood.floods() && !known)
-      take(MustStop{fmt::format("{} floods its link: more than {:.0f} kB/s arrive, which nothing that it was asked for "
-                                "explains",
-                                name_of_wire(event.link), 1e-3 * flood.rate())},
-           event.time);
-    return bytes;
-  }
-
-  /// What came while this process was stopped is no flood.
-  void note_sleep(double now) {
-    constexpr double usual = 2.0 * longest_wait;
-    if (now - looked_ > usual)
-      for (conduct::FloodWatch& flood : floods_) flood.overslept(now - looked_);
-    looked_ = now;
-  }
-
-  void note_dropped() {
-    for (std::size_t wire = 0; wire < floods_.size(); ++wire)
-      if (floods_[wire].dropped() > 0)
-        perform(Note{"flood", fmt::format("{}: {} bytes of the flood are not kept", name_of_wire(wire),
-                                          floods_[wire].dropped())});
+    return floods_.take(event, [&](const std::string& why) { take(MustStop{why}, event.time); });
   }
 
   void take_orders(double now) {
     std::vector<decltype(RunEvent::what)> orders;
-    if (company_.orders) show_to_company([&] { orders = company_.orders(); });
+    if (company_.orders) conduct::show_to_company([&] { orders = company_.orders(); });
     for (auto& order : orders) take(std::move(order), now);
-  }
-
-  /// Who watches does not end a run: a terminal may be closed, a log may be full.
-  template <class Show>
-  static void show_to_company(Show show) {
-    try {
-      show();
-    } catch (const Error&) {
-    }
   }
 
   /// What nobody sends: time, orders, the state of the disk.
@@ -249,9 +202,9 @@ class Conductor {
           [&](const Note& note) { perform(note); });
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
-    tell_recorded();
+    events_of_store_.tell();
     if (company_.show && now >= next_show_) {
-      show_to_company([&] { company_.show(view(now)); });
+      conduct::show_to_company([&] { company_.show(view(now)); });
       for (const auto& stream : streams_)
         if (stream) stream->begin_bar();
       next_show_ = now + company_.show_every;
@@ -262,7 +215,8 @@ class Conductor {
     for (std::size_t d = 0; d < devices_.size(); ++d) {
       replied(d, devices_[d].line.at(now), now);
       if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
-        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for", name_of_wire(d), untold)});
+        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for",
+                                          state_.course->station.devices[d].name, untold)});
     }
   }
 
@@ -280,20 +234,6 @@ class Conductor {
     for (std::size_t i = 0; i < starts_.size(); ++i)
       if (const std::string missing = starts_[i].at(now); !missing.empty())
         perform(Note{"stream", fmt::format("slot {}: {}", slot_of(i), missing)});
-  }
-
-  /// An event of the store, which others hear of when it is on the disk.
-  std::uint64_t record(StoreEvent event) {
-    const std::uint64_t sequence = recorder_.event(event);
-    if (company_.event) unheard_.emplace_back(sequence, std::move(event));
-    return sequence;
-  }
-
-  void tell_recorded() {
-    if (unheard_.empty()) return;
-    const std::uint64_t on_disk = recorder_.acknowledged().sequence;
-    for (; !unheard_.empty() && unheard_.front().first <= on_disk; unheard_.pop_front())
-      show_to_company([&] { company_.event(unheard_.front().first, unheard_.front().second); });
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -382,7 +322,7 @@ class Conductor {
     const double now = wires_.now();
     if (const auto step = conduct::step_of(row, now)) note_step(*step);
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    const std::uint64_t sequence = record({now, "journal", {}, row.label, conduct::text_of(row)});
+    const std::uint64_t sequence = events_of_store_.record({now, "journal", {}, row.label, conduct::text_of(row)});
     if (state_.awaits_rows)
       rows_.wrote(sequence);
     else
@@ -399,18 +339,18 @@ class Conductor {
       start.stop();
   }
   void perform(const Prompt& prompt) {
-    record({wires_.now(), "prompt", {}, prompt.text, {}});
+    events_of_store_.record({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
-    if (company_.ask) show_to_company([&] { company_.ask(prompt); });
+    if (company_.ask) conduct::show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    record({wires_.now(), note.kind, {}, note.text, {}});
+    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}});
     tell(note);
   }
   void tell(const Note& note) {
-    if (company_.note) show_to_company([&] { company_.note(note, wires_.now() - begin_); });
+    if (company_.note) conduct::show_to_company([&] { company_.note(note, wires_.now() - begin_); });
   }
   void perform(const RunEnd& end) { end_ = end; }
 
@@ -426,15 +366,15 @@ class Conductor {
   std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
   std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
-  std::vector<conduct::FloodWatch> floods_;                   ///< by wire
-  conduct::RowWait rows_;                                     ///< of the journal
-  std::vector<double> heard_;                                 ///< [s] by instrument: the last sample
+  conduct::Floods floods_;
+  conduct::RowWait rows_;      ///< of the journal
+  std::vector<double> heard_;  ///< [s] by instrument: the last sample
   std::deque<RunEvent> events_;
-  std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
+  conduct::ToldEvents events_of_store_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
-  double begin_ = 0.0, looked_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
+  double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
   bool busy_ = false, store_failed_ = false;
   bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
 };
@@ -445,8 +385,7 @@ RunView Conductor::view(double now) const {
   view.prompt = prompt_;
   const Acknowledged on_disk = recorder_.acknowledged();
   view.acknowledged = on_disk.time - begin_;
-  view.sequence = on_disk.sequence;
-  if (!unheard_.empty()) view.sequence = std::min(view.sequence, unheard_.front().first - 1);
+  view.sequence = events_of_store_.told(on_disk.sequence);
   return view;
 }
 

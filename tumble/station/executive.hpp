@@ -62,8 +62,8 @@ struct Course {
   double prepare_deadline = 120.0;                 ///< [s] for all devices and channels together
 };
 
-/// A row of the journal. What moves the rig is sent when the rows before it are on the disk: the shell waits for the disk
-/// with each row, or says RowsStored and goes on looking at the rig (`awaits_rows`).
+/// A row of the journal. What moves the rig is sent when the rows before it are on the disk: the shell waits for the
+/// disk with each row, or says RowsStored and goes on looking at the rig (`awaits_rows`).
 struct RunRow {
   enum class Kind {
     power_up,        ///< the unit is switched on for `run`; what earlier attempts of this run recorded no longer counts
@@ -227,14 +227,15 @@ struct SettleWindow {
   double begin = 0.0, n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
 };
 
-/// Whether an axis that turns does so as it was told. The rates of its way lie between what it had and what it was told.
+/// Whether an axis that turns does so as it was told. The rates of its way lie between what it had and what it was
+/// told.
 struct RateWatch {
-  double low = 0.0, high = 0.0;           ///< [rad/s] that it had until its command was answered
-  std::optional<double> fastest = {};     ///< [rad/s] of a motion whose rate is not demanded; absent: not known
-  std::optional<double> too_fast = {};    ///< [s] since when it is faster than the station allows
-  std::optional<double> strange = {};     ///< [s] since when nothing explains its rate
+  double low = 0.0, high = 0.0;             ///< [rad/s] that it had until its command was answered
+  std::optional<double> fastest = {};       ///< [rad/s] of a motion whose rate is not demanded; absent: not known
+  std::optional<double> too_fast = {};      ///< [s] since when it is faster than the station allows
+  std::optional<double> strange = {};       ///< [s] since when nothing explains its rate
   double nearest = -1.0, nearest_at = 0.0;  ///< [rad/s] least departure from what was demanded, [s]; negative: none yet
-  int readings = 0;                       ///< faster than the station allows, one after the other
+  int readings = 0;                         ///< faster than the station allows, one after the other
   enum class Verdict { good, too_fast, strange, astray } verdict = Verdict::good;
 };
 

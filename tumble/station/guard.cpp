@@ -17,6 +17,8 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <new>
 #include <sstream>
 #include <thread>
@@ -48,6 +50,14 @@ std::vector<std::string> blind_bytes(const Controller& controller, const Control
     }
   }
   return bytes;
+}
+
+/// [byte] of the command line in the memory of this process; 0: it lies elsewhere.
+std::size_t room_of_command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  const std::string line{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t first = std::min(line.find('\0'), line.size());
+  return line.substr(0, first) == program_invocation_name ? line.size() : 0;
 }
 
 std::string read_note(int file) {
@@ -88,15 +98,15 @@ std::vector<GuardOrder> guard_orders_of(const Station& station, const StationPar
   return orders;
 }
 
-struct Guard::Inner {
+struct RigGuard::Inner {
   guard::Shared* shared = nullptr;
   int line = -1;
   pid_t process = -1;
   bool told = false;
 };
 
-Guard::Guard(const std::string& folder, const std::vector<GuardOrder>& orders, const std::vector<int>& descriptors,
-             double patience)
+RigGuard::RigGuard(const std::string& folder, const std::vector<GuardOrder>& orders,
+                   const std::vector<int>& descriptors, double patience)
     : inner_(std::make_unique<Inner>()) {
   const std::string path = guard::note_path(folder);
   void* const memory = mmap(nullptr, sizeof(guard::Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -106,7 +116,8 @@ Guard::Guard(const std::string& folder, const std::vector<GuardOrder>& orders, c
   if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0) guard::refuse_guard(path);
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair");
-  guard::Post post{inner_->shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience};
+  guard::Post post{
+      inner_->shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience, guard::room_of_command_line()};
   for (const GuardOrder& order : orders) post.words.push_back(order.verb + " to " + order.device);
   for (const int file : descriptors)
     if (file >= 0) post.kept.push_back(file);
@@ -118,7 +129,7 @@ Guard::Guard(const std::string& folder, const std::vector<GuardOrder>& orders, c
   if (inner_->process < 0) guard::refuse_guard("fork");
 }
 
-Guard::~Guard() {
+RigGuard::~RigGuard() {
   if (inner_->line >= 0) {
     close(inner_->line);
     waitpid(inner_->process, nullptr, inner_->shared->armed ? WNOHANG : 0);  // one that acts has the time it needs
@@ -126,16 +137,16 @@ Guard::~Guard() {
   if (inner_->shared) munmap(inner_->shared, sizeof(guard::Shared));
 }
 
-void Guard::arm() { inner_->shared->armed = true; }
+void RigGuard::arm() { inner_->shared->armed = true; }
 
-std::string Guard::looked() {
+std::string RigGuard::looked() {
   ++inner_->shared->looks;
   if (!inner_->shared->acted || inner_->told) return "";
   inner_->told = true;
   return "nobody looked at the rig for too long, and the guard of the run has stopped it";
 }
 
-void Guard::link_changed(std::size_t wire, int descriptor) {
+void RigGuard::link_changed(std::size_t wire, int descriptor) {
   guard::Change change{wire};
   iovec part{&change, sizeof change};
   alignas(cmsghdr) char room[CMSG_SPACE(sizeof(int))] = {};
@@ -154,7 +165,8 @@ void Guard::link_changed(std::size_t wire, int descriptor) {
   sendmsg(inner_->line, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
-void Guard::dismiss() {
+void RigGuard::dismiss() {
+  if (inner_->line < 0) return;
   inner_->shared->dismissed = true;
   close(std::exchange(inner_->line, -1));
   while (waitpid(inner_->process, nullptr, 0) < 0 && errno == EINTR) {
@@ -176,7 +188,8 @@ void relieve_guard(const std::string& run) {
   }
   close(file);
   if (!ended)
-    throw Error(Error::Kind::bad_file, fmt::format("the guard of the run '{}' has not ended: does the run go on?", run));
+    throw Error(Error::Kind::bad_file,
+                fmt::format("the guard of the run '{}' has not ended: is the run going on?", run));
 }
 
 std::string words_of_guard(const std::string& run) {
@@ -195,10 +208,12 @@ std::string words_of_guard(const std::string& run) {
   }
   if (head.empty()) return "";
   const auto space = head.find(' ');
-  return fmt::format("{} at {}; its guard: {}; no device has confirmed it",
-                     head.substr(space + 1) == "silent" ? "the run did not look at its rig"
-                                                        : "the process of the run has ended without a word",
-                     guard::utc_text(head.substr(0, space)), fmt::join(done, ", "));
+  const std::string time = guard::utc_text(head.substr(0, space));
+  if (head.substr(space + 1) == "silent")
+    return fmt::format("the run did not look at its rig at {}; its guard: {}; no device has confirmed it", time,
+                       fmt::join(done, ", "));
+  return fmt::format("the process of the run ended without a word at {}; its guard: {}; no device has confirmed it",
+                     time, fmt::join(done, ", "));
 }
 
 }  // namespace tumble

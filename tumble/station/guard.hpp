@@ -9,8 +9,9 @@
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/station_file.hpp"
 
-/// A second process beside that of a run: it has the links of the devices open too, and knows the bytes of the safe list.
-/// When the process of the run ends in any way without a word, or does not look at the rig any more, it sends them.
+/// A second process beside that of a run: it has the links of the devices open too, and knows the bytes of the safe
+/// list. When the process of the run ends in any way without a word, or does not look at the rig any more, it sends
+/// them.
 namespace tumble {
 
 /// One command of the safe list as bytes, for one who waits for no reply.
@@ -25,7 +26,7 @@ struct GuardOrder {
 /// Given     speed  [1] of the station's clock against that of the wall
 std::vector<GuardOrder> guard_orders_of(const Station& station, const StationParts& parts, double speed);
 
-class Guard {
+class RigGuard {
  public:
   /// Starts the process. It is of no use before arm().
   ///
@@ -34,11 +35,11 @@ class Guard {
   ///           patience     [s] without a look at the rig, after which it acts
   ///
   /// Throws    Error::bad_file where the process cannot be started
-  Guard(const std::string& folder, const std::vector<GuardOrder>& orders, const std::vector<int>& descriptors,
-        double patience);
-  Guard(const Guard&) = delete;
-  Guard& operator=(const Guard&) = delete;
-  ~Guard();  ///< one that is armed and was not dismissed acts
+  RigGuard(const std::string& folder, const std::vector<GuardOrder>& orders, const std::vector<int>& descriptors,
+           double patience);
+  RigGuard(const RigGuard&) = delete;
+  RigGuard& operator=(const RigGuard&) = delete;
+  ~RigGuard();  ///< one that is armed and was not dismissed acts
 
   void arm();  ///< from now on the rig may move
   /// The rig was looked at. Returned: why the guard has stopped it; empty: it has not.

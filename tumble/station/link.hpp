@@ -75,7 +75,8 @@ class Links {
   int descriptor(std::size_t link) const;  ///< of its file; -1: it is not up
 
   /// What happened: returns at once where something did, else after at most `seconds` [s] with nothing. Bytes that
-  /// arrived before a loss come before it. Of each link it gives at most 64 kB more than a read: the next call has more.
+  /// arrived before a loss come before it. Of each link it gives at most 64 kB more than a read: the next call has
+  /// more.
   std::vector<LinkEvent> wait(double seconds);
   /// Has wait() return; from any thread.
   void wake();

@@ -27,22 +27,24 @@ std::string takeover_folder_in(const std::string& run) {
   return folder;
 }
 
-constexpr double guard_patience = 15.0;  ///< [s] without a look at the rig: a busy computer, or a short stop, takes less
+constexpr double guard_patience =
+    15.0;  ///< [s] without a look at the rig: a busy computer, or a short stop, takes less
 
 /// The process that stops the rig where this one cannot.
-std::unique_ptr<Guard> guard_of(const PlannedRunAtStation& run, const Station& station, const StationParts& parts,
-                                LinkWires& links) {
+std::unique_ptr<RigGuard> guard_of(const PlannedRunAtStation& run, const Station& station, const StationParts& parts,
+                                   LinkWires& links) {
   std::vector<int> descriptors;
   for (std::size_t wire = 0; wire < station.devices.size(); ++wire) descriptors.push_back(links.descriptor(wire));
-  auto guard = std::make_unique<Guard>(run.folder, guard_orders_of(station, parts, run.speed), descriptors,
-                                       guard_patience);
+  auto guard =
+      std::make_unique<RigGuard>(run.folder, guard_orders_of(station, parts, run.speed), descriptors, guard_patience);
   links.tell_changes([guard = guard.get(), devices = station.devices.size()](std::size_t wire, int descriptor) {
     if (wire < devices) guard->link_changed(wire, descriptor);
   });
   return guard;
 }
 
-/// The guards of runs that have ended without a word have sent the first of their commands, and are not needed any more.
+/// The guards of runs that have ended without a word have sent the first of their commands, and are not needed any
+/// more.
 void relieve_guards(const PlannedRunAtStation& run, const Lease& lease) {
   for (const LeaseHolder& left : lease.left_behind()) relieve_guard(left.run);
   if (run.resume) relieve_guard(run.folder);
@@ -50,7 +52,7 @@ void relieve_guards(const PlannedRunAtStation& run, const Lease& lease) {
 
 /// A run that was killed may have left the rig in motion: the safe list is carried out before anything else.
 void make_safe(const std::shared_ptr<const Course>& course, const StationParts& parts, const Wires& wires,
-               const std::string& run, double speed, Guard& guard) {
+               const std::string& run, double speed, RigGuard& guard) {
   const std::string folder = takeover_folder_in(run);
   make_run_folder(folder, {}, {});
   guard.arm();
@@ -165,7 +167,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   relieve_guards(run, lease);
   const std::unique_ptr<LinkWires> links = begun(run, station, clock, lease);
   const std::string guarded = run.resume ? words_of_guard(run.folder) : "";
-  const std::unique_ptr<Guard> guard = guard_of(run, station, parts, *links);
+  const std::unique_ptr<RigGuard> guard = guard_of(run, station, parts, *links);
   const Wires wires = links->wires();
   if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder, run.speed, *guard);
   const auto estimates = estimates_of(run, *course);
@@ -177,11 +179,11 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   RunCompany company = company_of(run, *course);
   if (!guarded.empty() && company.note) company.note({"guard", guarded}, clock());
   company.looked = [&guard] { return guard->looked(); };
+  company.over = [&guard] { guard->dismiss(); };
   company.estimates = estimates.get();
   guard->arm();
   const RunEnd end =
       carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
-  guard->dismiss();
   if (end.ending != RunEnding::faulted) lease.end();
   return end;
 }

@@ -13,16 +13,16 @@ namespace {
 
 using Verdict = RateWatch::Verdict;
 
-constexpr double beyond_limit = 0.05;      // [1] of the limit: a controller that is told its limit overshoots
-constexpr double overshoot = 0.25;         // [1] of the change of rate
-constexpr double tolerances = 10.0;        // that count as a motion of its own
-constexpr double slow = degree;            // [rad/s] what is slower is left to the settle rule
-constexpr double slow_of_limit = 0.02;     // [1]
-constexpr int fast_readings = 2;           // one may be a wrong digit on the line
-constexpr double strange_for = 1.0;        // [s]
-constexpr double derived_for = 2.0;        // [s]: a reply that comes late spoils the slope for one second
-constexpr std::size_t derived_from = 5;    // positions
-constexpr double astray_for = 10.0;        // [s] without coming nearer to what was demanded
+constexpr double beyond_limit = 0.05;    // [1] of the limit: a controller that is told its limit overshoots
+constexpr double overshoot = 0.25;       // [1] of the change of rate
+constexpr double tolerances = 10.0;      // that count as a motion of its own
+constexpr double slow = degree;          // [rad/s] what is slower is left to the settle rule
+constexpr double slow_of_limit = 0.02;   // [1]
+constexpr int fast_readings = 2;         // one may be a wrong digit on the line
+constexpr double strange_for = 1.0;      // [s]
+constexpr double derived_for = 2.0;      // [s]: a reply that comes late spoils the slope for one second
+constexpr std::size_t derived_from = 5;  // positions
+constexpr double astray_for = 10.0;      // [s] without coming nearer to what was demanded
 
 /// [rad/s] a rate that may do harm, where another was commanded.
 double harmful(const StationAxis& axis, double commanded) {
@@ -91,14 +91,17 @@ bool is_told(const Turn& turn, std::size_t device) {
 }
 
 std::string words_of(const StationAxis& axis, const AxisProgress& progress) {
-  const auto text = [](double rate) { return format_in(rate, Unit::parse("deg/s")) + " deg/s"; };
-  const std::string turns = fmt::format("{} turns at {:.4g} deg/s", axis.name, Unit::parse("deg/s").from_si(*progress.rate));
+  const Unit unit = Unit::parse("deg/s");
+  const auto text = [&](double rate) { return format_in(rate, unit) + " deg/s"; };
+  const double rate = unit.from_si(*progress.rate);
   if (progress.watch.verdict == Verdict::too_fast)
-    return fmt::format("{}: the station allows {}", turns, text(*axis.max_rate));
-  if (progress.demand == Demand::rate) return fmt::format("{}, and was told to turn at {}", turns, text(progress.value));
+    return fmt::format("{} turns at {:.4g} deg/s: the station allows {}", axis.name, rate, text(*axis.max_rate));
+  if (progress.demand == Demand::rate)
+    return fmt::format("{} turns at {:.4g} deg/s, and {} is commanded", axis.name, rate, text(progress.value));
   if (progress.watch.fastest && !progress.arrived && progress.demand != Demand::rest)
-    return fmt::format("{}, and was told to move at {} at most", turns, text(*progress.watch.fastest));
-  return turns + ", and was told to stand still";
+    return fmt::format("{} turns at {:.4g} deg/s, and {} at most is commanded", axis.name, rate,
+                       text(*progress.watch.fastest));
+  return fmt::format("{} turns at {:.4g} deg/s, and rest is commanded", axis.name, rate);
 }
 
 }  // namespace
@@ -112,7 +115,8 @@ void watch_rate(Turn& turn, const StationAxis& axis, AxisProgress& progress, boo
   if (derived && progress.turned_at.size() < derived_from) return;
   auto& watch = progress.watch;
   const double now = turn.now(), rate = *progress.rate;
-  const bool fast = axis.max_rate && std::abs(rate) > (1.0 + beyond_limit) * *axis.max_rate + rate_tolerance(axis, rate);
+  const bool fast =
+      axis.max_rate && std::abs(rate) > (1.0 + beyond_limit) * *axis.max_rate + rate_tolerance(axis, rate);
   watch.readings = fast ? watch.readings + 1 : 0;
   const bool too_fast = holds_for(watch.too_fast, fast, now, derived ? derived_for : 0.0);
   if (too_fast && watch.readings >= fast_readings) watch.verdict = Verdict::too_fast;

@@ -25,9 +25,7 @@ void take(Turn& turn, const StoreFailed& event) {
 }
 
 void take(Turn& turn, const RowsStored& event) { take_stored(turn, event); }
-void take(Turn& turn, const MustStop& event) {
-  begin_safe(turn, RunPhase::stopping, RunEnding::stopped, event.reason);
-}
+void take(Turn& turn, const MustStop& event) { begin_safe(turn, RunPhase::stopping, RunEnding::stopped, event.reason); }
 
 void advance_phase(Turn& turn) {
   switch (turn.state.phase) {

@@ -29,8 +29,7 @@ void note_by_hand(Turn& turn) {
 /// A condition to hold for is not met any more: what moves comes to rest, and does it anew when it is met again.
 void begin_hold(Turn& turn, const StationInterlock& hold) {
   auto& state = turn.state;
-  const bool repeat =
-      state.phase == RunPhase::moving || state.phase == RunPhase::recording || is_in_motion(turn);
+  const bool repeat = state.phase == RunPhase::moving || state.phase == RunPhase::recording || is_in_motion(turn);
   state.after_hold = repeat ? RunPhase::moving : RunPhase::settling;
   turn.note("hold", fmt::format("'{}' is not met", hold.require.text));
   if (repeat) {

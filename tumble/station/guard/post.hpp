@@ -21,17 +21,18 @@ struct Change {
   std::size_t wire = 0;
 };
 
-/// What the guard has when it begins. It is made before the process is, and only read afterwards: the process of a run has
-/// threads, so that its child may neither allocate nor lock.
+/// What the guard has when it begins. It is made before the process is, and only read afterwards: the process of a run
+/// has threads, so that its child may neither allocate nor lock.
 struct Post {
   Shared* shared = nullptr;
-  int line = -1;  ///< to the process of the run
-  int note = -1;  ///< the file of what it does; its lock says that the guard is there
+  int line = -1;                 ///< to the process of the run
+  int note = -1;                 ///< the file of what it does; its lock says that the guard is there
   std::vector<int> descriptors;  ///< by wire
   std::vector<GuardOrder> orders;
   std::vector<std::string> words;  ///< by order: "stop to bench"
   std::vector<int> kept;           ///< room for the files that stay open
   double patience = 0.0;           ///< [s]
+  std::size_t own_name = 0;        ///< [byte] of the command line of the process, which is another for its guard
 };
 
 /// The life of the guard, in its own process.

@@ -17,11 +17,11 @@
 namespace tumble::guard {
 namespace {
 
-constexpr int look_every = 100;          // [ms]
-constexpr double longest_look = 1.0;     // [s]: the guard itself was late, which is no evidence
+constexpr int look_every = 100;       // [ms]
+constexpr double longest_look = 1.0;  // [s]: the guard itself was late, which is no evidence
 constexpr double between_exchanges = 0.05, before_again = 0.2, linger = 1.0;  // [s]
-constexpr int longest_send = 500;        // [ms]
-constexpr double longest_wait = 10.0;    // [s] between commands
+constexpr int longest_send = 500;                                             // [ms]
+constexpr double longest_wait = 10.0;                                         // [s] between commands
 
 double monotonic_now() {  // does not count while the machine is suspended
   timespec now{};
@@ -47,6 +47,12 @@ void put_number(int file, long long number) {
   put(file, digits + at, sizeof digits - at);
 }
 
+void close_between(unsigned first, unsigned last) {
+  constexpr unsigned most = 65536;  // where the system has no close_range
+  if (close_range(first, last, 0) == 0) return;
+  for (unsigned file = first; file <= std::min(last, most); ++file) close(static_cast<int>(file));
+}
+
 /// All other files of the process of the run are closed here: a lease, a pipe whose other side waits for its end.
 void keep_only(Post& post) {
   auto& kept = post.kept;
@@ -56,10 +62,19 @@ void keep_only(Post& post) {
   unsigned from = 3;
   for (const int file : kept) {
     if (file < static_cast<int>(from)) continue;
-    if (file > static_cast<int>(from)) close_range(from, static_cast<unsigned>(file) - 1, 0);
+    if (file > static_cast<int>(from)) close_between(from, static_cast<unsigned>(file) - 1);
     from = static_cast<unsigned>(file) + 1;
   }
-  close_range(from, ~0u, 0);
+  close_between(from, ~0u);
+}
+
+/// Who ends programs by their name or their command line does not end the guard with the run.
+void take_own_name(std::size_t room) {
+  constexpr char own[] = "tumble-guard";
+  prctl(PR_SET_NAME, own);
+  if (room < sizeof own) return;
+  std::memset(program_invocation_name, 0, room);
+  std::memcpy(program_invocation_name, own, sizeof own);
 }
 
 bool is_relieved() {
@@ -137,7 +152,8 @@ void note_sent(Post& post, std::size_t index, bool sent) {
   put(post.note, "\n");
 }
 
-/// What waits for nothing goes at once, and again: the first may have followed half a line of the process that has ended.
+/// What waits for nothing goes at once, and again: the first may have followed half a line of the process that has
+/// ended.
 void send_first(Post& post) {
   for (std::size_t i = 0; i < post.orders.size(); ++i)
     if (post.orders[i].after == 0.0) note_sent(post, i, send_order(post, post.orders[i]));
@@ -172,7 +188,7 @@ void keep_watch(Post& post) {
   std::signal(SIGPIPE, SIG_IGN);
   keep_only(post);
   setsid();
-  prctl(PR_SET_NAME, "tumble-guard");
+  take_own_name(post.own_name);
   if (chdir("/") != 0) put(post.note, "");
   put_number(post.note, getpid());
   put(post.note, "\n");

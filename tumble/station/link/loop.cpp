@@ -81,8 +81,8 @@ void Loop::read(const Shared& link) {
       link->stream);
 }
 
-/// However fast the other side sends, a wait takes a part of it, and the other links have theirs: the rest is left to the
-/// next wait, and then to the operating system, which lets the sender wait.
+/// However fast the other side sends, a wait takes a part of it, and the other links have theirs: the rest is left to
+/// the next wait, and then to the operating system, which lets the sender wait.
 void Loop::read_on(const Shared& link) {
   if (link->taken < most_taken && link->reads < most_reads) return read(link);
   sated_.push_back(link);

@@ -34,7 +34,7 @@ struct Connection {
   bool up = true;
   std::size_t taken = 0;  ///< [byte] in this wait
   int reads = 0;          ///< in this wait
-  int other_side = -1;  ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
+  int other_side = -1;    ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
   std::unique_ptr<asio::steady_timer> silence_timer;
   double silence = 0.0;                              ///< [s]
   std::chrono::steady_clock::time_point heard = {};  ///< when the last bytes came
