@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <sstream>
 
+#include "live_output.hpp"
+
 namespace tumble::cli {
 
 namespace {
@@ -30,26 +32,25 @@ std::string cut(std::string line, std::size_t most) {
   return line.substr(0, end);
 }
 
+/// What was drawn is erased, and the text drawn in its place.
+std::string drawn(std::size_t& drawn_lines, const std::string& text) {
+  std::string result = drawn_lines > 0 ? fmt::format("\033[{}A\033[J", drawn_lines) : "";
+  drawn_lines = 0;
+  if (text.empty()) return result;
+  const winsize room = room_of_terminal();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line) && drawn_lines + 1 < room.ws_row; ++drawn_lines)
+    result += cut(line, room.ws_col) + "\n";
+  return result;
+}
+
 }  // namespace
 
 void LiveBlock::show(const std::string& text) {
   if (!shown_) return;
-  const winsize room = room_of_terminal();
-  std::string drawn = lines_ > 0 ? fmt::format("\033[{}A\033[J", lines_) : "";
-  std::istringstream lines(text);
-  std::size_t count = 0;
-  for (std::string line; std::getline(lines, line) && count + 1 < room.ws_row; ++count)
-    drawn += cut(line, room.ws_col) + "\n";
-  lines_ = count;
-  std::fputs(drawn.c_str(), stderr);
+  if (is_output_live()) return put_live_drawing(this, [lines = lines_, text] { return drawn(*lines, text); });
+  std::fputs(drawn(*lines_, text).c_str(), stderr);
   std::fflush(stderr);
-}
-
-void LiveBlock::clear() {
-  if (!shown_ || lines_ == 0) return;
-  std::fputs(fmt::format("\033[{}A\033[J", lines_).c_str(), stderr);
-  std::fflush(stderr);
-  lines_ = 0;
 }
 
 }  // namespace tumble::cli

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <memory>
 #include <string>
 
 #include "terminal.hpp"
@@ -15,11 +17,11 @@ class LiveBlock {
   ~LiveBlock() { clear(); }
 
   void show(const std::string& text);  ///< lines, each with its line break
-  void clear();
+  void clear() { show({}); }
 
  private:
   bool shown_;
-  std::size_t lines_ = 0;
+  std::shared_ptr<std::size_t> lines_ = std::make_shared<std::size_t>(0);  ///< that stand there: known to who writes
 };
 
 }  // namespace tumble::cli

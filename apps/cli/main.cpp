@@ -9,6 +9,7 @@
 #include <new>
 
 #include "completion.hpp"
+#include "live_output.hpp"
 #include "serve.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
@@ -98,5 +99,7 @@ int main(int argc, char** argv) {
   for (const int end : {SIGINT, SIGTERM, SIGHUP})
     if (std::signal(end, tumble::cli::interrupted) == SIG_IGN) std::signal(end, SIG_IGN);  // as under nohup
   tumble::cli::on_fault();
-  return tumble::cli::run_and_catch(argc, argv);
+  const int status = tumble::cli::run_and_catch(argc, argv);
+  tumble::cli::end_live_output();
+  return status;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "live_block.hpp"
+#include "live_output.hpp"
 #include "tumble/core/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
@@ -152,6 +153,7 @@ RecordRequest request_of(const Arguments& arguments) {
 int run(const Arguments& arguments, const Terminal& terminal) {
   constexpr int bad_data = 3;
   const RecordRequest request = request_of(arguments);
+  begin_live_output(terminal);
   Display display(terminal);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_recording);
   std::signal(SIGPIPE, SIG_IGN);  // the recording goes on when a pipe of its messages ends
@@ -162,9 +164,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
   note(terminal, "wrote " + outcome.sealed.path);
   if (!outcome.store.empty()) note(terminal, "the live store is kept in " + outcome.store);
-  if (outcome.whole) return 0;
-  complain(terminal, outcome.ending);
-  return bad_data;
+  if (!outcome.whole) complain(terminal, outcome.ending);
+  flush_live_output();
+  return outcome.whole ? 0 : bad_data;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "archive_options.hpp"
+#include "live_output.hpp"
 #include "run_display.hpp"
 #include "tumble/formats/confinement.hpp"
 #include "tumble/station/archived_run.hpp"
@@ -72,7 +73,9 @@ std::optional<std::string> typed() {
     if (const auto count = read(STDIN_FILENO, bytes, sizeof bytes); count > 0)
       waiting.append(bytes, static_cast<std::size_t>(count));
   }
+  constexpr std::size_t longest_order = 4096;
   const auto end = waiting.find('\n');
+  if (end == std::string::npos && waiting.size() > longest_order) waiting.clear();  // nobody types that
   if (end == std::string::npos) return std::nullopt;
   std::string line = waiting.substr(0, end);
   waiting.erase(0, end + 1);
@@ -173,9 +176,13 @@ ArchiveOptions archived_by(ArchiveOptions archive, const std::string& who) {
 }
 
 /// A rig in motion is never left alone: the process goes on when a pipe or a terminal of it ends, it is not suspended
-/// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal.
+/// by Ctrl+Z, and it does not stop in the background where it reads or writes the terminal. Every signal that would end
+/// it, and is no fault of the program, ends the run by the safe list; what cannot be caught is seen by its guard.
 void stay_with_the_rig() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
+  for (const int number :
+       {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGXCPU, SIGPWR, SIGIO})
+    std::signal(number, end_run);
+  for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) std::signal(number, end_run);
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
 }
 
@@ -193,6 +200,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   run.show_estimates = true;  // others may watch it
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
+  begin_live_output(terminal);
   RunDisplay display(terminal);
   auto rig = rig_played_here(run);
   RunDesk desk;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <thread>
 
+#include "tumble/station/guard.hpp"
 #include "tumble/station/lease.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/units/error.hpp"
@@ -20,10 +21,18 @@ bool goes_on(const LeaseHolder& run) {
   return std::ranges::find(all, run.run, &LeaseHolder::run) != all.end();
 }
 
+bool is_among(const std::vector<LeaseHolder>& runs, const std::string& wanted) {
+  const std::string path = std::filesystem::absolute(wanted).lexically_normal().string();
+  return std::ranges::find(runs, path, &LeaseHolder::run) != runs.end();
+}
+
 LeaseHolder chosen(const std::string& wanted) {
   const auto all = runs_going_on();
   std::string list;
   for (const auto& run : all) list += "\n  " + run.run;
+  if (const std::string guarded = wanted.empty() ? "" : words_of_guard(wanted);
+      !guarded.empty() && !is_among(all, wanted))
+    throw Error(Error::Kind::bad_input, fmt::format("the run '{}' is not going on: {}", wanted, guarded));
   if (all.empty()) throw Error(Error::Kind::bad_input, "no run is going on on this machine");
   if (wanted.empty()) {
     if (all.size() == 1) return all.front();

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "live_output.hpp"
 #include "tumble/core/said.hpp"
 #include "tumble/units/error.hpp"
 
@@ -33,7 +34,10 @@ std::string harmless(std::string_view text) {
 }
 
 /// A log that is closed or full does not spoil what was done.
-void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
+void say(const std::string& text) {
+  if (is_output_live()) return put_live(STDERR_FILENO, text);
+  std::fputs(text.c_str(), stderr);
+}
 
 }  // namespace
 
@@ -71,6 +75,7 @@ Language language_of_process(const std::vector<std::string>& words) {
 
 void print(std::string_view raw) {
   const std::string text = harmless(raw);
+  if (is_output_live()) return put_live(STDOUT_FILENO, text);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (!written) throw Error(Error::Kind::bad_file, fmt::format("standard output: {}", std::strerror(errno)));
 }

@@ -13,12 +13,14 @@
 #include "tumble/station/conduct/channel_values.hpp"
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
+#include "tumble/station/conduct/flood_watch.hpp"
 #include "tumble/station/conduct/hearing.hpp"
+#include "tumble/station/conduct/recorders.hpp"
 #include "tumble/station/conduct/row_text.hpp"
+#include "tumble/station/conduct/row_wait.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
 #include "tumble/station/recorder_stream.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -27,13 +29,16 @@ using conduct::DeviceLine;
 using conduct::StreamLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
-constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
-constexpr double longest_wait = 1.0;  ///< [s] without a look at orders
-constexpr int most_rounds = 10;       ///< of events, without a look at the time
+constexpr double values_every = 0.1;    ///< [s] channels are told to the executive
+constexpr double longest_wait = 1.0;    ///< [s] without a look at orders
+constexpr int most_rounds = 10;         ///< of events, without a look at the time
+constexpr double longest_round = 0.05;  ///< [s] of all of them
+constexpr double row_look = 0.01;       ///< [s] between looks whether a row is on the disk
 
 struct Device {
   DeviceLine line;
-  std::size_t link = 0;  ///< of the recorder
+  std::size_t link = 0;           ///< of the recorder
+  conduct::WordLimit words = {};  ///< that it says without being asked
 };
 
 /// One run from begin to end.
@@ -47,7 +52,11 @@ class Conductor {
         recorder_(recorder),
         company_(company),
         estimates_(company.estimates, *state_.course),
-        watched_(conduct::watched_channels(state_.course->station)) {
+        watched_(conduct::watched_channels(state_.course->station)),
+        floods_(state_.course->station, parts, longest_wait),
+        rows_(company.longest_commit),
+        events_of_store_(recorder, company) {
+    state_.awaits_rows = std::isfinite(company.longest_commit);
     const Station& station = state_.course->station;
     devices_.reserve(station.devices.size());
     for (std::size_t d = 0; d < station.devices.size(); ++d) {
@@ -56,7 +65,8 @@ class Conductor {
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
     for (std::size_t i = 0; i < station.instruments.size(); ++i) {
-      streams_.push_back(recorder_of(i));
+      streams_.push_back(conduct::recorder_of(station.instruments[i], parts.streams[i], state_.course->units.size() > 1,
+                                              recorder, company.estimates));
       starts_.emplace_back(
           parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
           station.instruments[i].answer_within);
@@ -71,35 +81,27 @@ class Conductor {
     if (state_.phase == RunPhase::idle) take(RunOrder{RunOrder::Kind::start, {}});
     while (!end_) {
       auto events = wires_.wait(std::min(next(), wires_.now() + longest_wait));
+      floods_.looked(wires_.now());
       // What came while the disk was slow, or this process had to wait, is no silence of the devices.
+      const double until = wires_.now() + longest_round;
       for (int round = 0; !events.empty() && !end_; ++round) {
         take_all(events);
-        events = round < most_rounds ? wires_.wait(wires_.now()) : std::vector<LinkEvent>{};
+        const bool more = round < most_rounds && wires_.now() < until;
+        events = more ? wires_.wait(wires_.now()) : std::vector<LinkEvent>{};
       }
       if (!end_) look_around();
     }
     for (const auto& stream : streams_)
       if (stream) stream->finish();
+    for (const std::string& words : floods_.dropped()) perform(Note{"flood", words});
+    if (company_.over) company_.over();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
-    tell_recorded();
+    events_of_store_.tell();
     return *end_;
   }
 
  private:
   const std::string& slot_of(std::size_t i) const { return state_.course->station.instruments[i].slot; }
-
-  std::unique_ptr<InstrumentRecorder> recorder_of(std::size_t i) {
-    const StationInstrument& instrument = state_.course->station.instruments[i];
-    if (instrument.frames.empty()) return nullptr;
-    const StationParts::Stream& stream = parts_.streams[i];
-    StoreLink link;
-    link.name = instrument.link.empty() ? instrument.slot : instrument.link;
-    link.slot = state_.course->units.size() > 1 ? instrument.slot : "";
-    link.declaration = stream.text;
-    link.declaration_name = stream.name;
-    link.variants = stream.variants;
-    return std::make_unique<InstrumentRecorder>(recorder_, stream.codec, link, company_.estimates);
-  }
 
   void send(std::size_t device, std::string_view bytes) {
     recorder_.raw(devices_[device].link, StoreDirection::sent, wires_.now(), bytes);
@@ -114,6 +116,7 @@ class Conductor {
   /// [s] when something is due.
   double next() const {
     double due = std::min(state_.wake.value_or(never), next_values_);
+    if (rows_.waits()) due = std::min(due, wires_.now() + row_look);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
     for (const StreamLine& start : starts_) due = std::min(due, start.next());
     return due;
@@ -137,8 +140,9 @@ class Conductor {
         return take(LinkLost{called, event.reason}, event.time);
       }
       if (event.kind == LinkEvent::Kind::up) return take(LinkUp{called}, event.time);
-      recorder_.raw(device.link, StoreDirection::received, event.time, event.bytes);
-      return replied(event.link, device.line.receive(event.bytes, event.time), event.time);
+      const std::string_view bytes = unflooded(event);
+      recorder_.raw(device.link, StoreDirection::received, event.time, bytes);
+      return replied(event.link, device.line.receive(bytes, event.time), event.time);
     }
     const std::size_t i = event.link - devices_.size();
     if (i >= streams_.size() || !streams_[i]) return;
@@ -148,10 +152,11 @@ class Conductor {
       return starts_[i].link_is_up(event.time);
     }
     const std::uint64_t before = streams_[i]->counts().channel_frames;
-    streams_[i]->receive(event.time, event.bytes);
+    const std::string_view bytes = unflooded(event);
+    streams_[i]->receive(event.time, bytes);
     const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
     if (has_frame) hearing_.sample(i, event.time);
-    if (starts_[i].receive(event.bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
+    if (starts_[i].receive(bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
     if (!watched_.empty()) tell_watched(i, event.time);
   }
 
@@ -163,30 +168,30 @@ class Conductor {
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
+    const std::string& called = state_.course->station.devices[device].name;
     for (const ControllerReply& reply : replies)
-      take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+      if (reply.problem.empty() || devices_[device].words.allows(time)) take(DeviceReply{called, reply}, time);
+  }
+
+  /// What is taken of the bytes of a link. One that floods hides what others say: it stops the rig.
+  std::string_view unflooded(const LinkEvent& event) {
+    return floods_.take(event, [&](const std::string& why) { take(MustStop{why}, event.time); });
   }
 
   void take_orders(double now) {
     std::vector<decltype(RunEvent::what)> orders;
-    if (company_.orders) show_to_company([&] { orders = company_.orders(); });
+    if (company_.orders) conduct::show_to_company([&] { orders = company_.orders(); });
     for (auto& order : orders) take(std::move(order), now);
-  }
-
-  /// Who watches does not end a run: a terminal may be closed, a log may be full.
-  template <class Show>
-  static void show_to_company(Show show) {
-    try {
-      show();
-    } catch (const Error&) {
-    }
   }
 
   /// What nobody sends: time, orders, the state of the disk.
   void look_around() {
     const double now = wires_.now();
-    for (std::size_t d = 0; d < devices_.size(); ++d) replied(d, devices_[d].line.at(now), now);
+    if (const std::string stopped = company_.looked ? company_.looked() : ""; !stopped.empty())
+      take(MustStop{stopped}, now);
+    look_at_devices(now);
     look_at_starts(now);
+    look_at_rows(now);
     if (const auto failure = recorder_.failure(); failure && !store_failed_) {
       store_failed_ = true;
       take(StoreFailed{failure->text}, now);
@@ -200,13 +205,31 @@ class Conductor {
           [&](const Note& note) { perform(note); });
     }
     if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
-    tell_recorded();
+    events_of_store_.tell();
     if (company_.show && now >= next_show_) {
-      show_to_company([&] { company_.show(view(now)); });
+      conduct::show_to_company([&] { company_.show(view(now)); });
       for (const auto& stream : streams_)
         if (stream) stream->begin_bar();
       next_show_ = now + company_.show_every;
     }
+  }
+
+  void look_at_devices(double now) {
+    for (std::size_t d = 0; d < devices_.size(); ++d) {
+      replied(d, devices_[d].line.at(now), now);
+      if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
+        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for",
+                                          state_.course->station.devices[d].name, untold)});
+    }
+  }
+
+  /// Rows that have come to the disk let the rig move.
+  void look_at_rows(double now) {
+    if (!rows_.waits()) return;
+    if (rows_.look(recorder_.acknowledged().sequence, now)) take(RowsStored{rows_.stored()}, now);
+    if (store_failed_ || !rows_.is_overdue()) return;
+    store_failed_ = true;
+    take(StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}, now);
   }
 
   /// Commands of instruments that were not answered are sent again.
@@ -214,19 +237,6 @@ class Conductor {
     for (std::size_t i = 0; i < starts_.size(); ++i)
       if (const std::string missing = starts_[i].at(now); !missing.empty())
         perform(Note{"stream", fmt::format("slot {}: {}", slot_of(i), missing)});
-  }
-
-  /// An event of the store, which others hear of when it is on the disk.
-  void record(StoreEvent event) {
-    const std::uint64_t sequence = recorder_.event(event);
-    if (company_.event) unheard_.emplace_back(sequence, std::move(event));
-  }
-
-  void tell_recorded() {
-    if (unheard_.empty()) return;
-    const std::uint64_t on_disk = recorder_.acknowledged().sequence;
-    for (; !unheard_.empty() && unheard_.front().first <= on_disk; unheard_.pop_front())
-      show_to_company([&] { company_.event(unheard_.front().first, unheard_.front().second); });
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -280,7 +290,6 @@ class Conductor {
       if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
       by_hand_ = state_.by_hand;
       for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
-      row_waits_ = false;
     }
     busy_ = false;
   }
@@ -298,7 +307,6 @@ class Conductor {
   }
 
   void perform(const Ask& ask) {
-    if (row_waits_ && !ask.urgent) return;  // nothing moves before its row is on the disk
     const auto& all = state_.course->station.devices;
     const auto found = std::ranges::find(all, ask.device, &StationDevice::name);
     if (found == all.end()) return;
@@ -325,12 +333,11 @@ class Conductor {
     const double now = wires_.now();
     if (const auto step = conduct::step_of(row, now)) note_step(*step);
     // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    record({now, "journal", {}, row.label, conduct::text_of(row)});
-    if (store_failed_) return;  // nothing waits for it any more
-    if (recorder_.flush(company_.longest_commit) || recorder_.failure()) return;
-    store_failed_ = row_waits_ = true;
-    events_.push_back(
-        {wires_.now(), StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}});
+    const std::uint64_t sequence = events_of_store_.record({now, "journal", {}, row.label, conduct::text_of(row)});
+    if (state_.awaits_rows)
+      rows_.wrote(sequence);
+    else
+      recorder_.flush();
   }
   void perform(const StreamSwitch& stream) {
     const auto& all = state_.course->station.instruments;
@@ -344,18 +351,18 @@ class Conductor {
       start.stop();
   }
   void perform(const Prompt& prompt) {
-    record({wires_.now(), "prompt", {}, prompt.text, {}});
+    events_of_store_.record({wires_.now(), "prompt", {}, prompt.text, {}});
     prompt_ = prompt;
-    if (company_.ask) show_to_company([&] { company_.ask(prompt); });
+    if (company_.ask) conduct::show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    record({wires_.now(), note.kind, {}, note.text, {}});
+    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}});
     tell(note);
   }
   void tell(const Note& note) {
-    if (company_.note) show_to_company([&] { company_.note(note, wires_.now() - begin_); });
+    if (company_.note) conduct::show_to_company([&] { company_.note(note, wires_.now() - begin_); });
   }
   void perform(const RunEnd& end) { end_ = end; }
 
@@ -372,14 +379,15 @@ class Conductor {
   std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
   conduct::Hearing hearing_{0, 0.0};
+  conduct::Floods floods_;
+  conduct::RowWait rows_;      ///< of the journal
   std::deque<RunEvent> events_;
-  std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
+  conduct::ToldEvents events_of_store_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
   double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
   bool busy_ = false, store_failed_ = false;
-  bool row_waits_ = false;                ///< in this list of actions: the disk did not answer
   bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
 };
 
@@ -389,8 +397,7 @@ RunView Conductor::view(double now) const {
   view.prompt = prompt_;
   const Acknowledged on_disk = recorder_.acknowledged();
   view.acknowledged = on_disk.time - begin_;
-  view.sequence = on_disk.sequence;
-  if (!unheard_.empty()) view.sequence = std::min(view.sequence, unheard_.front().first - 1);
+  view.sequence = events_of_store_.told(on_disk.sequence);
   return view;
 }
 

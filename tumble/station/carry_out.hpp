@@ -85,9 +85,13 @@ struct RunCompany {
   std::function<void(std::uint64_t sequence, const StoreEvent& event)> event = {};
   std::function<void(const RunView&)> show = {};
   double show_every = 0.5;  ///< [s] of the station's clock
-  /// [s of the wall] that the disk may take for a row of the journal. Nobody watches the rig in the meantime: after it
-  /// the rig is brought to its safe state.
+  /// [s of the station's clock] that the disk may take for a row of the journal. What would move the rig waits for it,
+  /// and the supervision goes on; after it the rig is brought to its safe state. Infinite: a rehearsal, whose clock
+  /// stands while the disk works.
   double longest_commit = std::numeric_limits<double>::infinity();
+  /// Is called with each look at the rig. Returned: why somebody else has stopped the rig; empty: nobody has.
+  std::function<std::string()> looked = {};
+  std::function<void()> over = {};  ///< nobody looks at the rig any more; what was recorded is written still
   LiveEstimates* estimates = nullptr;  ///< stopping rules need it
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
@@ -61,7 +62,8 @@ struct Course {
   double prepare_deadline = 120.0;                 ///< [s] for all devices and channels together
 };
 
-/// A row of the journal. Rows are committed before anything that stands behind them in the list of actions is done.
+/// A row of the journal. What moves the rig is sent when the rows before it are on the disk: the shell waits for the
+/// disk with each row, or says RowsStored and goes on looking at the rig (`awaits_rows`).
 struct RunRow {
   enum class Kind {
     power_up,        ///< the unit is switched on for `run`; what earlier attempts of this run recorded no longer counts
@@ -127,10 +129,18 @@ struct RunOrder {
 struct StoreFailed {
   std::string reason;
 };
+/// So many rows of the journal, from the first of this state, are on the disk.
+struct RowsStored {
+  std::uint64_t rows = 0;
+};
+/// What the shell sees, and nothing above says, ends the run by the safe list: a device that floods its link.
+struct MustStop {
+  std::string reason;
+};
 struct RunEvent {
   double time = 0.0;  ///< [s] of the station's clock
   std::variant<Tick, DeviceReply, LinkLost, LinkUp, ChannelValues, UnitFailed, StreamStarted, EstimateNow, PromptAnswer,
-               RunOrder, StoreFailed>
+               RunOrder, StoreFailed, RowsStored, MustStop>
       what = Tick{};
   bool more = false;  ///< others have arrived already: whether a device is silent is judged after them
 };
@@ -217,6 +227,18 @@ struct SettleWindow {
   double begin = 0.0, n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
 };
 
+/// Whether an axis that turns does so as it was told. The rates of its way lie between what it had and what it was
+/// told.
+struct RateWatch {
+  double low = 0.0, high = 0.0;             ///< [rad/s] that it had until its command was answered
+  std::optional<double> fastest = {};       ///< [rad/s] of a motion whose rate is not demanded; absent: not known
+  std::optional<double> too_fast = {};      ///< [s] since when it is faster than the station allows
+  std::optional<double> strange = {};       ///< [s] since when nothing explains its rate
+  double nearest = -1.0, nearest_at = 0.0;  ///< [rad/s] least departure from what was demanded, [s]; negative: none yet
+  int readings = 0;                         ///< faster than the station allows, one after the other
+  enum class Verdict { good, too_fast, strange, astray } verdict = Verdict::good;
+};
+
 /// What is demanded of an axis, and what it reads.
 struct AxisProgress {
   /// rest: it was stopped; moving: a ramp or slew goes on
@@ -231,6 +253,8 @@ struct AxisProgress {
   std::deque<std::pair<double, double>> turned_at;  ///< [s], [rad]: the last positions, of a device that reads no rate
   SettleWindow window = {};
   bool settled = false;
+  bool arrived = false;  ///< it has settled since it was commanded
+  RateWatch watch = {};
   int outside = 0;                ///< readings out of tolerance, one after the other
   int at_rest = 0;                ///< readings with a rate of zero, one after the other
   int beyond = 0;                 ///< readings beyond its travel and on the way outwards, one after the other
@@ -309,7 +333,10 @@ struct ExecutiveState {
   enum class Power { idle, off, wait, on, warm } power = Power::idle;
   double power_until = 0.0;
   bool resumed = false;
-  double decided = 0.0;  ///< [s] when stopping was decided
+  bool awaits_rows = false;                 ///< the shell says when rows are on the disk
+  std::uint64_t rows = 0, rows_stored = 0;  ///< of the journal: written, and on the disk
+  std::optional<double> held_since;         ///< [s] since when a motion waits for its row
+  double decided = 0.0;                     ///< [s] when stopping was decided
   RunEnding ending = RunEnding::complete;
   std::string reason;
   std::optional<double> wake;

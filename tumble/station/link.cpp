@@ -30,6 +30,7 @@ std::size_t Links::unsent(std::size_t link) const { return inner_->loop.unsent(l
 void Links::close(std::size_t link) { inner_->loop.close(link); }
 bool Links::is_up(std::size_t link) const { return inner_->loop.is_up(link); }
 std::string Links::peer(std::size_t link) const { return inner_->loop.peer(link); }
+int Links::descriptor(std::size_t link) const { return inner_->loop.descriptor(link); }
 std::vector<LinkEvent> Links::wait(double seconds) { return inner_->loop.wait(seconds); }
 void Links::wake() { inner_->loop.wake(); }
 

@@ -70,11 +70,13 @@ class Links {
   std::size_t unsent(std::size_t link) const;  ///< [byte] that are queued
   void close(std::size_t link);                ///< without an event
   bool is_up(std::size_t link) const;
-  /// The numeric address of the other side of a TCP link; empty: none is connected.
+  /// The numeric address of the other side of a link of TCP or UDP; empty: none is connected.
   std::string peer(std::size_t link) const;
+  int descriptor(std::size_t link) const;  ///< of its file; -1: it is not up
 
   /// What happened: returns at once where something did, else after at most `seconds` [s] with nothing. Bytes that
-  /// arrived before a loss come before it.
+  /// arrived before a loss come before it. Of each link it gives at most 64 kB more than a read: the next call has
+  /// more.
   std::vector<LinkEvent> wait(double seconds);
   /// Has wait() return; from any thread.
   void wake();

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -329,6 +330,43 @@ TEST(Link, ADoorWaitsForAFileHandle) {
   EXPECT_TRUE(nothing);
   EXPECT_NE(came_in(links), static_cast<std::size_t>(-1));
   close(client);
+}
+
+/// However fast one sends, what a wait gives has a bound, and another link has its part of it.
+TEST(Link, AFloodOfOneLinkLeavesTheOthersTheirs) {
+  Links links(steady_seconds), others(steady_seconds);
+  const auto port = others.listen(0);
+  const auto flooded = links.open(port_here(port));
+  const auto flooder = came_in(others);
+  const auto quiet = links.open(port_here(port));
+  const auto speaker = came_in(others);
+  std::atomic<bool> ended{false};
+  std::thread sender([&] {
+    const std::string lines(std::size_t{1} << 16, 'x');
+    while (!ended) {
+      if (others.unsent(flooder) < 8 * lines.size()) others.send(flooder, lines);
+      others.wait(0.0);
+    }
+  });
+  std::size_t most = 0, all = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::size_t now = 0;
+    for (const LinkEvent& event : links.wait(1.0)) now += event.link == flooded ? event.bytes.size() : 0;
+    most = std::max(most, now);
+    all += now;
+  }
+  ended = true;
+  sender.join();
+  EXPECT_LT(most, std::size_t{1} << 17);
+  EXPECT_GT(all, most);
+  others.send(speaker, "here");
+  for (int i = 0; i < 10; ++i) others.wait(0.0);
+  std::string heard;
+  int waits = 0;
+  for (; heard.empty() && waits < 50; ++waits)
+    for (const LinkEvent& event : links.wait(1.0))
+      if (event.link == quiet) heard += event.bytes;
+  EXPECT_EQ(heard, "here");
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ struct LinkWires::Inner {
   std::function<double()> clock;
   double speed;
   std::vector<Wire> all;
+  std::function<void(std::size_t, int)> changed;
 
   Inner(std::function<double()> time, double scale) : links(time), clock(std::move(time)), speed(scale) {}
 
@@ -58,6 +59,7 @@ struct LinkWires::Inner {
       wire.again = now + again_after;
       try {
         wire.link = links.open(*wire.address, again_within);
+        if (changed) changed(w, links.descriptor(*wire.link));
         return {{LinkEvent::Kind::up, w, clock(), {}, {}}};
       } catch (const Error&) {
         return {};  // it is tried again
@@ -76,6 +78,7 @@ struct LinkWires::Inner {
       if (event.kind == LinkEvent::Kind::lost) {
         found->link.reset();
         found->again = event.time + again_after;
+        if (changed) changed(event.link, -1);
       }
       events.push_back(std::move(event));
     }
@@ -93,6 +96,15 @@ LinkWires::LinkWires(const Station& station, std::function<double()> clock, doub
 }
 
 LinkWires::~LinkWires() = default;
+
+int LinkWires::descriptor(std::size_t wire) const {
+  const bool up = wire < inner_->all.size() && inner_->all[wire].link;
+  return up ? inner_->links.descriptor(*inner_->all[wire].link) : -1;
+}
+
+void LinkWires::tell_changes(std::function<void(std::size_t wire, int descriptor)> tell) {
+  inner_->changed = std::move(tell);
+}
 
 Wires LinkWires::wires() {
   return {.now = inner_->clock,

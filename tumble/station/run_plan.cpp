@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tumble/station/disk.hpp"
+#include "tumble/station/guard.hpp"
 #include "tumble/station/lease.hpp"
 #include "tumble/station/link_wires.hpp"
 #include "tumble/station/run_folder.hpp"
@@ -17,7 +18,7 @@
 namespace tumble {
 namespace {
 
-constexpr double longest_commit = 5.0;  ///< [s of the wall] of a disk while axes may move
+constexpr double longest_commit = 5.0;  ///< [s of the wall] of a disk that moves the rig by its rows
 
 /// The folder of a takeover: a run may be taken over more than once.
 std::string takeover_folder_in(const std::string& run) {
@@ -26,14 +27,40 @@ std::string takeover_folder_in(const std::string& run) {
   return folder;
 }
 
+constexpr double guard_patience =
+    15.0;  ///< [s] without a look at the rig: a busy computer, or a short stop, takes less
+
+/// The process that stops the rig where this one cannot.
+std::unique_ptr<RigGuard> guard_of(const PlannedRunAtStation& run, const Station& station, const StationParts& parts,
+                                   LinkWires& links) {
+  std::vector<int> descriptors;
+  for (std::size_t wire = 0; wire < station.devices.size(); ++wire) descriptors.push_back(links.descriptor(wire));
+  auto guard =
+      std::make_unique<RigGuard>(run.folder, guard_orders_of(station, parts, run.speed), descriptors, guard_patience);
+  links.tell_changes([guard = guard.get(), devices = station.devices.size()](std::size_t wire, int descriptor) {
+    if (wire < devices) guard->link_changed(wire, descriptor);
+  });
+  return guard;
+}
+
+/// The guards of runs that have ended without a word have sent the first of their commands, and are not needed any
+/// more.
+void relieve_guards(const PlannedRunAtStation& run, const Lease& lease) {
+  for (const LeaseHolder& left : lease.left_behind()) relieve_guard(left.run);
+  if (run.resume) relieve_guard(run.folder);
+}
+
 /// A run that was killed may have left the rig in motion: the safe list is carried out before anything else.
 void make_safe(const std::shared_ptr<const Course>& course, const StationParts& parts, const Wires& wires,
-               const std::string& run) {
+               const std::string& run, double speed, RigGuard& guard) {
   const std::string folder = takeover_folder_in(run);
   make_run_folder(folder, {}, {});
+  guard.arm();
   Disk disk;
   Recorder recorder(folder, disk);
   RunCompany company;
+  company.longest_commit = longest_commit * std::max(1.0, speed);
+  company.looked = [&guard] { return guard.looked(); };
   company.orders = [] { return std::vector<decltype(RunEvent::what)>{RunOrder{RunOrder::Kind::stop, "takeover"}}; };
   const RunEnd end = carry_out(start_state(course), parts, wires, recorder, company);
   if (end.ending == RunEnding::faulted)
@@ -112,7 +139,7 @@ void note_beginning(const PlannedRunAtStation& run, const Station& station, cons
 RunCompany company_of(const PlannedRunAtStation& run, const Course& course) {
   RunCompany company = run.company;
   company.show_every *= std::max(1.0, run.speed);  // people look in time of the wall
-  company.longest_commit = std::min(company.longest_commit, longest_commit);
+  company.longest_commit = std::min(company.longest_commit, longest_commit * std::max(1.0, run.speed));
   if (!run.desk) return company;
   return at_desk(*run.desk, run.folder, facts_of(run.plan.title, course, run.who, run.rig), run.speed, company);
 }
@@ -137,16 +164,24 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const double begin = run.clock();
   const auto clock = [&run, before, begin] { return before + run.speed * (run.clock() - begin); };
   Lease lease(station, run.folder);
+  relieve_guards(run, lease);
   const std::unique_ptr<LinkWires> links = begun(run, station, clock, lease);
+  const std::string guarded = run.resume ? words_of_guard(run.folder) : "";
+  const std::unique_ptr<RigGuard> guard = guard_of(run, station, parts, *links);
   const Wires wires = links->wires();
-  if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder);
+  if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder, run.speed, *guard);
   const auto estimates = estimates_of(run, *course);
   Disk disk;
   const std::unique_ptr<Recorder> store = store_of_run(run, disk, lease);
   Recorder& recorder = *store;
   note_beginning(run, station, *course, clock(), recorder);
+  if (!guarded.empty()) recorder.event({clock(), "guard", {}, guarded, {}});
   RunCompany company = company_of(run, *course);
+  if (!guarded.empty() && company.note) company.note({"guard", guarded}, clock());
+  company.looked = [&guard] { return guard->looked(); };
+  company.over = [&guard] { guard->dismiss(); };
   company.estimates = estimates.get();
+  guard->arm();
   const RunEnd end =
       carry_out(run.resume ? resume_state(course, rows) : start_state(course), parts, wires, recorder, company);
   if (end.ending != RunEnding::faulted) lease.end();

@@ -1,5 +1,6 @@
 #include "tumble/station/conduct/device_line.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -43,8 +44,11 @@ std::vector<ControllerReply> DeviceLine::ask(const ControllerRequest& request, d
 
 std::vector<ControllerReply> DeviceLine::receive(std::string_view bytes, double time) {
   quiet_since_ = time;
+  constexpr std::size_t most_at_once = 1024;  // [byte]: what is left of them is moved with each line
   const bool waited = host_.waits_for_quiet();
-  auto replies = host_.feed(bytes);
+  std::vector<ControllerReply> replies;
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), most_at_once)))
+    for (auto& reply : host_.feed(bytes.substr(0, most_at_once))) replies.push_back(std::move(reply));
   if (waited && !host_.waits_for_quiet()) due_ = never;
   return after(std::move(replies), time);
 }

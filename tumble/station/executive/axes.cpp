@@ -52,7 +52,7 @@ std::optional<double> tolerance_of(const StationAxis& axis, const AxisProgress& 
   const auto& rule = axis.settle;
   if (progress.demand != Demand::rate) return rule.value;
   if (!rule.rate) return std::nullopt;
-  return *rule.rate + rule.relative_rate * std::abs(progress.value);
+  return rate_tolerance(axis, progress.value);
 }
 
 std::optional<double> slope_tolerance(const StationAxis& axis, const AxisProgress& progress) {
@@ -85,6 +85,7 @@ void settle(const StationAxis& axis, AxisProgress& progress, double time, double
   if (progress.settled || t < axis.settle.hold || window.n < 2.0) return;
   const auto slope = slope_tolerance(axis, progress);
   progress.settled = !slope || t == 0.0 || std::abs(slope_of(window)) <= *slope;
+  progress.arrived = progress.arrived || progress.settled;
   if (!progress.settled) window = {};
 }
 
@@ -130,15 +131,24 @@ bool is_reading(const ControllerReply& reply) {
          (reply.values.contains("position") || reply.values.contains("rate") || reply.values.contains("temperature"));
 }
 
-/// Readings beyond the travel of the axis, one after the other, while it goes on outwards. An axis that overshoots its
-/// last position comes back, and a wrapped one has no end.
-void note_travel(const StationAxis& axis, AxisProgress& progress) {
+/// [rad] by which the axis goes on at least, whatever it is told: to the next reading where a rate is demanded, and the
+/// way of its brakes where the station states its greatest acceleration.
+double way_ahead(const StationDevice& device, const StationAxis& axis, const AxisProgress& progress) {
+  const double rate = *progress.rate;
+  double way = progress.demand == Demand::rate ? rate * device.poll : 0.0;
+  if (axis.max_acceleration) way += 0.5 * rate * std::abs(rate) / *axis.max_acceleration;
+  return way;
+}
+
+/// Readings beyond the travel of the axis, or so near to its end that it cannot stop before it, one after the other,
+/// while it goes on outwards. An axis that overshoots its last position comes back, and a wrapped one has no end.
+void note_travel(const StationDevice& device, const StationAxis& axis, AxisProgress& progress) {
   constexpr double margin = 0.01;  // [1] of the travel
   const bool ends = axis.kind == StationAxis::Kind::angle && axis.turns != StationAxis::Turns::wrapped;
   if (!ends || !progress.position || !progress.rate) return;
   const double span = axis.lowest && axis.highest ? *axis.highest - *axis.lowest : two_pi;
-  const double over = axis.highest ? *progress.position - *axis.highest : -1.0,
-               under = axis.lowest ? *axis.lowest - *progress.position : -1.0;
+  const double there = *progress.position + way_ahead(device, axis, progress);
+  const double over = axis.highest ? there - *axis.highest : -1.0, under = axis.lowest ? *axis.lowest - there : -1.0;
   const double zero = zero_rate(axis);
   const bool outwards =
       (over > margin * span && *progress.rate > zero) || (under > margin * span && *progress.rate < -zero);
@@ -161,7 +171,8 @@ void convert(Turn& turn, const StationAxis& axis, AxisProgress& progress, const 
   progress.read_at = turn.now();
   if (!progress.rate || !(value("rate") || value("position"))) return;
   progress.at_rest = std::abs(*progress.rate) <= zero_rate(axis) ? progress.at_rest + 1 : 0;
-  note_travel(axis, progress);
+  note_travel(turn.station().devices[axis.device], axis, progress);
+  watch_rate(turn, axis, progress, !value("rate"));
 }
 
 void publish(Turn& turn, const std::string& channel, const std::optional<double>& value) {

@@ -145,6 +145,13 @@ double lost_time(const Turn& turn, std::size_t device) {
   return slow ? std::max(silence, progress.due) : silence;
 }
 
+/// What waits for its row of the journal lets readings pass, and nothing else.
+std::deque<PendingRequest>::iterator next_to_send(Turn& turn, std::deque<PendingRequest>& waiting) {
+  if (waiting.empty() || !waits_for_row(turn, waiting.front())) return waiting.begin();
+  if (!turn.state.held_since) turn.state.held_since = turn.now();
+  return std::find_if(waiting.begin(), waiting.end(), is_poll);
+}
+
 void send(Turn& turn, std::size_t device, PendingRequest request) {
   auto& progress = turn.state.devices[device];
   const auto& setup = turn.station().devices[device];
@@ -251,6 +258,12 @@ void forgive(Turn& turn, double overslept) {
   for (auto& [name, channel] : turn.state.channels) channel.time += overslept;
   for (auto& command : turn.state.safe) command.sent_at += overslept;  // what was read before it stays before it
   for (auto& stream : turn.state.streams) stream.due += overslept;
+  for (auto& axis : turn.state.axes) {
+    axis.turned_at.clear();  // what was read before is stamped late, and gives no rate with what is read now
+    axis.watch.strange.reset();
+    axis.watch.too_fast.reset();
+    axis.watch.nearest_at += overslept;
+  }
   turn.state.settle_by += overslept;
 }
 
@@ -266,9 +279,11 @@ void send_waiting(Turn& turn) {
       progress.next_poll = turn.now() + turn.station().devices[i].poll;
       turn.reached(progress.next_poll);
     }
-    while (!progress.asked && !waiting.empty()) {
-      PendingRequest request = std::move(waiting.front());
-      waiting.pop_front();
+    while (!progress.asked) {
+      const auto next = next_to_send(turn, waiting);
+      if (next == waiting.end()) break;
+      PendingRequest request = std::move(*next);
+      waiting.erase(next);
       if (request.sent == 0 || !has_effect(turn, i, request.request)) send(turn, i, std::move(request));
     }
     if (progress.asked) turn.reached(progress.due);

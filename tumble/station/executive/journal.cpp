@@ -79,7 +79,26 @@ ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vec
 
 namespace executive {
 
-void write_row(Turn& turn, RunRow row) { turn.act(JournalEntry{std::move(row)}); }
+void write_row(Turn& turn, RunRow row) {
+  ++turn.state.rows;
+  turn.act(JournalEntry{std::move(row)});
+}
+
+bool waits_for_row(const Turn& turn, const PendingRequest& request) {
+  const auto& state = turn.state;
+  if (!state.awaits_rows || state.rows_stored >= state.rows) return false;
+  return request.purpose == Purpose::motion || request.purpose == Purpose::power ||
+         request.purpose == Purpose::prepare || request.purpose == Purpose::finish;
+}
+
+/// The disk is not the rig: what it took is no time that the axes had.
+void take_stored(Turn& turn, const RowsStored& stored) {
+  auto& state = turn.state;
+  state.rows_stored = std::max(state.rows_stored, stored.rows);
+  if (state.rows_stored < state.rows || !state.held_since) return;
+  state.settle_by += turn.now() - *state.held_since;
+  state.held_since.reset();
+}
 
 }  // namespace executive
 }  // namespace tumble

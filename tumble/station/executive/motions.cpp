@@ -23,6 +23,12 @@ double position_of(const StationAxis& axis, AxisProgress& progress, double wante
 }
 
 void demand(AxisProgress& progress, Demand what, double value) {
+  const bool other = progress.demand != what || progress.value != value;
+  const RateWatch before = progress.watch;
+  const double rate = progress.rate.value_or(0.0), way = before.fastest.value_or(0.0);
+  progress.watch = {.low = std::min(rate, -way), .high = std::max(rate, way)};
+  if (!other) progress.watch.nearest = before.nearest, progress.watch.nearest_at = before.nearest_at;
+  progress.arrived = false;
   progress.demand = what;
   progress.value = value;
   progress.window = {};
@@ -58,6 +64,10 @@ bool turns(const AxisProgress& progress) {
   return progress.demand == Demand::rate || progress.demand == Demand::sine || progress.demand == Demand::moving;
 }
 
+bool goes(const AxisProgress& progress) {
+  return turns(progress) || (progress.demand == Demand::position && !progress.settled);
+}
+
 void rest_axis(Turn& turn, std::size_t index, Purpose purpose) {
   const auto& axis = turn.station().axes[index];
   auto& progress = turn.state.axes[index];
@@ -71,6 +81,18 @@ void rest_axis(Turn& turn, std::size_t index, Purpose purpose) {
   send_motion(turn, index, "stop", {}, purpose);
 }
 
+/// A rate that the command carries is the greatest of its way.
+void note_fastest(Turn& turn, std::size_t index, const std::map<std::string, double>& values) {
+  if (const auto rate = values.find("rate"); rate != values.end())
+    turn.state.axes[index].watch.fastest = std::abs(rate->second);
+}
+
+void send_position(Turn& turn, std::size_t index, double position, std::optional<double> speed) {
+  auto values = position_values(turn, turn.station().axes[index], position, speed);
+  note_fastest(turn, index, values);
+  send_motion(turn, index, "position", std::move(values));
+}
+
 /// A vibration that goes on until it is stopped.
 void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
   const auto& axis = turn.station().axes[index];
@@ -82,6 +104,7 @@ void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
   }
   demand(progress, Demand::sine, motion.amplitude);
   progress.period = 1.0 / motion.frequency;
+  progress.watch.fastest = two_pi * motion.frequency * std::abs(motion.amplitude);
   std::map<std::string, double> values{{"amplitude", to_controller_rate(axis, motion.amplitude)},
                                        {"frequency", motion.frequency}};
   if (motion.phase != 0.0) values["phase"] = motion.phase;
@@ -132,8 +155,7 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
     approach(turn, index, motion.value);
   } else {
     demand(progress, Demand::position, motion.value);
-    send_motion(turn, index, "position",
-                position_values(turn, axis, position_of(axis, progress, motion.value, true), axis.speed));
+    send_position(turn, index, position_of(axis, progress, motion.value, true), axis.speed);
   }
 }
 
@@ -141,6 +163,8 @@ void begin_sweep(Turn& turn, std::size_t index, const Motion& motion) {
   const auto& axis = turn.station().axes[index];
   demand(turn.state.axes[index], Demand::sine, motion.amplitude);
   turn.state.axes[index].period = 1.0 / motion.frequency;
+  turn.state.axes[index].watch.fastest =
+      two_pi * std::max(motion.frequency, motion.to_frequency) * std::abs(motion.amplitude);
   send_motion(turn, index, "sweep",
               {{"amplitude", to_controller_rate(axis, motion.amplitude)},
                {"frequency", motion.frequency},
@@ -198,8 +222,7 @@ void begin_ramps(Turn& turn) {
         progress.demand == Demand::temperature ? progress.value : progress.temperature.value_or(motion.to);
     demand(progress, Demand::moving, motion.to);
     if (motion.kind == Kind::slew) {
-      send_motion(turn, i, "position",
-                  position_values(turn, axis, position_of(axis, progress, motion.to, false), motion.value));
+      send_position(turn, i, position_of(axis, progress, motion.to, false), motion.value);
       continue;
     }
     progress.ramp_from = from;
@@ -229,12 +252,11 @@ void end_ramps(Turn& turn) {
   }
 }
 
+bool is_in_motion(const Turn& turn) { return std::ranges::any_of(turn.state.axes, goes); }
+
 void rest_axes(Turn& turn, Purpose purpose) {
-  for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
-    const auto& progress = turn.state.axes[i];
-    const bool travels = progress.demand == Demand::position && !progress.settled;
-    if (turns(progress) || travels) rest_axis(turn, i, purpose);
-  }
+  for (std::size_t i = 0; i < turn.state.axes.size(); ++i)
+    if (goes(turn.state.axes[i])) rest_axis(turn, i, purpose);
 }
 
 }  // namespace tumble::executive

@@ -151,7 +151,8 @@ void next_segment(Turn& turn) {
   if (const auto* hold = broken_hold(turn)) {
     turn.note("hold", hold->require.text);
     state.after_hold = state.phase;
-    return enter(turn, RunPhase::holding);
+    enter(turn, RunPhase::holding);
+    return rest_axes(turn, Purpose::rest);
   }
   if (may_move(turn)) begin_attempt(turn);
 }

@@ -24,6 +24,9 @@ void take(Turn& turn, const StoreFailed& event) {
   begin_safe(turn, RunPhase::stopping, RunEnding::stopped, "the recording has stopped: " + event.reason);
 }
 
+void take(Turn& turn, const RowsStored& event) { take_stored(turn, event); }
+void take(Turn& turn, const MustStop& event) { begin_safe(turn, RunPhase::stopping, RunEnding::stopped, event.reason); }
+
 void advance_phase(Turn& turn) {
   switch (turn.state.phase) {
     case RunPhase::preparing:

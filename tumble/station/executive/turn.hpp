@@ -104,6 +104,14 @@ std::map<std::string, double> demanded(const Turn& turn);
 /// [SI] by channel.
 std::map<std::string, double> achieved(const Turn& turn);
 
+// rates.cpp
+/// One more reading of the rate of an axis that turns; `derived` from its positions.
+void watch_rate(Turn& turn, const StationAxis& axis, AxisProgress& progress, bool derived);
+/// An axis that turns as nobody told it stops the run.
+void check_rates(Turn& turn);
+/// [rad/s] within which a commanded rate counts as reached.
+double rate_tolerance(const StationAxis& axis, double rate);
+
 // motions.cpp
 /// Where the axes of the rig are before the segment is recorded, as far as the schedule says: its own motions, what
 /// segments before it in this power-up hold, and the begin of its ramps.
@@ -114,6 +122,8 @@ void send_motions(Turn& turn);
 void begin_ramps(Turn& turn);
 void continue_ramps(Turn& turn);
 void end_ramps(Turn& turn);
+/// Whether an axis turns, oscillates, or is on its way.
+bool is_in_motion(const Turn& turn);
 /// Stops what turns or oscillates.
 void rest_axes(Turn& turn, Purpose purpose);
 
@@ -176,5 +186,8 @@ void take_safe_reply(Turn& turn, std::size_t index, bool refused);
 
 // journal.cpp
 void write_row(Turn& turn, RunRow row);
+/// Whether it moves the rig, and a row of the journal is not on the disk yet.
+bool waits_for_row(const Turn& turn, const PendingRequest& request);
+void take_stored(Turn& turn, const RowsStored& stored);
 
 }  // namespace tumble::executive

@@ -26,10 +26,10 @@ void note_by_hand(Turn& turn) {
     if (has_word(turn.station().by_hand, axis)) turn.state.by_hand[axis] = motion.value;
 }
 
-/// A condition to hold for is not met any more.
+/// A condition to hold for is not met any more: what moves comes to rest, and does it anew when it is met again.
 void begin_hold(Turn& turn, const StationInterlock& hold) {
   auto& state = turn.state;
-  const bool repeat = state.phase == RunPhase::moving || state.phase == RunPhase::recording;
+  const bool repeat = state.phase == RunPhase::moving || state.phase == RunPhase::recording || is_in_motion(turn);
   state.after_hold = repeat ? RunPhase::moving : RunPhase::settling;
   turn.note("hold", fmt::format("'{}' is not met", hold.require.text));
   if (repeat) {
@@ -39,6 +39,7 @@ void begin_hold(Turn& turn, const StationInterlock& hold) {
     for (auto& axis : state.axes) axis.ramping = false;
   }
   enter(turn, RunPhase::holding);
+  rest_axes(turn, Purpose::rest);
 }
 
 /// Until when the channels of an interlock are news.
@@ -173,6 +174,7 @@ void check_prompt(Turn& turn) {
 
 void check_interlocks(Turn& turn, bool more) {
   check_travel(turn);
+  check_rates(turn);
   if (!is_active(turn.state.phase)) return;
   for (std::size_t i = 0; i < turn.state.interlocks.size(); ++i) {
     check_interlock(turn, i, more);
@@ -195,8 +197,8 @@ void advance_holding(Turn& turn) {
   if (!state.failures.empty())
     return begin_safe(turn, RunPhase::stopping, RunEnding::failed, state.failures.begin()->second);
   const bool overdue = state.prompt && state.prompt->overdue;
-  if (overdue && !all_at_rest(turn) &&
-      turn.reached(std::max(state.entered, state.prompt->prompt.deadline) + rest_deadline))
+  const double since = overdue ? std::max(state.entered, state.prompt->prompt.deadline) : state.entered;
+  if ((overdue || broken_hold(turn)) && !all_at_rest(turn) && turn.reached(since + rest_deadline))
     return begin_safe(turn, RunPhase::stopping, RunEnding::failed, "the axes did not come to rest");
   if (state.prompt || broken_hold(turn)) return;
   if (state.pause_wanted) return begin_pause(turn);

@@ -1,6 +1,8 @@
 #include "tumble/station/link/loop.hpp"
 
 #include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <boost/asio/post.hpp>
@@ -12,6 +14,10 @@
 namespace tumble::link {
 
 namespace {
+
+constexpr std::size_t most_taken = std::size_t{1} << 16;  ///< [byte] of a link in one wait
+constexpr int most_reads = 256;                           ///< of a link in one wait
+constexpr int most_work = 4096;                           ///< pieces of work in one wait: at doors, timers
 
 std::chrono::steady_clock::duration duration_of(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
@@ -67,10 +73,24 @@ void Loop::read(const Shared& link) {
             events_.push_back({LinkEvent::Kind::bytes, link->number, clock_(), {link->room.data(), count}, {}});
           }
           if (code) return lose(link, loss_of(code));
-          read(link);
+          link->taken += count;
+          ++link->reads;
+          read_on(link);
         });
       },
       link->stream);
+}
+
+/// However fast the other side sends, a wait takes a part of it, and the other links have theirs: the rest is left to
+/// the next wait, and then to the operating system, which lets the sender wait.
+void Loop::read_on(const Shared& link) {
+  if (link->taken < most_taken && link->reads < most_reads) return read(link);
+  sated_.push_back(link);
+}
+
+void Loop::do_what_is_ready() {
+  for (int work = 0; work < most_work && context_.poll_one() > 0; ++work) {
+  }
 }
 
 void Loop::write(const Shared& link) {
@@ -127,23 +147,35 @@ std::size_t Loop::unsent(std::size_t link) const {
   return is_up(link) ? links_[link]->waiting.size() + links_[link]->sending.size() : 0;
 }
 
+int Loop::descriptor(std::size_t link) const {
+  if (!is_up(link)) return -1;
+  return std::visit([](auto& stream) { return static_cast<int>(stream.native_handle()); }, links_[link]->stream);
+}
+
 std::string Loop::peer(std::size_t link) const {
-  const auto* socket = is_up(link) ? std::get_if<Tcp::socket>(&links_[link]->stream) : nullptr;
-  Code code;
-  const auto end = socket ? socket->remote_endpoint(code) : Tcp::endpoint();
-  return socket && !code ? end.address().to_string() : "";
+  sockaddr_storage end{};
+  socklen_t size = sizeof end;
+  char host[NI_MAXHOST];
+  auto* const address = reinterpret_cast<sockaddr*>(&end);
+  const bool known = is_up(link) && getpeername(descriptor(link), address, &size) == 0 &&
+                     getnameinfo(address, size, host, sizeof host, nullptr, 0, NI_NUMERICHOST) == 0;
+  return known ? host : "";
 }
 
 std::vector<LinkEvent> Loop::wait(double seconds) {
   const auto until = std::chrono::steady_clock::now() + duration_of(std::max(seconds, 0.0));
+  for (const Shared& link : links_)
+    if (link) link->taken = 0, link->reads = 0;
+  for (const Shared& link : std::exchange(sated_, {}))
+    if (link->up) read(link);
   context_.restart();
-  context_.poll();  // everything that is ready
+  do_what_is_ready();
   while (events_.empty() && !woken_) {
     context_.restart();
     asio::executor_work_guard<asio::io_context::executor_type> guard(context_.get_executor());
     const bool is_over = context_.run_one_until(until) == 0;
     context_.restart();
-    context_.poll();  // also what has arrived while this process was stopped, past the end of the wait
+    do_what_is_ready();  // also what has arrived while this process was stopped, past the end of the wait
     if (is_over) break;
   }
   woken_ = false;

@@ -32,7 +32,9 @@ struct Connection {
   bool listens = false;          ///< nobody to send to
   std::string waiting, sending;  ///< to be sent
   bool up = true;
-  int other_side = -1;  ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
+  std::size_t taken = 0;  ///< [byte] in this wait
+  int reads = 0;          ///< in this wait
+  int other_side = -1;    ///< of a pseudo-terminal: kept open, so that it does not end when nobody has it open
   std::unique_ptr<asio::steady_timer> silence_timer;
   double silence = 0.0;                              ///< [s]
   std::chrono::steady_clock::time_point heard = {};  ///< when the last bytes came
@@ -59,6 +61,7 @@ class Loop {
   std::size_t unsent(std::size_t link) const;
   void close(std::size_t link);
   std::string peer(std::size_t link) const;
+  int descriptor(std::size_t link) const;
   bool is_up(std::size_t link) const { return link < links_.size() && links_[link] && links_[link]->up; }
   std::vector<LinkEvent> wait(double seconds);  ///< at most so many [s]
   void wake();
@@ -66,6 +69,8 @@ class Loop {
  private:
   std::size_t add(Shared link, double silence);
   void read(const Shared& link);
+  void read_on(const Shared& link);
+  void do_what_is_ready();
   void write(const Shared& link);
   void lose(const Shared& link, const std::string& reason);
   void watch(const Shared& link);
@@ -77,6 +82,7 @@ class Loop {
   std::vector<Shared> links_;  ///< by number; null: it was closed
   std::vector<std::shared_ptr<Tcp::acceptor>> doors_;
   std::vector<LinkEvent> events_;
+  std::vector<Shared> sated_;  ///< that have had their part of this wait
   bool woken_ = false;
 };
 

@@ -181,11 +181,14 @@ void Writer::handle(const Refusal& refusal, Batch batch, std::unique_lock<std::m
   front_.event({front_.time(), "stopped", {}, failure_->text, {}});
   const Batch last = front_.take();
   try {
+    lock.unlock();  // who appends does not wait for the disk
     disk_.remove(reserve_path(folder_));
+    lock.lock();
     try_write(last, lock);
   } catch (const Refusal&) {
   } catch (const Error&) {
   }
+  if (!lock.owns_lock()) lock.lock();
 }
 
 void Writer::report_failure(std::unique_lock<std::mutex>& lock) {
