@@ -67,7 +67,7 @@ TEST(MotionLimits, SaysTheExtremesOfEachKind) {
   EXPECT_EQ(of(Kind::hold).place, 2.0);
   EXPECT_EQ(of(Kind::rate).lowest, -20.0);
   EXPECT_EQ(of(Kind::rate).highest, 0.0);
-  EXPECT_EQ(of(Kind::rate).rate, 2.0);
+  EXPECT_EQ(of(Kind::rate).rate, -2.0);
   EXPECT_EQ(of(Kind::slew).rate, 2.0);
   EXPECT_EQ(of(Kind::ramp).place, 2.0);
   EXPECT_DOUBLE_EQ(of(Kind::sine).rate, 2.0 * two_pi);

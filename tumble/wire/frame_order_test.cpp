@@ -71,8 +71,9 @@ struct Delivery {
   std::size_t repeated = 0;
 };
 
-/// 3000 frames of a counter that begins anywhere, except where a restart would look like a loss. Pairs, blocks, losses, copies and, where `restarts`, a counter that
-/// begins again; each 40 frames from the next, so that none of them hides another.
+/// 3000 frames of a counter that begins anywhere, except where a restart would look like a loss. Pairs, blocks, losses,
+/// copies and, where `restarts`, a counter that begins again; each 40 frames from the next, so that none of them hides
+/// another.
 Delivery delivered(std::uint64_t modulus, bool restarts, Random& random) {
   Delivery all;
   std::uint64_t number = 0, counter = random() % std::min<std::uint64_t>(modulus, 50000);

@@ -10,8 +10,8 @@ namespace tumble::conduct {
 
 namespace {
 
-constexpr double short_silence = 0.5;   ///< [s] at the end of a segment, or
-constexpr double few_intervals = 3.0;   ///< so many intervals, which may be the latency of a stream
+constexpr double short_silence = 0.5;  ///< [s] at the end of a segment, or
+constexpr double few_intervals = 3.0;  ///< so many intervals, which may be the latency of a stream
 
 }  // namespace
 

@@ -21,7 +21,7 @@ MotionExtremes swing(double amplitude, double w, double change_of_w) {
 /// A rate goes on in one direction.
 MotionExtremes turn(double rate, double seconds) {
   const double way = rate * seconds;
-  return {.lowest = std::min(way, 0.0), .highest = std::max(way, 0.0), .rate = std::abs(rate)};
+  return {.lowest = std::min(way, 0.0), .highest = std::max(way, 0.0), .rate = rate};
 }
 
 /// The frequency goes logarithmically from one to the other.

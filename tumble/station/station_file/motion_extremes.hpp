@@ -10,7 +10,7 @@ namespace tumble::station_file {
 struct MotionExtremes {
   std::optional<double> place;         ///< [u] where it goes or stays; absent: it begins where the axis is
   double lowest = 0.0, highest = 0.0;  ///< [u] from where the axis is, <= 0 and >= 0
-  double rate = 0.0;                   ///< [u/s] greatest magnitude
+  double rate = 0.0;                   ///< [u/s] greatest by magnitude, of one direction with its sign
   double acceleration = 0.0;           ///< [u/s^2] greatest magnitude
   double crest = 1.0;                  ///< [1] of a random motion: its peaks over its standard deviation
 };

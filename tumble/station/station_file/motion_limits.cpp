@@ -37,7 +37,7 @@ class AxisLimits {
     const Unit unit = Unit::parse(axis_.kind == AxisKind::temperature ? "K/min"
                                   : axis_.kind == AxisKind::angle     ? "deg/s"
                                                                       : "m/s^3");
-    if (axis_.max_rate && !(value <= *axis_.max_rate * (1.0 + 1e-9))) beyond(value, *axis_.max_rate, unit);
+    if (axis_.max_rate && !(std::abs(value) <= *axis_.max_rate * (1.0 + 1e-9))) beyond(value, *axis_.max_rate, unit);
   }
   void acceleration(double value, double crest) {
     const Unit unit = Unit::parse(axis_.kind == AxisKind::temperature ? "K/s^2"
