@@ -320,8 +320,11 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.problems = problems_of_messages(outcome.messages, options_.root);
     if (job.problems.empty()) job.problems.push_back("the program ended without a message");
   }
-  if (ended_) return;
-  Job& job = jobs_[id];
+  if (!ended_) settle(jobs_[id]);
+}
+
+/// What a job that has ended leaves: its results, and nothing that only its steps needed. Called with the lock.
+void Jobs::settle(Job& job) {
   if (job.state == Job::State::running) job.state = Job::State::done;
   job.doing.clear();
   if (job.kept) {

@@ -79,6 +79,7 @@ class Jobs {
   void run_jobs();
   Job* next_waiting();
   void carry_out(std::unique_lock<std::mutex>& lock, const std::string& id);
+  void settle(Job& job);
   void require_room(const Job& job) const;
   void make_folder(Job& job);
   bool has_its_folder(const Job& job) const;
