@@ -128,8 +128,8 @@ TEST_P(WritableFormats, StreamsWhatItReads) {
   EXPECT_EQ(values, find_channel(read_recording(path("a"), {}, {}), "temperature.case")->values);
 }
 
-// 99.7 Hz with stamps of two digits: none is lost, by whatever file the stamps come. Half a tick at either end of 20 000
-// samples is 5e-5 of the rate.
+// 99.7 Hz with stamps of two digits: none is lost, by whatever file the stamps come. Half a tick at either end of 20
+// 000 samples is 5e-5 of the rate.
 TEST_P(WritableFormats, RoundedStampsOfAnEvenClockAreEven) {
   Recording rounded = sample(20'000);
   std::vector<double> stamps;

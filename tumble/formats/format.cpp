@@ -123,6 +123,8 @@ Recording read_recording(const std::string& path, const ReadOptions& options, co
                          const FormatList& formats) {
   Recording recording = format_of(path, options, formats).read(path, options, progress);
   refuse_impossible_clocks(recording, path);
+  for (Channel& channel : recording.channels)  // the stated rate decides where stamps do not
+    if (!channel.timeline.uniform()) channel.timeline.rate = options.rate.value_or(0.0);
   return recording;
 }
 

@@ -290,9 +290,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;
-  const auto accept = [&](Recording recording, const RecordingEntry& entry, std::optional<double> rate) {
-    for (Channel& channel : recording.channels)
-      if (!channel.timeline.uniform()) channel.timeline.rate = rate.value_or(0.0);
+  const auto accept = [&](Recording recording, const RecordingEntry& entry) {
     evidence.recordings.push_back(std::move(recording));
     mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
     end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
@@ -303,7 +301,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
       };
       evidence.plans.push_back(entries[i].plan);
       read_by.push_back(options_of(entries[i], evidence.plan, options));
-      accept(read(entries[i].file, read_by.back(), part), entries[i], read_by.back().rate);
+      accept(read(entries[i].file, read_by.back(), part), entries[i]);
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;
@@ -314,7 +312,9 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   for (auto& recording : in_memory) {
     evidence.plans.push_back(nullptr);
     read_by.push_back({});
-    accept(std::move(recording), {}, options.rate);
+    for (Channel& channel : recording.channels)
+      if (!channel.timeline.uniform() && options.rate) channel.timeline.rate = *options.rate;
+    accept(std::move(recording), {});
   }
   look_at_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);

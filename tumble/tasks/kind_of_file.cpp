@@ -58,7 +58,7 @@ FileKind kind_of_file(const std::string& path) try {
   if (path.ends_with(".toml")) return FileKind::plan;
   const std::string text = begin_of(path);
   const auto line = first_line(text);
-  if (line.starts_with('{') && text.find("\"tumble\"") != text.npos) return FileKind::result;
+  if (line.starts_with('{')) return text.find("\"tumble\"") == text.npos ? FileKind::unknown : FileKind::result;
   if (reads_like_toml(line)) return FileKind::plan;
   return is_recording(path) ? FileKind::recording : FileKind::unknown;
 } catch (const Error&) {  // it cannot be read: whoever needs it says why

@@ -18,7 +18,11 @@ std::string Problems::place(const toml::source_region& at) const {
 
 void Problems::add(const toml::source_region& at, const std::string& message) {
   const auto problem = place(at) + ": " + message;
-  if (std::find(all.begin(), all.end(), problem) == all.end()) all.push_back(problem);  // a segment of many runs: once
+  constexpr std::size_t most = 200;
+  if (all.size() > most || std::find(all.begin(), all.end(), problem) != all.end())
+    return;  // a segment of many runs: once
+  all.push_back(all.size() < most ? problem
+                                  : fmt::format("there are more than {} problems: correct these first", most));
 }
 
 std::vector<std::string> Problems::sorted() const {
