@@ -166,9 +166,13 @@ void keep_in_database(const Place& place, const std::string& path, const std::st
     std::string part;
     std::int64_t number = 0;
     const auto flush = [&](std::size_t least) {
-      for (; part.size() >= least && !part.empty(); part.erase(0, part_bytes))
+      for (; part.size() >= least && !part.empty(); part.erase(0, part_bytes)) {
         place.database->run("INSERT INTO contents (sha256, part, packed) VALUES (?, ?, ?)",
                             {sha256, number++, database::Bytes{part.substr(0, part_bytes)}});
+        if (place.database->changed() != 1)
+          throw database::Refusal{database::Refusal::Kind::failed,
+                                  "the database did not keep a part of '" + path + "'"};
+      }
     };
     pack(stream, path, sha256, [&](std::string_view bytes) {
       part += bytes;
