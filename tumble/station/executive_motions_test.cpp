@@ -15,11 +15,12 @@ using testing::asked_for;
 using testing::bench_course;
 using testing::bench_segment;
 using testing::bench_station;
+using testing::BenchFault;
 using testing::ExecutiveBench;
 using testing::hold_at;
 using testing::rows_of_kind;
 using testing::turn_at;
-using Fault = testing::BenchFault::Kind;
+using Fault = BenchFault::Kind;
 
 Station station_that_holds() {
   Station station = bench_station();
