@@ -15,11 +15,12 @@ using testing::asked_for;
 using testing::bench_course;
 using testing::bench_segment;
 using testing::bench_station;
+using testing::BenchFault;
 using testing::ExecutiveBench;
 using testing::hold_at;
 using testing::rows_of_kind;
 using testing::turn_at;
-using Fault = testing::BenchFault::Kind;
+using Fault = BenchFault::Kind;
 
 Station station_that_holds() {
   Station station = bench_station();
@@ -41,7 +42,7 @@ TEST(ExecutiveMotions, WhatTurnsIsStoppedWhileAConditionIsNotMet) {
   EXPECT_EQ(bench.state.phase, RunPhase::holding);
   EXPECT_NEAR(asked_for(bench, "stop").at(0).time, 21.0, 0.2) << "when the debounce time is over";
   EXPECT_LE(std::abs(bench.true_rate("table")), 1e-4);
-  ASSERT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
+  ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   ASSERT_EQ(bench.recorded.size(), 2u);
   EXPECT_NEAR(bench.recorded[1].end - bench.recorded[1].begin, 60.0, 0.2) << "it is repeated as a whole";
 }
@@ -56,17 +57,17 @@ TEST(ExecutiveMotions, WhatTurnsIsStoppedAlsoBeforeItIsRecorded) {
   bench.at(40.0, humid(50.0));
   bench.run(30.0);
   EXPECT_LE(std::abs(bench.true_rate("table")), 1e-4);
-  ASSERT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
+  ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::segment_ends).size(), 2u);
 }
 
 TEST(ExecutiveMotions, ATableThatTurnsFasterThanItWasToldIsStoppedWithinSeconds) {
   for (const double size : {-2.0, 1.0, 7.0}) {  // the other way, twice and eight times as fast
     Station station = bench_station();
-    station.axes[0].max_rate = 1000.0 * degree;
+    station.axes[0].max_rate = 300.0 * degree;
     ExecutiveBench bench(bench_course({bench_segment("turns", 100.0, {{"table", turn_at(20.0)}})}, station));
     bench.fault({.kind = Fault::off_rate, .device = "servo", .from = 20.0, .size = size});
-    EXPECT_EQ(bench.run(1000.0), RunEnding::stopped) << size;
+    ASSERT_EQ(bench.run(1000.0), RunEnding::stopped) << size;
     // It takes its brakes of 2 rad/s^2 1.5 s at most to turn so, it does so for a second, and two polls see it.
     EXPECT_LE(bench.state.decided, 20.0 + 1.5 + 1.0 + 0.3) << size;
     EXPECT_NE(bench.ended->text.find("table turns at"), std::string::npos) << bench.ended->text;
@@ -78,7 +79,7 @@ TEST(ExecutiveMotions, ARateAboveThatOfTheStationStopsTheRunAtOnce) {
   station.axes[0].max_rate = 30.0 * degree;
   ExecutiveBench bench(bench_course({bench_segment("turns", 100.0, {{"table", turn_at(20.0)}})}, station));
   bench.fault({.kind = Fault::off_rate, .device = "servo", .from = 20.0, .size = 0.7});
-  EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
+  ASSERT_EQ(bench.run(1000.0), RunEnding::stopped);
   EXPECT_LE(bench.state.decided, 20.0 + 0.6) << "two readings, a tenth of a second apart, after the table has changed";
   EXPECT_NE(bench.ended->text.find("the station allows 30 deg/s"), std::string::npos) << bench.ended->text;
 }
@@ -93,7 +94,7 @@ TEST(ExecutiveMotions, AccelerationIsNoMotionOfItsOwn) {
   for (const bool reads_rate : {true, false}) {
     ExecutiveBench bench(bench_course(schedule, station));
     bench.reads_rate = reads_rate;
-    EXPECT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
+    EXPECT_EQ(bench.run(1000.0), RunEnding::complete);
   }
 }
 
@@ -104,7 +105,7 @@ TEST(ExecutiveMotions, NothingMovesBeforeItsRowIsOnTheDisk) {
   bench.at(30.0, RowsStored{1});
   bench.at(60.0, RowsStored{2});
   bench.at(90.0, RowsStored{100});
-  ASSERT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
+  ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   EXPECT_GE(asked_for(bench, "rate").at(0).time, 30.0);
   const auto reads = asked_for(bench, "read");
   for (std::size_t i = 1; i < reads.size(); ++i) EXPECT_LT(reads[i].time - reads[i - 1].time, 1.5);

@@ -233,7 +233,7 @@ void shake(ExecutiveBench& bench, std::uint64_t seed) {
   const std::vector<std::string> verbs{"stop", "read", "rate", "position", "set_temperature", "enable", "off", "hold"};
   const std::vector<std::string> choices{"repeat", "skip", "stop", "done", "nonsense"};
   for (std::size_t i = dice.pick(4); i > 0; --i) {
-    BenchFault fault{.kind = static_cast<Fault>(dice.pick(10)), .device = devices[dice.pick(3)]};
+    BenchFault fault{.kind = static_cast<BenchFault::Kind>(dice.pick(10)), .device = devices[dice.pick(3)]};
     fault.from = dice.pick(4) == 0 ? 0.0 : dice.upto(250.0);
     fault.until = fault.from + dice.upto(100.0) * dice.upto(1.0);
     fault.verb = verbs[dice.pick(verbs.size())];

@@ -24,10 +24,9 @@ double position_of(const StationAxis& axis, AxisProgress& progress, double wante
 
 void demand(AxisProgress& progress, Demand what, double value) {
   const bool other = progress.demand != what || progress.value != value;
-  const RateWatch before = progress.watch;
-  const double rate = progress.rate.value_or(0.0), way = before.fastest.value_or(0.0);
-  progress.watch = {.low = std::min(rate, -way), .high = std::max(rate, way)};
-  if (!other) progress.watch.nearest = before.nearest, progress.watch.nearest_at = before.nearest_at;
+  const double rate = progress.rate.value_or(0.0), way = progress.watch.fastest.value_or(0.0);
+  // A further attempt at the same motion is no reason for the rate that the axis has.
+  if (other) progress.watch = {.low = std::min(rate, -way), .high = std::max(rate, way)};
   progress.arrived = false;
   progress.demand = what;
   progress.value = value;

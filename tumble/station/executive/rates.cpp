@@ -120,10 +120,9 @@ void watch_rate(Turn& turn, const StationAxis& axis, AxisProgress& progress, boo
   watch.readings = fast ? watch.readings + 1 : 0;
   const bool too_fast = holds_for(watch.too_fast, fast, now, derived ? derived_for : 0.0);
   if (too_fast && watch.readings >= fast_readings) watch.verdict = Verdict::too_fast;
-  if (is_told(turn, axis.device)) {
+  if (is_told(turn, axis.device) && !watch.strange) {
     watch.low = std::min(watch.low, rate);
     watch.high = std::max(watch.high, rate);
-    watch.strange.reset();
     return;
   }
   const bool strange = is_strange(axis, progress);

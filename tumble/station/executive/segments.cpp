@@ -74,7 +74,8 @@ void advance_moving(Turn& turn) {
   }
   if (!state.failures.empty()) return attempt_failed(turn, state.failures.begin()->second);
   if (outstanding(turn, Purpose::motion) || has_open_set_points(turn)) {
-    if (turn.reached(state.settle_by)) attempt_failed(turn, "the commands of the motion were not carried out in time");
+    if (!state.held_since && turn.reached(state.settle_by))
+      attempt_failed(turn, "the commands of the motion were not carried out in time");
     return;
   }
   enter(turn, RunPhase::settling);
