@@ -37,6 +37,29 @@ int fsync(int file) { return wait_and("fsync", file); }
 int fdatasync(int file) { return wait_and("fdatasync", file); }
 """
 
+# Another program at the same terminal has taken what was there to be read.
+TAKEN_INPUT = r"""
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <poll.h>
+int poll(struct pollfd* all, nfds_t count, int wait) {
+  int found = ((int (*)(struct pollfd*, nfds_t, int))dlsym(RTLD_NEXT, "poll"))(all, count, wait);
+  if (count == 1 && all->fd == 0 && found == 0) all->revents = POLLIN, found = 1;
+  return found;
+}
+"""
+
+
+def preloaded(bench, text):
+    """The environment in which a program calls these functions in place of those of the system."""
+    (bench.folder / "between.c").write_text(text)
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", "between.so", "between.c", "-ldl"], cwd=bench.folder, check=True)
+    return {"LD_PRELOAD": str(bench.folder / "between.so")}
+
+
+def guard_of(bench):
+    return int((bench.folder / "run/guard").read_text().split("\n")[0] or 0)
+
 
 def report(what, seconds):
     print(f"{what}: STOP after {seconds:.2f} s", flush=True)
@@ -100,6 +123,57 @@ class StalledOutput(unittest.TestCase):
                 os.set_blocking(writer, True)
             bench.run(stdout=writer, stderr=writer).until_turning()
             report("full pipe", bench.stop_after(bench.open_door, PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
+            os.close(reader)
+            os.close(writer)
+
+
+    def test_a_fault_of_the_program_at_a_pipe_that_nobody_reads(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            reader, writer = os.pipe()
+            fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
+            os.set_blocking(writer, False)
+            try:
+                while True:
+                    os.write(writer, b"x" * 512)
+            except BlockingIOError:
+                os.set_blocking(writer, True)
+            bench.run(stdout=writer, stderr=writer).until_turning()
+            report("full pipe and SIGSEGV", bench.stop_after(bench.send(signal.SIGSEGV), PROMISED))
+            os.close(reader)
+            os.close(writer)
+
+
+class Input(unittest.TestCase):
+    def test_standard_files_that_are_closed_are_no_devices(self):
+        def close_all():
+            for number in (0, 1, 2):
+                os.close(number)
+
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run(stdin=None, stdout=None, stderr=None, preexec_fn=close_all).until_turning()
+            for number in (0, 1, 2):
+                self.assertEqual(os.readlink(f"/proc/{bench.process.pid}/fd/{number}"), "/dev/null")
+            report("closed standard files and the door", bench.stop_after(bench.open_door, PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
+            known = ("WHERE", "STOP", "RATE", "GOTO", "ACC", "DRIVE")
+            self.assertEqual([line for _, line in bench.table.heard if not line.startswith(known)], [])
+
+    @unittest.skipUnless(shutil.which("cc"), "a C compiler makes the other program at the terminal")
+    def test_input_that_another_program_takes_first(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            reader, writer = os.pipe()
+            bench.run(preloaded(bench, TAKEN_INPUT), stdin=reader).until_turning()
+            report("taken input and the door", bench.stop_after(bench.open_door, PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
+            os.close(reader)
+            os.close(writer)
+
+    def test_orders_that_are_typed(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            reader, writer = os.pipe()
+            bench.run(stdin=reader).until_turning()
+            report("abort that is typed", bench.stop_after(lambda: os.write(writer, b"ab" + b"ort\n"), PROMISED))
             self.assertEqual(bench.process.wait(30), 3)
             os.close(reader)
             os.close(writer)
@@ -190,6 +264,22 @@ class Endings(unittest.TestCase):
             self.assertIn("sent stop to bench", resumed.stdout)
             self.assertIn("carried out", resumed.stdout)
 
+    def test_a_guard_that_is_killed_is_replaced(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run().until_turning()
+            first = guard_of(bench)
+            os.kill(first, signal.SIGKILL)
+            bench.until(lambda: guard_of(bench) not in (0, first), 20, "another guard")
+            report("SIGKILL to the guard, then to the run", bench.stop_after(bench.process.kill, PROMISED))
+            self.assertIn("sent stop to bench", self.words_after(bench))
+
+    def test_a_guard_that_is_stopped_itself_does_not_hold_up_the_end(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run().until_turning()
+            os.kill(guard_of(bench), signal.SIGSTOP)
+            report("SIGSTOP to the guard, SIGTERM to the run", bench.stop_after(bench.terminate, PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
+
     def test_a_run_that_does_not_look_at_its_rig(self):
         with Bench(PROGRAM, ROOT, TURNING) as bench:
             bench.run().until_turning()
@@ -204,10 +294,8 @@ class Endings(unittest.TestCase):
 @unittest.skipUnless(shutil.which("cc"), "a C compiler makes the disk that hangs")
 class HangingDisk(unittest.TestCase):
     def hanging(self, bench):
-        (bench.folder / "disk.c").write_text(HANGING_DISK)
-        subprocess.run(["cc", "-shared", "-fPIC", "-o", "disk.so", "disk.c", "-ldl"], cwd=bench.folder, check=True)
         self.flag = bench.folder / "hangs"
-        return {"LD_PRELOAD": str(bench.folder / "disk.so"), "TEST_DISK_HANGS": str(self.flag)}
+        return {**preloaded(bench, HANGING_DISK), "TEST_DISK_HANGS": str(self.flag)}
 
     def test_the_door_is_seen_while_it_hangs(self):
         with Bench(PROGRAM, ROOT, TURNING) as bench:

@@ -1,5 +1,6 @@
 // The command line of Tumble: `tumble VERB ...`, one file a verb. Everything is done by tumble/tasks.
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -90,10 +91,18 @@ extern "C" void interrupted(int number) {
   std::raise(number);
 }
 
+/// A file that is opened later is never taken for a standard one that was closed: messages would go to a device, and
+/// its answers would be orders. Each is opened in the way that it is not used in, so that it is refused as before.
+void keep_standard_files() {
+  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(file, F_GETFD) < 0) open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
 }  // namespace
 }  // namespace tumble::cli
 
 int main(int argc, char** argv) {
+  tumble::cli::keep_standard_files();
   std::signal(SIGXFSZ, SIG_IGN);  // a file too large for its limit is a failed write, with a message
   std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
   for (const int end : {SIGINT, SIGTERM, SIGHUP})

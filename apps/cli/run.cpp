@@ -1,6 +1,4 @@
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -12,8 +10,10 @@
 #include "archive_options.hpp"
 #include "live_output.hpp"
 #include "run_display.hpp"
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
 #include "tumble/station/archived_run.hpp"
+#include "tumble/station/guard.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_folder.hpp"
 #include "tumble/station/run_plan.hpp"
@@ -22,6 +22,7 @@
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "typed_lines.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
 
@@ -41,6 +42,14 @@ volatile std::sig_atomic_t wanted_end = 0;
 
 /// The run ends by the safe list, once; further signals change nothing, because nothing ends it sooner.
 extern "C" void end_run(int) { wanted_end = 1; }
+
+/// The rig is not left in motion while a dead process writes its memory to a file, which may take minutes.
+extern "C" void end_by_fault(int number) {
+  leave_rig_to_guard();
+  unlink_unfinished();
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
 
 std::string today() {
   const std::time_t now = std::time(nullptr);
@@ -64,24 +73,6 @@ std::map<std::string, std::string> units_of(const std::vector<std::string>& text
   return units;
 }
 
-/// A line of standard input that is there; nothing where none is.
-std::optional<std::string> typed() {
-  static std::string waiting;
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, 0) > 0 && (input.revents & POLLIN) != 0) {
-    char bytes[256];
-    if (const auto count = read(STDIN_FILENO, bytes, sizeof bytes); count > 0)
-      waiting.append(bytes, static_cast<std::size_t>(count));
-  }
-  constexpr std::size_t longest_order = 4096;
-  const auto end = waiting.find('\n');
-  if (end == std::string::npos && waiting.size() > longest_order) waiting.clear();  // nobody types that
-  if (end == std::string::npos) return std::nullopt;
-  std::string line = waiting.substr(0, end);
-  waiting.erase(0, end + 1);
-  return line;
-}
-
 /// What a person at this terminal orders.
 class Operator {
  public:
@@ -96,7 +87,7 @@ class Operator {
       ended_ = true;
       orders.push_back(RunOrder{RunOrder::Kind::stop, who_});
     }
-    if (const auto line = typed()) answer(*line, orders);
+    if (const auto line = next_typed_line()) answer(*line, orders);
     return orders;
   }
 
@@ -184,6 +175,11 @@ void stay_with_the_rig() {
     std::signal(number, end_run);
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) std::signal(number, end_run);
   for (const int number : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
+  struct sigaction fault {};
+  fault.sa_handler = end_by_fault;
+  fault.sa_flags = SA_ONSTACK;
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP})
+    sigaction(number, &fault, nullptr);
 }
 
 /// The rig of the plan, where it is to be played here: a real one at these links would have to be elsewhere.
@@ -201,6 +197,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   auto archive = optional_archive(to_archive);
   stay_with_the_rig();
   begin_live_output(terminal);
+  begin_typed_lines();
   RunDisplay display(terminal);
   auto rig = rig_played_here(run);
   RunDesk desk;

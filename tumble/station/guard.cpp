@@ -7,10 +7,12 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -77,10 +79,25 @@ std::string utc_text(const std::string& seconds) {
   return text;
 }
 
-[[noreturn]] void refuse_guard(const std::string& what) {
-  throw Error(Error::Kind::bad_file,
-              fmt::format("the guard of the run cannot be started: {}: {}", what, std::strerror(errno)));
+/// Closes `note`, where it is open.
+[[noreturn]] void refuse_guard(const std::string& what, int note) {
+  const std::string why = std::strerror(errno);
+  if (note >= 0) close(note);
+  throw Error(Error::Kind::bad_file, fmt::format("the guard of the run cannot be started: {}: {}", what, why));
 }
+
+/// The folder of a run may come from anywhere: what leads elsewhere, or is no file, is not the note. -1: there is none.
+int open_note(const std::string& path, int flags) {
+  const int file = open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+  struct stat state {};
+  if (file < 0 || (fstat(file, &state) == 0 && S_ISREG(state.st_mode))) return file;
+  close(file);
+  errno = EINVAL;
+  return -1;
+}
+
+std::atomic<int> line_of_guard{-1};  ///< of the run of this process, for a signal handler
+static_assert(std::atomic<int>::is_always_lock_free);
 
 }  // namespace guard
 
@@ -99,54 +116,100 @@ std::vector<GuardOrder> guard_orders_of(const Station& station, const StationPar
 }
 
 struct RigGuard::Inner {
+  std::string path;
+  std::vector<GuardOrder> orders;
+  std::vector<int> descriptors;
+  double patience = 0.0;
   guard::Shared* shared = nullptr;
   int line = -1;
   pid_t process = -1;
   bool told = false;
+
+  void begin();
+  void end_process();
 };
 
-RigGuard::RigGuard(const std::string& folder, const std::vector<GuardOrder>& orders,
-                   const std::vector<int>& descriptors, double patience)
-    : inner_(std::make_unique<Inner>()) {
-  const std::string path = guard::note_path(folder);
-  void* const memory = mmap(nullptr, sizeof(guard::Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) guard::refuse_guard("memory");
-  inner_->shared = new (memory) guard::Shared;
-  const int note = open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0) guard::refuse_guard(path);
+void RigGuard::Inner::begin() {
+  const int note = guard::open_note(path, O_RDWR | O_CREAT);
+  if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0 || ftruncate(note, 0) != 0) guard::refuse_guard(path, note);
   int ends[2];
-  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair");
-  guard::Post post{
-      inner_->shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience, guard::room_of_command_line()};
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair", note);
+  guard::Post post{shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience,
+                   guard::room_of_command_line()};
   for (const GuardOrder& order : orders) post.words.push_back(order.verb + " to " + order.device);
   for (const int file : descriptors)
     if (file >= 0) post.kept.push_back(file);
-  inner_->process = fork();
-  if (inner_->process == 0) guard::keep_watch(post);
+  process = _Fork();  // without the handlers of fork(), which wait for work in the background
+  if (process == 0) guard::keep_watch(post);
   close(ends[1]);
+  if (process < 0) close(ends[0]), guard::refuse_guard("fork", note);
   close(note);
-  inner_->line = ends[0];
-  if (inner_->process < 0) guard::refuse_guard("fork");
+  line = ends[0];
+  guard::line_of_guard = line;
+}
+
+/// One that was told to end and does not, because it was stopped itself, is not waited for.
+void RigGuard::Inner::end_process() {
+  constexpr int most_looks = 2000;
+  for (int look = 0; look < most_looks; ++look) {
+    const pid_t ended = waitpid(process, nullptr, WNOHANG);
+    if (ended == process || (ended < 0 && errno != EINTR)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(process, SIGKILL);
+  while (waitpid(process, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+RigGuard::RigGuard(const std::string& folder, const std::vector<GuardOrder>& orders,
+                   const std::vector<int>& descriptors, double patience)
+    : inner_(new Inner{guard::note_path(folder), orders, descriptors, patience}) {
+  void* const memory = mmap(nullptr, sizeof(guard::Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) guard::refuse_guard("memory", -1);
+  inner_->shared = new (memory) guard::Shared;
+  inner_->begin();
 }
 
 RigGuard::~RigGuard() {
   if (inner_->line >= 0) {
+    guard::line_of_guard = -1;
     close(inner_->line);
-    waitpid(inner_->process, nullptr, inner_->shared->armed ? WNOHANG : 0);  // one that acts has the time it needs
+    if (inner_->shared->armed)
+      waitpid(inner_->process, nullptr, WNOHANG);  // one that acts has the time it needs
+    else
+      inner_->end_process();
   }
   if (inner_->shared) munmap(inner_->shared, sizeof(guard::Shared));
 }
 
 void RigGuard::arm() { inner_->shared->armed = true; }
+void RigGuard::disarm() { inner_->shared->armed = false; }
 
 std::string RigGuard::looked() {
   ++inner_->shared->looks;
-  if (!inner_->shared->acted || inner_->told) return "";
-  inner_->told = true;
-  return "nobody looked at the rig for too long, and the guard of the run has stopped it";
+  if (inner_->shared->acted && !std::exchange(inner_->told, true))
+    return "nobody looked at the rig for too long, and the guard of the run has stopped it";
+  char byte;
+  const bool is_there = inner_->line < 0 || recv(inner_->line, &byte, 1, MSG_PEEK | MSG_DONTWAIT) != 0;
+  if (is_there) return "";
+  close(std::exchange(inner_->line, -1));
+  guard::line_of_guard = -1;
+  inner_->end_process();
+  try {
+    inner_->begin();
+    return "";
+  } catch (const Error& error) {
+    return fmt::format("the guard of the run was ended: {}", error.what());
+  }
+}
+
+void leave_rig_to_guard() {
+  if (const int line = guard::line_of_guard; line >= 0) shutdown(line, SHUT_RDWR);
 }
 
 void RigGuard::link_changed(std::size_t wire, int descriptor) {
+  if (wire >= inner_->descriptors.size()) return;
+  inner_->descriptors[wire] = descriptor;
   guard::Change change{wire};
   iovec part{&change, sizeof change};
   alignas(cmsghdr) char room[CMSG_SPACE(sizeof(int))] = {};
@@ -168,13 +231,13 @@ void RigGuard::link_changed(std::size_t wire, int descriptor) {
 void RigGuard::dismiss() {
   if (inner_->line < 0) return;
   inner_->shared->dismissed = true;
+  guard::line_of_guard = -1;
   close(std::exchange(inner_->line, -1));
-  while (waitpid(inner_->process, nullptr, 0) < 0 && errno == EINTR) {
-  }
+  inner_->end_process();
 }
 
 void relieve_guard(const std::string& run) {
-  const int file = open(guard::note_path(run).c_str(), O_RDWR | O_CLOEXEC);
+  const int file = guard::open_note(guard::note_path(run), O_RDWR);
   if (file < 0) return;
   constexpr int most_looks = 1000;
   bool ended = false;
@@ -193,7 +256,7 @@ void relieve_guard(const std::string& run) {
 }
 
 std::string words_of_guard(const std::string& run) {
-  const int file = open(guard::note_path(run).c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = guard::open_note(guard::note_path(run), O_RDONLY);
   if (file < 0) return "";
   std::istringstream lines(guard::read_note(file));
   close(file);

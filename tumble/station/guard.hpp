@@ -41,8 +41,10 @@ class RigGuard {
   RigGuard& operator=(const RigGuard&) = delete;
   ~RigGuard();  ///< one that is armed and was not dismissed acts
 
-  void arm();  ///< from now on the rig may move
-  /// The rig was looked at. Returned: why the guard has stopped it; empty: it has not.
+  void arm();     ///< from now on the rig may move
+  void disarm();  ///< it is at rest, and nobody looks at it for a while
+  /// The rig was looked at. A guard that is not there any more is replaced. Returned: why the guard has stopped the
+  /// rig, or must; empty: all is well.
   std::string looked();
   void link_changed(std::size_t wire, int descriptor);
   void dismiss();  ///< the rig is safe, or people were told that it is not
@@ -51,6 +53,10 @@ class RigGuard {
   struct Inner;
   std::unique_ptr<Inner> inner_;
 };
+
+/// The process of the run is about to end by a fault: its guard acts now, and does not wait until the process has
+/// written its memory to a file, or its last words to a terminal. May be called by a signal handler.
+void leave_rig_to_guard();
 
 /// Ends the guard that a run has left, once it has sent the first of its commands. Returns at once where there is none.
 /// Throws Error::bad_file for one that does not end.

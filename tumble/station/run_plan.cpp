@@ -66,6 +66,7 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   if (end.ending == RunEnding::faulted)
     throw Error(Error::Kind::bad_file,
                 "a run before this one was killed, and the rig cannot be brought to its safe state: " + end.text);
+  guard.disarm();  // a long recording is read before the run goes on
 }
 
 /// The estimate so far, where a stopping rule or a person wants it.
@@ -93,6 +94,7 @@ void wait_in_wall_time(Station& station, double speed) {
     instrument.answer_within *= speed;
   }
   for (SafeCommand& command : station.safe) command.within *= speed;
+  for (StationInterlock& interlock : station.interlocks) interlock.stale *= speed;
 }
 
 /// The links, and the folder of the run. Where these cannot be had nothing was sent, and nothing is left to be taken

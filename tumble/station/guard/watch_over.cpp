@@ -70,7 +70,7 @@ void keep_only(Post& post) {
 
 /// Who ends programs by their name or their command line does not end the guard with the run.
 void take_own_name(std::size_t room) {
-  constexpr char own[] = "tumble-guard";
+  constexpr char own[] = "rig-guard";  // not found by the name of the program
   prctl(PR_SET_NAME, own);
   if (room < sizeof own) return;
   std::memset(program_invocation_name, 0, room);
@@ -109,15 +109,23 @@ bool hear(Post& post) {
   return true;
 }
 
+/// Bytes that a device has sent, which nobody needs. False: there are none. A serial line is no socket, and is read only
+/// where that does not wait.
+bool take_some(int file) {
+  static char room[1 << 14];
+  if (recv(file, room, sizeof room, MSG_DONTWAIT) > 0) return true;
+  const int flags = errno == ENOTSOCK ? fcntl(file, F_GETFL) : -1;
+  return flags >= 0 && (flags & O_NONBLOCK) != 0 && read(file, room, sizeof room) > 0;
+}
+
 /// So many seconds, in which the devices are read: one that cannot get rid of its answers may not listen. True: nothing
 /// has changed, and the guard goes on.
 bool wait_and_drain(Post& post, double seconds, std::uint64_t looks) {
-  static char room[1 << 14];
   const double until = monotonic_now() + seconds;
   for (double now = monotonic_now(); now < until; now = monotonic_now()) {
     if (is_relieved() || post.shared->dismissed || post.shared->looks != looks) return false;
     for (const int file : post.descriptors)
-      for (int i = 0; file >= 0 && i < 64 && recv(file, room, sizeof room, MSG_DONTWAIT) > 0; ++i) {
+      for (int i = 0; file >= 0 && i < 64 && take_some(file); ++i) {
       }
     poll(nullptr, 0, static_cast<int>(std::min(0.02, until - now) * 1e3) + 1);
   }
