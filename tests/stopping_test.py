@@ -6,11 +6,13 @@ computer with much other work has five.
     stopping_test.py PROGRAM REPOSITORY
 """
 
+import contextlib
 import fcntl
 import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import termios
@@ -211,6 +213,40 @@ class Floods(unittest.TestCase):
             self.assertEqual(bench.process.wait(30), 3)
             self.assertIn("bench floods its link", bench.log())
 
+    def give_orders(self, bench):
+        folder = os.open(bench.folder / "run", os.O_PATH)
+        name = next(path.name for path in (bench.folder / "run").iterdir() if path.is_socket())
+        with socket.socket(socket.AF_UNIX) as desk, contextlib.suppress(OSError):
+            desk.connect(f"/proc/self/fd/{folder}/{name}")
+            os.close(folder)
+            desk.settimeout(0.001)
+            while not bench.table.stops_flood.is_set():
+                with contextlib.suppress(TimeoutError):
+                    desk.sendall(b'{"order": "resume", "who": "x"}\n' * 20)
+                with contextlib.suppress(TimeoutError):
+                    desk.recv(65536)
+
+    def test_orders_without_end_from_elsewhere(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run().until_turning()
+            for _ in range(3):
+                threading.Thread(target=self.give_orders, args=(bench,), daemon=True).start()
+            time.sleep(3.0)
+            report("orders without end and the door", bench.stop_after(bench.open_door, PROMISED))
+            memory = int(pathlib.Path(f"/proc/{bench.process.pid}/statm").read_text().split()[1]) * 4096
+            self.assertLess(memory, 400e6)
+            bench.process.wait(30)
+
+    def test_an_order_to_stop_among_many_others(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run().until_turning()
+            threading.Thread(target=self.give_orders, args=(bench,), daemon=True).start()
+            time.sleep(1.0)
+            stop = [PROGRAM, "stop", "run"]
+            report("tumble stop among many orders", bench.stop_after(
+                lambda: subprocess.run(stop, cwd=bench.folder, env=bench.environment, capture_output=True, timeout=60), PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
+
     def test_a_controller_that_reports_by_itself_is_no_flood(self):
         with Bench(PROGRAM, ROOT, [(1, 'hold = "0 deg"'), (3, 'rate = "20 deg/s"'), (1, 'hold = "0 deg"')]) as bench:
             bench.table.begin_flood(100)
@@ -336,6 +372,13 @@ class Motions(unittest.TestCase):
                 report(f"{factor:g} times the rate", bench.stop_after(lambda: setattr(bench.table, "factor", factor), 10.0))
                 bench.process.wait(30)
                 self.assertRegex(bench.log(), "table turns at .* deg/s")
+
+    def test_a_link_that_breaks_and_can_be_opened_again(self):
+        with Bench(PROGRAM, ROOT, TURNING) as bench:
+            bench.run().until_turning()
+            report("a link that was closed", bench.stop_after(
+                lambda: [link.shutdown(socket.SHUT_RDWR) for link in list(bench.table.links)], PROMISED))
+            self.assertEqual(bench.process.wait(30), 3)
 
     def test_an_axis_that_reaches_the_end_of_its_travel_fast(self):
         with Bench(PROGRAM, ROOT, [(3, 'rate = "100 deg/s"')], turns="limited",

@@ -13,6 +13,7 @@ namespace wired {  // named, since Inner has them as members
 
 constexpr double opened_within = 5.0;  ///< [s] the first time
 constexpr double again_within = 0.2;   ///< [s] afterwards: nothing else is done in the meantime
+constexpr double first_again = 0.2;    ///< [s] after it was lost: the rig may turn until it is told to stop
 constexpr double again_after = 2.0;    ///< [s] between attempts
 
 struct Wire {
@@ -77,7 +78,7 @@ struct LinkWires::Inner {
       event.link = static_cast<std::size_t>(found - all.begin());
       if (event.kind == LinkEvent::Kind::lost) {
         found->link.reset();
-        found->again = event.time + again_after;
+        found->again = event.time + first_again;
         if (changed) changed(event.link, -1);
       }
       events.push_back(std::move(event));

@@ -36,6 +36,7 @@ using What = decltype(RunEvent::what);
 
 constexpr std::size_t most_unread = std::size_t{1} << 23;  ///< [byte] for one who does not read
 constexpr std::size_t most_request = 1 << 16;              ///< [byte] of a line
+constexpr std::size_t most_orders = 16;                    ///< that wait for the run
 constexpr std::size_t most_events = 20000;                 ///< that are remembered
 
 /// Somebody who is connected. Work under way holds it by a shared pointer.
@@ -111,6 +112,7 @@ struct RunDesk::Inner {
   void read(const SharedVisitor& visitor);
   std::string answer(const SharedVisitor& visitor, const std::string& line);
   std::string take_order(const Json& request);
+  std::string take_order(RunOrder::Kind kind, const std::string& who);
   std::string state() const;
   void tell(const std::string& name, std::uint64_t sequence, const std::string& json);
   void begin_watch(const SharedVisitor& visitor) const;
@@ -160,6 +162,18 @@ std::string RunDesk::Inner::answer(const SharedVisitor& visitor, const std::stri
   return problem("the request is not known: an ask or an order is expected");
 }
 
+/// However many come, the run has time for its rig, and an order to end it is never refused.
+std::string RunDesk::Inner::take_order(RunOrder::Kind kind, const std::string& who) {
+  const auto is_same = [&](const What& one) {
+    const auto* const order = std::get_if<RunOrder>(&one);
+    return order && order->kind == kind;
+  };
+  const bool ends = kind == RunOrder::Kind::stop || kind == RunOrder::Kind::abort;
+  if (!ends && orders.size() >= most_orders) return problem("too many orders wait: the run takes the next one later");
+  if (!ends || std::ranges::none_of(orders, is_same)) orders.push_back(RunOrder{kind, who});
+  return "{\"taken\":true}\n";
+}
+
 std::string RunDesk::Inner::take_order(const Json& request) {
   using Kind = RunOrder::Kind;
   static const std::map<std::string, Kind> kinds{
@@ -168,10 +182,7 @@ std::string RunDesk::Inner::take_order(const Json& request) {
   if (who.empty() || who.size() > 200) return problem("an order needs a name: who gives it");
   if (!ending.empty()) return problem("the run has ended");
   const std::lock_guard lock(mutex);
-  if (const auto kind = kinds.find(order); kind != kinds.end()) {
-    orders.push_back(RunOrder{kind->second, who});
-    return "{\"taken\":true}\n";
-  }
+  if (const auto kind = kinds.find(order); kind != kinds.end()) return take_order(kind->second, who);
   if (order != "answer")
     return problem(fmt::format("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
   const int number = request.value("prompt", 0);
