@@ -157,6 +157,7 @@ class Table(Device):
     def __init__(self, line=False):
         self.position = self.rate = self.wanted = 0.0
         self.goal, self.factor, self.looked = None, 1.0, time.monotonic()
+        self.lag, self.begins = 0.0, 0.0  # s, until it begins to go where it was told
         self.stops_flood, self.sent = threading.Event(), 0
         super().__init__(b"\r")
         self.address = f"tcp:127.0.0.1:{self.port}"
@@ -172,7 +173,7 @@ class Table(Device):
             step = min(0.01, now - self.looked)
             self.looked += step
             wanted = self.wanted * self.factor
-            if self.goal is not None:
+            if self.goal is not None and self.looked >= self.begins:
                 way = self.goal - self.position
                 wanted = max(-60.0, min(60.0, 4.0 * way))
                 if abs(way) < 1e-3:
@@ -196,6 +197,7 @@ class Table(Device):
         elif match := re.fullmatch(r"RATE (-?[\d.]+)", line):
             self.wanted, self.goal = float(match[1]), None
         elif match := re.fullmatch(r"GOTO (-?[\d.]+) ([\d.]+)", line):
+            self.begins = time.monotonic() + (self.lag if self.rate == 0.0 else 0.0)
             self.goal = float(match[1])
         elif match := re.fullmatch(r"ACC ([\d.]+)", line):
             self.acceleration = float(match[1])

@@ -380,6 +380,15 @@ class Motions(unittest.TestCase):
                 lambda: [link.shutdown(socket.SHUT_RDWR) for link in list(bench.table.links)], PROMISED))
             self.assertEqual(bench.process.wait(30), 3)
 
+    def test_an_axis_that_unwinds_a_turn_after_a_while_does_as_it_was_told(self):
+        with Bench(PROGRAM, ROOT, [(9, 'hold = "360 deg"'), (9, 'hold = "0 deg"')], limits='speed = "60 deg/s"') as bench:
+            station = bench.folder / "station.toml"
+            station.write_text(station.read_text().replace('hold = "0.3 s"', 'hold = "0.3 s", soak = "3 s"'))
+            bench.table.lag = 1.0
+            bench.run()
+            bench.process.wait(120)
+            self.assertIn("carried out", bench.log())
+
     def test_an_axis_that_reaches_the_end_of_its_travel_fast(self):
         with Bench(PROGRAM, ROOT, [(3, 'rate = "100 deg/s"')], turns="limited",
                    limits='lowest = "-180 deg"\nhighest = "400 deg"\nmax_acceleration = "100 deg/s^2"') as bench:

@@ -254,6 +254,7 @@ struct AxisProgress {
   SettleWindow window = {};
   bool settled = false;
   bool arrived = false;  ///< it has settled since it was commanded
+  std::optional<double> goal = {};  ///< [rad] the last angle that the controller was told, with its turns
   RateWatch watch = {};
   int outside = 0;                ///< readings out of tolerance, one after the other
   int at_rest = 0;                ///< readings with a rate of zero, one after the other

@@ -22,7 +22,7 @@ struct NamedDevice {
 std::vector<NamedDevice> names_of(const Station& station) {
   std::vector<NamedDevice> names;
   for (const StationDevice& device : station.devices)
-    for (const std::string& name : device.link.empty() ? std::vector<std::string>{} : lease::names_of_link(device.link))
+    for (const std::string& name : lease::names_of_device(device))
       if (std::ranges::find(names, name, &NamedDevice::name) == names.end()) names.push_back({name, &device});
   return names;
 }

@@ -105,6 +105,24 @@ TEST(Lease, ADeviceIsTheSameByAnyNameOfItsLink) {
   first.end();
 }
 
+TEST(Lease, ADeviceIsTheSameAtAnyAddressWhereItsSerialNumberIsExpected) {
+  const std::string serial = "SN " + std::to_string(getpid());
+  const auto station = [&](const std::string& host, const std::string& identity, const std::string& controller) {
+    Station one = station_at("tcp:" + host + ":9878");
+    one.devices[0].identity = identity;
+    one.devices[0].controller = controller;
+    return one;
+  };
+  Lease first(station("192.0.2.1", serial, "acutrol_like"), "by-network");
+  EXPECT_NE(refusal_of(station("192.0.2.2", "s/n: " + std::to_string(getpid()), "acutrol_like"), "again").find("by-network"),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(station("192.0.2.2", serial + "1", "acutrol_like"), "beside"), "");
+  EXPECT_EQ(refusal_of(station("192.0.2.2", serial, "grbl"), "beside"), "") << "of another maker";
+  EXPECT_EQ(refusal_of(station("192.0.2.2", "ACUTROL 3000", "acutrol_like"), "beside"), "") << "a type is no number";
+  EXPECT_EQ(refusal_of(station("127.0.0.1", serial, "acutrol_like"), "beside"), "") << "played on this computer";
+  first.end();
+}
+
 TEST(Lease, ASerialDeviceIsTheSameByAnyOfItsPaths) {
   const ScratchFolder scratch;
   const int line = posix_openpt(O_RDWR | O_NOCTTY);

@@ -66,6 +66,12 @@ bool is_within(const StationAxis& axis, const AxisProgress& progress, double dif
 
 double slope_of(const SettleWindow& w) { return (w.n * w.tx - w.t * w.x) / (w.n * w.tt - w.t * w.t); }
 
+/// An angle is the same after a whole turn; an axis that counts them, and has not begun to unwind, is not there yet.
+bool is_at_goal(const StationAxis& axis, const AxisProgress& progress) {
+  const bool counts = axis.turns == StationAxis::Turns::counted && progress.demand == Demand::position;
+  return !counts || !progress.goal || !progress.position || std::abs(*progress.position - *progress.goal) < pi;
+}
+
 /// One more reading of what is demanded. An axis has settled when all readings of the hold time lay within tolerance,
 /// and the line through them is flat enough.
 void settle(const StationAxis& axis, AxisProgress& progress, double time, double difference) {
@@ -85,7 +91,7 @@ void settle(const StationAxis& axis, AxisProgress& progress, double time, double
   if (progress.settled || t < axis.settle.hold || window.n < 2.0) return;
   const auto slope = slope_tolerance(axis, progress);
   progress.settled = !slope || t == 0.0 || std::abs(slope_of(window)) <= *slope;
-  progress.arrived = progress.arrived || progress.settled;
+  progress.arrived = progress.arrived || (progress.settled && is_at_goal(axis, progress));
   if (!progress.settled) window = {};
 }
 

@@ -89,6 +89,7 @@ void note_fastest(Turn& turn, std::size_t index, const std::map<std::string, dou
 void send_position(Turn& turn, std::size_t index, double position, std::optional<double> speed) {
   auto values = position_values(turn, turn.station().axes[index], position, speed);
   note_fastest(turn, index, values);
+  turn.state.axes[index].goal = position;
   send_motion(turn, index, "position", std::move(values));
 }
 

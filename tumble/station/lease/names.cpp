@@ -8,6 +8,7 @@
 #include <sys/sysmacros.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 
@@ -54,6 +55,26 @@ std::vector<std::string> names_of_tcp(const LinkAddress& address) {
   return names.empty() ? std::vector{text_of(address)} : names;
 }
 
+/// What follows the word for a serial number, in small letters and digits: "12" of "SN 12"; empty: nothing with a digit.
+std::string serial_number_in(const std::string& identity) {
+  std::string text;
+  for (const char c : identity) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  for (const std::string word : {"serial", "s/n", "sn"}) {
+    const auto at = text.find(word);
+    if (at == std::string::npos || (at > 0 && is_word(text[at - 1]))) continue;
+    std::string number;
+    for (const char c : text.substr(at + word.size()))
+      if (is_word(c)) number += c;
+    if (std::ranges::any_of(number, [](char c) { return '0' <= c && c <= '9'; })) return number;
+  }
+  return "";
+}
+
+bool is_on_this_computer(const std::string& name) {
+  return name.starts_with("tcp:127.") || name.starts_with("tcp:[::1]");
+}
+
 std::string name_of_serial(const LinkAddress& address) {
   struct stat device {};
   if (stat(address.device.c_str(), &device) == 0 && S_ISCHR(device.st_mode))
@@ -76,6 +97,16 @@ std::vector<std::string> names_of_link(const std::string& link) {
   if (names.empty()) names = {link};
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+std::vector<std::string> names_of_device(const StationDevice& device) {
+  if (device.link.empty()) return {};
+  std::vector<std::string> names = names_of_link(device.link);
+  const std::string number = serial_number_in(device.identity);
+  if (!number.empty() && std::ranges::none_of(names, is_on_this_computer))
+    names.push_back(
+        fmt::format("serial number:{}:{}", std::filesystem::path(device.controller).stem().string(), number));
   return names;
 }
 
