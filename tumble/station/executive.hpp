@@ -253,7 +253,7 @@ struct AxisProgress {
   std::deque<std::pair<double, double>> turned_at;  ///< [s], [rad]: the last positions, of a device that reads no rate
   SettleWindow window = {};
   bool settled = false;
-  bool arrived = false;  ///< it has settled since it was commanded
+  bool arrived = false;             ///< it has settled since it was commanded
   std::optional<double> goal = {};  ///< [rad] the last angle that the controller was told, with its turns
   RateWatch watch = {};
   int outside = 0;                ///< readings out of tolerance, one after the other

@@ -134,8 +134,8 @@ void RigGuard::Inner::begin() {
   if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0 || ftruncate(note, 0) != 0) guard::refuse_guard(path, note);
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair", note);
-  guard::Post post{shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience,
-                   guard::room_of_command_line()};
+  guard::Post post{
+      shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience, guard::room_of_command_line()};
   for (const GuardOrder& order : orders) post.words.push_back(order.verb + " to " + order.device);
   for (const int file : descriptors)
     if (file >= 0) post.kept.push_back(file);

@@ -114,8 +114,9 @@ TEST(Lease, ADeviceIsTheSameAtAnyAddressWhereItsSerialNumberIsExpected) {
     return one;
   };
   Lease first(station("192.0.2.1", serial, "acutrol_like"), "by-network");
-  EXPECT_NE(refusal_of(station("192.0.2.2", "s/n: " + std::to_string(getpid()), "acutrol_like"), "again").find("by-network"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal_of(station("192.0.2.2", "s/n: " + std::to_string(getpid()), "acutrol_like"), "again").find("by-network"),
+      std::string::npos);
   EXPECT_EQ(refusal_of(station("192.0.2.2", serial + "1", "acutrol_like"), "beside"), "");
   EXPECT_EQ(refusal_of(station("192.0.2.2", serial, "grbl"), "beside"), "") << "of another maker";
   EXPECT_EQ(refusal_of(station("192.0.2.2", "ACUTROL 3000", "acutrol_like"), "beside"), "") << "a type is no number";

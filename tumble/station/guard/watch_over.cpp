@@ -109,8 +109,8 @@ bool hear(Post& post) {
   return true;
 }
 
-/// Bytes that a device has sent, which nobody needs. False: there are none. A serial line is no socket, and is read only
-/// where that does not wait.
+/// Bytes that a device has sent, which nobody needs. False: there are none. A serial line is no socket, and is read
+/// only where that does not wait.
 bool take_some(int file) {
   static char room[1 << 14];
   if (recv(file, room, sizeof room, MSG_DONTWAIT) > 0) return true;

@@ -55,7 +55,8 @@ std::vector<std::string> names_of_tcp(const LinkAddress& address) {
   return names.empty() ? std::vector{text_of(address)} : names;
 }
 
-/// What follows the word for a serial number, in small letters and digits: "12" of "SN 12"; empty: nothing with a digit.
+/// What follows the word for a serial number, in small letters and digits: "12" of "SN 12"; empty: nothing with a
+/// digit.
 std::string serial_number_in(const std::string& identity) {
   std::string text;
   for (const char c : identity) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

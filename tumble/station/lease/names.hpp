@@ -12,8 +12,8 @@ namespace tumble::lease {
 /// out is as it is written.
 std::vector<std::string> names_of_link(const std::string& link);
 
-/// Those of its link, and its serial number where the station says which one its answer to `identify` contains ("SN 12",
-/// "S/N: 4711", "serial 8"): two addresses at which this number is expected of the same controller are one device.
+/// Those of its link, and its serial number where the station says which one its answer to `identify` contains ("SN
+/// 12", "S/N: 4711", "serial 8"): two addresses at which this number is expected of the same controller are one device.
 /// Devices on this computer are played, and many may be played at once.
 std::vector<std::string> names_of_device(const StationDevice& device);
 
