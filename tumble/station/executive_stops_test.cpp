@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/station/testing/executive_bench.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 
