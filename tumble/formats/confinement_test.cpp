@@ -94,7 +94,8 @@ TEST(Confinement, JournalsOfDatabasesAreFilesOfTheirOwn) {
     write_file_atomically(database + end, "");
     require_own_journals(database);
     fs::remove(database + end);
-    for (const auto& target : {folders.outside / "secret.toml", folders.outside / "absent.toml", folders.inside / "x"}) {
+    for (const auto& target :
+         {folders.outside / "secret.toml", folders.outside / "absent.toml", folders.inside / "x"}) {
       fs::create_symlink(target, database + end);
       EXPECT_THROW(require_own_journals(database), Error) << end << target;
       EXPECT_THROW(require_own_journals(link), Error) << end << target;

@@ -18,6 +18,8 @@ class BodyFile {
  public:
   /// A new file. Throws Error::bad_file.
   explicit BodyFile(const std::string& path);
+  /// One that is open already, as this descriptor, which it closes.
+  BodyFile(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
   BodyFile(const BodyFile&) = delete;
   BodyFile& operator=(const BodyFile&) = delete;
   ~BodyFile();
@@ -79,11 +81,11 @@ struct Way {
 
 /// What is done with the body of a request whose head has come.
 struct BodyPlan {
-  std::optional<HttpResponse> refusal;  ///< at once, without the body
-  std::string party;                    ///< who asks: shares of connections, memory and threads are by party
-  std::uint64_t limit = 0;              ///< [bytes]; more is refused
+  std::optional<HttpResponse> refusal{};  ///< at once, without the body
+  std::string party{};                    ///< who asks: shares of connections, memory and threads are by party
+  std::uint64_t limit = 0;                ///< [bytes]; more is refused
   /// Where set, opens the file that takes the body, or says why not; on a thread of its lane, may block.
-  std::function<std::optional<HttpResponse>(std::shared_ptr<BodyFile>& file)> open;
+  std::function<std::optional<HttpResponse>(std::shared_ptr<BodyFile>& file)> open = {};
 };
 
 struct HttpHandler {

@@ -66,7 +66,7 @@ bool is_ambiguous(const message::request<message::buffer_body>& head) {
 
 void expect_body(Shared c) {
   if (!beast::iequals(c->parser->get()[message::field::expect], "100-continue")) return read_body(c);
-c->outgoing = "HTTP/1.1 100 Continue\r\n\r\n";
+  c->outgoing = "HTTP/1.1 100 Continue\r\n\r\n";
   asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code code, std::size_t) {
     if (!code) read_body(c);
   });

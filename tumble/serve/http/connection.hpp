@@ -71,7 +71,7 @@ struct Connection {
 };
 using Shared = std::shared_ptr<Connection>;
 
-/// Lets the network thread go on with what a thread of a lane has made, and takes its connection from it: it ends there.
+/// Lets the network thread go on with what a thread of a lane has made; its connection ends there.
 template <class Handed, class Next>
 void hand_back(Server& server, const std::shared_ptr<Handed>& handed, Next next) {
   for (;;) try {
