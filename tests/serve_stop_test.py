@@ -325,9 +325,15 @@ class Shares(unittest.TestCase):
         def suspend():
             for child in children(self.server.process.pid):
                 if child not in suspended:
-                    suspended.append(child)
-                    os.kill(child, signal.SIGSTOP)
-        self.addCleanup(lambda: [os.kill(child, signal.SIGKILL) for child in suspended])
+                    with contextlib.suppress(ProcessLookupError):  # it was quick
+                        os.kill(child, signal.SIGSTOP)
+                        suspended.append(child)
+
+        def end():
+            for child in suspended:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+        self.addCleanup(end)
         statuses = []
         for _ in range(140):
             suspend()
