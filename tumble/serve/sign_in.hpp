@@ -36,7 +36,7 @@ class SignIn {
   std::string begin(const std::string& user);
   /// The session of a secret, with the roles that its user has now; none where it is unknown or too old.
   std::optional<Session> session_of(const std::string& secret);
-  /// The same, with the users as they are known: it waits for no disk, and hears of a change a second later.
+  /// session_of() with the users as they are known: it waits for no disk, and hears of a change a second later.
   std::optional<Session> known_session_of(const std::string& secret);
   void end(const std::string& secret);
 
