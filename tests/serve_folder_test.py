@@ -18,7 +18,7 @@ import time
 import unittest
 import urllib.parse
 
-from serve_stations_test import bench_files
+from serve_stations_test import bench_files, read_if_there
 from serve_test import PROGRAM, ROOT, Server, csv_file
 
 SECRET = "WORD-OF-THE-SECRET"
@@ -230,6 +230,52 @@ class Given(unittest.TestCase):
                     store.commit()
         self.assertEqual([path.name for path in self.outside.iterdir()], ["bench.toml"])
 
+    def killed_run(self):
+        """What a run leaves whose process was killed."""
+        bench_files(self.folder)
+        with Server(folder=self.folder) as server:
+            body = {"mode": "virtual", "plan": "plan.toml", "station": "bench.toml", "units": {"unit": "7"}, "who": "a test", "speed": "50"}
+            run = server.json("POST", "/api/station/start", body)["run"]
+            process = next(int(entry.name) for entry in pathlib.Path("/proc").iterdir()
+                           if entry.name.isdigit() and f"-o\0{self.folder / run}\0".encode() in (read_if_there(entry / "cmdline") or b""))
+            os.kill(process, signal.SIGKILL)
+            while server.json("GET", f"/api/station/run?run={run}", expect=(200, 422)).get("alive") is not False:
+                time.sleep(0.1)
+        return run
+
+    def test_runs_of_the_folder_write_through_no_link(self):
+        run = self.killed_run()
+        own = self.outside / "thesis.tex"
+        own.write_text("years of work\n" * 1000)
+        before = own.read_bytes()
+        with Server(folder=self.folder) as server:
+            for end in ("-wal", "-journal", "-shm"):
+                copy = f"{run}{end}"
+                shutil.copytree(self.folder / run, self.folder / copy, ignore=lambda *_: ["desk", "live.sqlite-wal"])
+                (self.folder / copy / f"live.sqlite{end}").symlink_to(own)
+                for method, path, body in (("GET", f"/api/station/run?run={copy}", None),
+                                           ("POST", "/api/station/resume", {"run": copy, "who": "a test", "speed": "50"})):
+                    problems = server.json(method, path, body, expect=(422,))["problems"]
+                    self.assertEqual(problems, [f"'{copy}/live.sqlite{end}' is a link or a device, not a file: remove it"])
+            chinese = server.json("GET", f"/api/station/run?run={run}-wal&language=zh", expect=(422,))["problems"][0]
+            self.assertIn("请删除", chinese)
+            reserve = self.folder / run / "reserve"
+            reserve.unlink()
+            reserve.symlink_to(own)
+            problems = server.json("POST", "/api/station/resume", {"run": run, "who": "a test", "speed": "50"}, expect=(422,))["problems"]
+            self.assertIn("reserve'", problems[0])
+            reserve.unlink(missing_ok=True)
+            log = self.folder / f"{run}.log"
+            log.unlink()
+            log.symlink_to(own)
+            server.json("POST", "/api/station/resume", {"run": run, "who": "a test", "speed": "50"}, expect=(201,))
+            self.assertFalse(log.is_symlink())
+            server.json("POST", "/api/station/order", {"run": run, "order": "stop"})
+            while server.json("GET", f"/api/station/run?run={run}").get("alive") is not False:
+                time.sleep(0.1)
+        self.assertEqual(own.read_bytes(), before)
+        self.assertEqual([path.name for path in self.outside.iterdir()], [own.name])
+
     def test_an_upload_that_was_killed_leaves_nothing(self):
         with Server(folder=self.folder) as server:
             head = (f"POST /api/uploads?name=cut.csv HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nAuthorization: Bearer {server.token}\r\n"
@@ -285,6 +331,43 @@ class Places(unittest.TestCase):
             with Server(folder=home, environment={"XDG_STATE_HOME": str(home / ".state"), "TMPDIR": str(scratch.scratch)}):
                 self.assertEqual(list(home.iterdir()), [])
                 self.assertEqual(len(list(scratch.scratch.glob("tumble-state-*/workbenches/*"))), 1)
+
+    def test_a_home_that_cannot_be_written_is_no_reason(self):
+        with Server() as scratch:
+            scratch.stop()
+            nowhere = scratch.scratch / "file"
+            nowhere.write_text("")  # for root, too: below a file there is no folder
+            environment = {"HOME": str(nowhere / "home"), "XDG_STATE_HOME": "", "XDG_CACHE_HOME": "", "TMPDIR": str(scratch.scratch)}
+            csv_file(scratch.folder / "a.csv", 100)
+            with Server(folder=scratch.folder, environment=environment) as server:
+                job = server.json("POST", "/api/jobs/convert", {"file": "a.csv", "to": "b.h5"})["job"]
+                self.assertEqual(server.job(job)["state"], "done")
+                self.assertEqual(server.prepared("a.csv")[0], 200)
+            self.assertEqual(len(list(scratch.scratch.glob("tumble-state-*/workbenches/*/*.json"))), 1)
+
+    def test_what_the_user_of_the_server_names_is_taken(self):
+        """The folder by a link, links within it, and an archive that lies elsewhere, or is a link to elsewhere."""
+        with Server() as scratch:
+            scratch.stop()
+            csv_file(scratch.folder / "a.csv", 400)
+            (scratch.folder / "linked.csv").symlink_to("a.csv")
+            (scratch.folder / "sub").mkdir()
+            (scratch.folder / "sub/whole.csv").symlink_to(scratch.folder / "a.csv")
+            by_link = scratch.scratch / "link"
+            by_link.symlink_to(scratch.folder)
+            archive = scratch.scratch / "lab.db"
+            subprocess.run([PROGRAM, "archive", "init", "--archive", archive, "--by", "test"], check=True, capture_output=True)
+            (scratch.folder / "lab.db").symlink_to(archive)
+            plan = (ROOT / "plans/static_bias.toml").read_text() + "".join(f'\n[[recording]]\nfile = "{name}"\n' for name in ("linked.csv", "sub/whole.csv"))
+            for named in (archive, scratch.folder / "lab.db"):
+                with Server("--archive", str(named), folder=by_link) as server:
+                    for name in ("a.csv", "linked.csv", "sub/whole.csv"):
+                        self.assertEqual(server.prepared(name)[0], 200, name)
+                    problems = server.json("POST", "/api/plan/look", {"text": plan, "file": "p.toml"})["problems"]
+                    self.assertNotIn("folder of the workbench", json.dumps(problems))
+                    self.assertEqual(server.json("GET", "/api/archive/units")["units"], [])
+                    job = server.job(server.json("POST", "/api/archive/verify", {})["job"])
+                    self.assertEqual(job["state"], "done", job)
 
     def test_files_that_are_missing_or_open_to_others_are_said(self):
         with Server() as server:

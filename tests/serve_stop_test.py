@@ -5,6 +5,7 @@
 
 import concurrent.futures
 import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -205,6 +206,53 @@ class Shares(unittest.TestCase):
             self.assertEqual((run / "told").read_text(), "SIGTERM")
             process.kill()
 
+    def fake_run(self, name):
+        """A run that takes connections, and answers nothing."""
+        run = self.server.folder / name
+        run.mkdir(parents=True)
+        process = subprocess.Popen([sys.executable, "-c", FAKE, str(run)], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        self.assertEqual(process.stdout.readline(), "ready\n")
+
+    def test_stops_wait_for_their_own_run_alone(self):
+        run = self.begun()
+        self.fake_run("runs/fake")
+        self.fake_run("runs/fake-2")
+        cookie = {"Cookie": self.cookies["Operator"]}
+
+        def press(number):
+            body = json.dumps({"run": ("runs/fake", "runs/fake-2")[number % 2], "order": "stop"})
+            return self.server.ask("POST", "/api/station/order", body, cookie)[0]
+        with concurrent.futures.ThreadPoolExecutor(40) as pool:
+            begin = time.monotonic()
+            presses = [pool.submit(press, number) for number in range(40)]  # somebody in fear
+            self.assertEqual(self.stop(run), {"taken": True})
+            self.assertEqual({one.result() for one in presses}, {422})
+            # One by one, 20 of a run would take 3 s each: who waits gets the answer of the next time.
+            self.assertLess(time.monotonic() - begin, 20.0)
+        self.assertEqual(self.ended(run), "stopped")
+
+    def test_a_file_of_users_whose_disk_does_not_answer(self):
+        run = self.begun()
+        stream = self.stream("Reader")
+        signal.signal(signal.SIGIO, signal.SIG_IGN)  # somebody wants the file
+        self.own_users.write_text(self.own_users.read_text() + "# changed\n")
+        with open(self.own_users) as file:
+            try:
+                fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_WRLCK)  # who opens it waits until we let it go, or 45 s
+            except OSError as error:
+                self.skipTest(f"this disk has no leases: {error}")
+            begin = time.monotonic()
+            self.quick("Operator", "GET", "/api/jobs")
+            self.assertEqual(self.stop(run), {"taken": True})
+            self.quick("Reader", "GET", "/api/station")
+            if time.monotonic() - begin < 15:
+                self.assertNotEqual(fcntl.fcntl(file, fcntl.F_GETLEASE), fcntl.F_UNLCK)
+            stream.close()
+        self.assertEqual(self.ended(run), "stopped")
+
     def test_who_guesses_passwords(self):
         ended = threading.Event()
 
@@ -277,9 +325,15 @@ class Shares(unittest.TestCase):
         def suspend():
             for child in children(self.server.process.pid):
                 if child not in suspended:
-                    suspended.append(child)
-                    os.kill(child, signal.SIGSTOP)
-        self.addCleanup(lambda: [os.kill(child, signal.SIGKILL) for child in suspended])
+                    with contextlib.suppress(ProcessLookupError):  # it was quick
+                        os.kill(child, signal.SIGSTOP)
+                        suspended.append(child)
+
+        def end():
+            for child in suspended:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+        self.addCleanup(end)
         statuses = []
         for _ in range(140):
             suspend()

@@ -50,9 +50,20 @@ fs::path place_of_user(const char* variable, const char* in_home) {
 
 fs::path temporary_place(const char* name) { return fs::temp_directory_path() / fmt::format("{}-{}", name, geteuid()); }
 
+/// A folder of this user alone; empty: it cannot be made there, as in a home that is read only.
+fs::path made(const fs::path& path) {
+  try {
+    return path.empty() ? path : own_folder(path);
+  } catch (const Error&) {
+    std::error_code none;
+    if (fs::exists(fs::symlink_status(path, none))) throw;
+    return {};
+  }
+}
+
 fs::path cache_folder() {
-  const fs::path place = place_of_user("XDG_CACHE_HOME", ".cache");
-  return own_folder(place.empty() ? temporary_place("tumble-cache") : place);
+  const fs::path place = made(place_of_user("XDG_CACHE_HOME", ".cache"));
+  return place.empty() ? own_folder(temporary_place("tumble-cache")) : place;
 }
 
 /// Of a workbench over this folder, and never in the folder: that may come from somebody else. Empty: there is no other
@@ -61,8 +72,8 @@ fs::path state_folder(const fs::path& folder) {
   constexpr std::size_t digits = 32;
   for (const fs::path& place : {place_of_user("XDG_STATE_HOME", ".local/state"), temporary_place("tumble-state")}) {
     if (place.empty() || lies_below(with_links_followed(place), folder)) continue;
-    own_folder(place);
-    return own_folder(own_folder(place / "workbenches") / sha256_of(folder.string()).substr(0, digits));
+    if (made(place).empty() || made(place / "workbenches").empty()) continue;
+    return own_folder(place / "workbenches" / sha256_of(folder.string()).substr(0, digits));
   }
   return {};
 }

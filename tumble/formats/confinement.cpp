@@ -101,4 +101,14 @@ void require_contained(const std::string& path) {
     throw Error(Error::Kind::bad_file, "'" + path + "' is a link that leads out of the folder of the workbench");
 }
 
+void require_own_journals(const std::string& database) {
+  std::error_code absent, none;
+  const fs::path whole = fs::canonical(database, absent);  // as SQLite names them where the database is a link
+  for (const char* const end : {"-wal", "-shm", "-journal"}) {
+    const auto status = fs::symlink_status((absent ? database : whole.string()) + end, none);
+    if (fs::exists(status) && !fs::is_regular_file(status))
+      throw Error(Error::Kind::bad_file, "'" + database + end + "' is a link or a device, not a file: remove it");
+  }
+}
+
 }  // namespace tumble

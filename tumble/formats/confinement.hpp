@@ -37,6 +37,10 @@ bool may_be_named(const std::filesystem::path& path);
 /// Throws Error::bad_file.
 void require_contained(const std::string& path);
 
+/// For all that opens a database: SQLite writes into files beside it, which it finds by their names. They are files of
+/// their own there, no links to others. Throws Error::bad_file.
+void require_own_journals(const std::string& database);
+
 /// Where a path leads when all links are followed; it need not exist.
 std::filesystem::path with_links_followed(const std::filesystem::path& path);
 

@@ -83,5 +83,26 @@ TEST(Confinement, HoldsWhereFilesAreOpened) {
   EXPECT_EQ(read_text_file((folders.outside / "secret.toml").string()), "y");
 }
 
+/// SQLite writes into what has their names, also when a database is only looked at.
+TEST(Confinement, JournalsOfDatabasesAreFilesOfTheirOwn) {
+  const Folders folders;
+  const auto database = (folders.inside / "lab.db").string(), link = (folders.inside / "link.db").string();
+  write_file_atomically(database, "");
+  fs::create_symlink("lab.db", link);
+  require_own_journals(database);
+  for (const std::string end : {"-wal", "-shm", "-journal"}) {
+    write_file_atomically(database + end, "");
+    require_own_journals(database);
+    fs::remove(database + end);
+    for (const auto& target :
+         {folders.outside / "secret.toml", folders.outside / "absent.toml", folders.inside / "x"}) {
+      fs::create_symlink(target, database + end);
+      EXPECT_THROW(require_own_journals(database), Error) << end << target;
+      EXPECT_THROW(require_own_journals(link), Error) << end << target;
+      fs::remove(database + end);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tumble

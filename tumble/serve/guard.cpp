@@ -115,6 +115,10 @@ std::optional<Session> Guard::session_of(const HttpRequest& request) const {
   return Session{"", {all_rights().begin(), all_rights().end()}};
 }
 
+std::optional<Session> Guard::known_session_of(const HttpRequest& request) const {
+  return users ? users->known_session_of(secret_of(request)) : session_of(request);
+}
+
 bool Guard::is_token(const std::string& text) const { return equal_in_constant_time(text, token); }
 
 /// Not the token: who reads the cookies of a browser cannot make the link from them.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -17,6 +18,8 @@ class BodyFile {
  public:
   /// A new file. Throws Error::bad_file.
   explicit BodyFile(const std::string& path);
+  /// One that is open already, as this descriptor, which it closes.
+  BodyFile(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
   BodyFile(const BodyFile&) = delete;
   BodyFile& operator=(const BodyFile&) = delete;
   ~BodyFile();
@@ -35,6 +38,7 @@ struct HttpRequest {
   std::vector<std::pair<std::string, std::string>> query;  ///< decoded, in order
   std::map<std::string, std::string> headers;              ///< names in lower case
   std::string address;                                     ///< of who sent it
+  std::chrono::steady_clock::time_point came;              ///< when it was whole
   std::string body;                                        ///< in memory
   std::uint64_t body_bytes = 0;
   std::shared_ptr<BodyFile> file;  ///< where the body is; null: in `body`
@@ -66,20 +70,28 @@ enum class Lane {
   begins,   ///< of runs: seconds
   orders,   ///< to runs
   stops,    ///< of runs: nothing else is ever in the way
+  files,    ///< what bodies are written into: a disk may be slow
+};
+
+/// The lane of a request, and whose turn it takes there.
+struct Way {
+  Lane lane = Lane::usual;
+  std::string line = {};  ///< empty: that of its party
 };
 
 /// What is done with the body of a request whose head has come.
 struct BodyPlan {
-  std::optional<HttpResponse> refusal;  ///< at once, without the body
-  std::string party;                    ///< who asks: shares of connections, memory and threads are by party
-  std::uint64_t limit = 0;              ///< [bytes]; more is refused
-  std::shared_ptr<BodyFile> file;       ///< takes the body; null: memory does
+  std::optional<HttpResponse> refusal{};  ///< at once, without the body
+  std::string party{};                    ///< who asks: shares of connections, memory and threads are by party
+  std::uint64_t limit = 0;                ///< [bytes]; more is refused
+  /// Where set, opens the file that takes the body, or says why not; on a thread of its lane, may block.
+  std::function<std::optional<HttpResponse>(std::shared_ptr<BodyFile>& file)> open = {};
 };
 
 struct HttpHandler {
   std::function<BodyPlan(const HttpRequest& head)> admit;  ///< on the network thread: quick
   std::function<HttpResponse(const HttpRequest&)> answer;  ///< on a thread of its lane; may block
-  std::function<Lane(const HttpRequest&)> lane = {};       ///< of a whole request, on the network thread: quick
+  std::function<Way(const HttpRequest&)> way = {};         ///< of a whole request, on the network thread: quick
   /// What becomes of a refusal that the server itself makes: words in the language of the page, headers.
   std::function<void(const HttpRequest&, HttpResponse&)> finish = {};
 };

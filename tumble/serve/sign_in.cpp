@@ -12,36 +12,15 @@ namespace {
 
 constexpr std::size_t most_sessions = 50;  ///< of a user
 
+const User* find_user(const UsersFile::Users& users, const std::string& name) {
+  const auto found = std::ranges::find(*users, name, &User::name);
+  return found == users->end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 SignIn::SignIn(std::string file, std::function<double()> clock)
-    : file_(std::move(file)), clock_(std::move(clock)), decoy_(hash_of_password(random_secret())) {
-  std::error_code failed;  // read_users() says what is wrong with the file
-  changed_ = std::filesystem::last_write_time(file_, failed);
-  users_ = read_users(file_);
-  if (users_.empty())
-    throw Error{Error::Kind::bad_input,
-                file_ + " has no users: tumble serve --users " + file_ + " --add-user NAME --role approve"};
-}
-
-/// A file that cannot be read lets nobody in: it is safer than the users of before.
-void SignIn::refresh() {
-  std::error_code failed;
-  const auto changed = std::filesystem::last_write_time(file_, failed);
-  if (!failed && changed == changed_) return;
-  changed_ = failed ? std::filesystem::file_time_type::min() : changed;
-  users_.clear();
-  if (!failed) try {
-      users_ = read_users(file_);
-    } catch (const Error&) {
-      changed_ = std::filesystem::file_time_type::min();
-    }
-}
-
-const User* SignIn::find(const std::string& user) const {
-  const auto found = std::ranges::find(users_, user, &User::name);
-  return found == users_.end() ? nullptr : &*found;
-}
+    : file_(file), clock_(std::move(clock)), decoy_(hash_of_password(random_secret())) {}
 
 /// A name is forgotten long after its last pause has ended, and for no other reason: who tries many names unlocks none.
 /// Their number is limited by the time that a check takes, one after the other. Names are kept as hashes of one length.
@@ -58,13 +37,13 @@ PasswordCheck SignIn::check(const std::string& user, const std::string& password
   const std::lock_guard one(checking_);
   std::string hash = decoy_;
   bool known = false;
+  const auto users = file_.now();
   {
     const std::lock_guard lock(mutex_);
-    refresh();
     const auto attempts = attempts_.find(sha256_of(user));
     if (attempts != attempts_.end() && attempts->second.until > clock_())
       return {.state = PasswordCheck::State::paused, .pause = attempts->second.until - clock_()};
-    if (const User* found = find(user)) hash = found->password, known = true;
+    if (const User* found = find_user(users, user)) hash = found->password, known = true;
   }
   const bool right = is_password(password, hash) && known;
   const std::lock_guard lock(mutex_);
@@ -97,8 +76,9 @@ void SignIn::forget_oldest_of(const std::string& user) {
 }
 
 std::string SignIn::begin(const std::string& user) {
+  const auto users = file_.known();
+  const User* found = find_user(users, user);
   const std::lock_guard lock(mutex_);
-  const User* found = find(user);
   if (!found) throw Error{Error::Kind::bad_input, "there is no such user any more"};
   const double now = clock_();
   std::erase_if(sessions_, [&](const auto& entry) { return now - entry.second.begun > longest_session; });
@@ -109,12 +89,18 @@ std::string SignIn::begin(const std::string& user) {
 }
 
 std::optional<Session> SignIn::session_of(const std::string& secret) {
-  if (secret.empty()) return std::nullopt;
+  return secret.empty() ? std::nullopt : session_of(secret, file_.now());
+}
+
+std::optional<Session> SignIn::known_session_of(const std::string& secret) {
+  return secret.empty() ? std::nullopt : session_of(secret, file_.known());
+}
+
+std::optional<Session> SignIn::session_of(const std::string& secret, const UsersFile::Users& users) {
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(sha256_of(secret));
   if (found == sessions_.end()) return std::nullopt;
-  refresh();
-  const User* user = find(found->second.user);
+  const User* user = find_user(users, found->second.user);
   if (!user || user->password != found->second.password || clock_() - found->second.begun > longest_session) {
     sessions_.erase(found);
     return std::nullopt;

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 
-#include "tumble/serve/users.hpp"
+#include "tumble/serve/users_file.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -37,6 +36,8 @@ class SignIn {
   std::string begin(const std::string& user);
   /// The session of a secret, with the roles that its user has now; none where it is unknown or too old.
   std::optional<Session> session_of(const std::string& secret);
+  /// session_of() with the users as they are known: it waits for no disk, and hears of a change a second later.
+  std::optional<Session> known_session_of(const std::string& secret);
   void end(const std::string& secret);
 
   static constexpr unsigned free_attempts = 5;
@@ -52,17 +53,14 @@ class SignIn {
     std::string user, password;  ///< hash: a new password ends the sessions of the old one
     double begun = 0.0;
   };
-  void refresh();
-  const User* find(const std::string& user) const;
+  std::optional<Session> session_of(const std::string& secret, const UsersFile::Users& users);
   Attempts& attempts_of(const std::string& user);
   void forget_oldest_of(const std::string& user);
 
-  std::string file_;
+  UsersFile file_;
   std::function<double()> clock_;
   std::string decoy_;  ///< hash that is compared for users that are not there
   std::mutex mutex_, checking_;
-  std::vector<User> users_;
-  std::filesystem::file_time_type changed_;
   std::map<std::string, Attempts> attempts_;  ///< by SHA-256 of the name
   double forgotten_ = 0.0;                    ///< [s] when old ones were looked for
   std::map<std::string, Opened> sessions_;    ///< by SHA-256 of their secret

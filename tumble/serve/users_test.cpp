@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
@@ -198,6 +199,19 @@ TEST(SignIn, TakesRolesAwayAtOnce) {
   const auto session = users->session_of(secret);
   ASSERT_TRUE(session);
   EXPECT_FALSE(session->may(Right::operate));
+}
+
+/// The thread of the network asks so: it waits for no disk.
+TEST(SignIn, HearsOfAChangeWithoutBeingAsked) {
+  Office office;
+  const auto users = office.sign_in();
+  const auto secret = users->begin("Li Wei");
+  EXPECT_TRUE(users->known_session_of(secret));
+  auto text = read_text_file(office.file);
+  text.replace(text.find("operate"), 7, "read");
+  write_file_atomically(office.file, text);
+  office.touch();
+  while (users->known_session_of(secret)->may(Right::operate)) std::this_thread::yield();
 }
 
 TEST(SignIn, LetsNobodyInWhereItsFileIsBroken) {

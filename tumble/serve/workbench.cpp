@@ -102,55 +102,72 @@ struct Workbench::State {
     return std::nullopt;
   }
 
-  /// A disk that does not answer keeps who asks this waiting: the network thread does so for uploads alone.
+  /// A disk that does not answer keeps who asks this waiting.
   std::optional<HttpResponse> refusal_of_folder(const Route& route) const {
     std::error_code failed;
     if (route.open || fs::is_directory(context.options.folder, failed)) return std::nullopt;
     return routes::problem_response(503, "the folder of the workbench was removed or has another name now");
   }
 
-  Lane lane_of(const HttpRequest& request) const {
+  /// Stops wait for those of the same run alone.
+  Way way_of(const HttpRequest& request) const {
     const Route* route = route_of(request);
-    if (!route) return Lane::usual;
-    return route->lane == Lane::orders && routes::is_stop(request) ? Lane::stops : route->lane;
+    if (!route) return {};
+    if (route->lane != Lane::orders) return {route->lane};
+    const auto stopped = routes::run_to_be_stopped(request);
+    return stopped ? Way{Lane::stops, "run " + *stopped} : Way{Lane::orders};
+  }
+
+  /// Who asks for this request. Stops wait for no disk: what was known of their user a second ago is enough.
+  std::optional<Session> session_of(const HttpRequest& request) const {
+    return way_of(request).lane == Lane::stops ? context.guard.known_session_of(request)
+                                               : context.guard.session_of(request);
   }
 
   /// Events go on while the route would answer who asked for them.
   void limit_events(const HttpRequest& request, HttpResponse& response) const {
     if (!response.events) return;
-    response.allowed = [this, request] { return !refusal(request, context.guard.session_of(request)); };
+    response.allowed = [this, request] { return !refusal(request, context.guard.known_session_of(request)); };
+  }
+
+  /// The file that an upload becomes, for now under a name that nobody sees.
+  std::optional<HttpResponse> open_upload(const HttpRequest& head, std::shared_ptr<BodyFile>& file) {
+    auto refused = refusal_of_folder(*route_of(head));
+    if (!refused) try {
+        const auto* name = find_query(head, "name");
+        require_file_name(name ? *name : "");
+        const fs::path folder = context.options.folder / "uploads";
+        fs::create_directories(folder);
+        inside(context.options.folder, "uploads");
+        file = std::make_shared<BodyFile>(
+            (folder / fmt::format(".upload.{}.{}.part", context.options.first_event, uploads++)).string());
+      } catch (const Error& error) {
+        refused = refusal_of_error(error);
+      } catch (const fs::filesystem_error& error) {
+        refused = routes::problem_response(507, error.code().message());
+      }
+    if (refused) routes::say_refusal(head, *refused), add_safety(*refused);
+    return refused;
   }
 
   BodyPlan admit(const HttpRequest& head) {
     BodyPlan plan;
-    const auto session = context.guard.session_of(head);
+    const auto session = context.guard.known_session_of(head);
     if (session) plan.party = session->user.empty() ? "the link" : "user " + session->user;
     plan.refusal = refusal(head, session);
-    if (const Route* route = route_of(head); !plan.refusal && route->body_to_file)
-      plan.refusal = refusal_of_folder(*route);
-    if (!plan.refusal) {
-      const Route& route = *route_of(head);
-      plan.limit = route.body_to_file ? context.options.upload_limit : route.body_limit;
-      if (route.body_to_file) try {
-          const auto* name = find_query(head, "name");
-          require_file_name(name ? *name : "");
-          const fs::path folder = context.options.folder / "uploads";
-          fs::create_directories(folder);
-          inside(context.options.folder, "uploads");
-          plan.file = std::make_shared<BodyFile>(
-              (folder / fmt::format(".upload.{}.{}.part", context.options.first_event, uploads++)).string());
-        } catch (const Error& error) {
-          plan.refusal = routes::problem_response(error);
-        } catch (const fs::filesystem_error& error) {
-          plan.refusal = routes::problem_response(507, error.code().message());
-        }
+    if (plan.refusal) {
+      routes::say_refusal(head, *plan.refusal), add_safety(*plan.refusal);
+      return plan;
     }
-    if (plan.refusal) routes::say_refusal(head, *plan.refusal), add_safety(*plan.refusal);
+    const Route& route = *route_of(head);
+    plan.limit = route.body_to_file ? context.options.upload_limit : route.body_limit;
+    if (route.body_to_file)
+      plan.open = [this, head](std::shared_ptr<BodyFile>& file) { return open_upload(head, file); };
     return plan;
   }
 
   /// Names in refusals are those of the folder: where it lies on the computer is not said.
-  HttpResponse refused(const Error& error) const {
+  HttpResponse refusal_of_error(const Error& error) const {
     auto problems = error.problems;
     for (auto& problem : problems) problem = routes::named_from_folder(context, problem);
     return routes::problem_response(Error{error.kind, problems});
@@ -160,7 +177,7 @@ struct Workbench::State {
     HttpResponse response;
     try {
       // Again: who sent a long body may have signed out meanwhile.
-      if (auto refused = refusal(request, context.guard.session_of(request)))
+      if (auto refused = refusal(request, session_of(request)))
         response = std::move(*refused);
       else if (auto missing = refusal_of_folder(*route_of(request)))
         response = std::move(*missing);
@@ -168,7 +185,7 @@ struct Workbench::State {
         response = route_of(request)->answer(context, request);
       limit_events(request, response);
     } catch (const Error& error) {
-      response = refused(error);
+      response = refusal_of_error(error);
     } catch (const fs::filesystem_error& error) {
       response = routes::problem_response(507, "the folder cannot be written: " + error.code().message());
     } catch (const std::bad_alloc&) {
@@ -189,7 +206,7 @@ Workbench::~Workbench() = default;
 HttpHandler Workbench::handler() {
   return {.admit = [this](const HttpRequest& head) { return state_->admit(head); },
           .answer = [this](const HttpRequest& request) { return state_->answer(request); },
-          .lane = [this](const HttpRequest& request) { return state_->lane_of(request); },
+          .way = [this](const HttpRequest& request) { return state_->way_of(request); },
           .finish =
               [](const HttpRequest& request, HttpResponse& response) {
                 routes::say_refusal(request, response);

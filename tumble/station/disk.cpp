@@ -57,7 +57,7 @@ void Disk::power_cut() { inner_->state.power_cut(); }
 
 void Disk::allocate(const std::string& path, std::uint64_t bytes) {
   require_done(inner_->state.produce(path), "make", path);
-  const int code = with_descriptor(path, O_WRONLY | O_CREAT, [&](int descriptor) {
+  const int code = with_descriptor(path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK, [&](int descriptor) {
     return posix_fallocate(descriptor, 0, static_cast<off_t>(bytes));
   });
   if (code == 0) return;

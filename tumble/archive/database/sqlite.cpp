@@ -4,6 +4,8 @@
 
 #include <type_traits>
 
+#include "tumble/formats/confinement.hpp"
+
 namespace tumble::database {
 
 namespace {
@@ -67,6 +69,7 @@ struct ResetAtEnd {
 /// other: with a write-ahead log, which is faster, SQLite up to 3.51.2 may damage a database then (docs/decisions/072).
 /// Triggers make the tables append-only.
 Sqlite::Sqlite(const std::string& path, bool create) {
+  require_own_journals(path);
   try {
     sqlite3* handle = nullptr;
     const int mode = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | (create ? SQLITE_OPEN_CREATE : 0);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/hdf5/handle.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
@@ -61,6 +62,24 @@ TEST_F(Links, ToAnotherFileAreRefused) {
     H5Lcreate_soft("/elsewhere", file, "/channels", H5P_DEFAULT, H5P_DEFAULT);
   });
   EXPECT_NE(refusal(around).find("a link leads to another file"), std::string::npos) << refusal(around);
+}
+
+// Whoever opens a recording would see the words of a file of his own.
+TEST_F(Links, TextOfAnotherFileIsNotRead) {
+  write_file_atomically(path("secret.json"), R"({"operator": "SECRET"})");
+  const auto file = made("text.h5", [&](hid_t at) {
+    H5Ldelete(at, "/channels", H5P_DEFAULT);
+    const Handle data(H5Fopen(path("data.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    H5Ocopy(data, "/channels", at, "/channels", H5P_DEFAULT, H5P_DEFAULT);
+    const hsize_t size = 1;
+    const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose), plist(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    const Handle text(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(text, 22);
+    H5Pset_external(plist, path("secret.json").c_str(), 0, 22);
+    const Handle dataset(H5Dcreate2(at, "/meta", text, space, H5P_DEFAULT, plist, H5P_DEFAULT), H5Dclose);
+    ASSERT_TRUE(dataset.valid());
+  });
+  EXPECT_NE(refusal(file).find("/meta: its text is in another file"), std::string::npos) << refusal(file);
 }
 
 // Chunks of 2^26 numbers in a file of a few kB: half a gigabyte would be asked for.

@@ -48,13 +48,14 @@ bool is_number(hid_t type) {
 
 bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
 
+bool is_in_other_files(hid_t plist) { return H5Pget_layout(plist) == H5D_VIRTUAL || H5Pget_external_count(plist) > 0; }
+
 void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
                      std::size_t file_size) {
   const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
   if (!plist.valid()) fail(last_reason());
-  const auto layout = H5Pget_layout(plist);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples are in another file");
-  if (layout != H5D_CHUNKED) return;
+  if (is_in_other_files(plist)) fail("its samples are in another file");
+  if (H5Pget_layout(plist) != H5D_CHUNKED) return;
   std::vector<hsize_t> chunk(extent.size());
   if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
   hsize_t bytes = 8;
@@ -203,6 +204,9 @@ std::optional<std::string> text_dataset(hid_t file, const char* path) {
   const Handle dataset(H5Dopen2(file, path, H5P_DEFAULT), H5Dclose);
   if (!dataset.valid()) return std::nullopt;
   require_of_file(file, dataset);
+  const Handle plist(H5Dget_create_plist(dataset), H5Pclose);
+  if (!plist.valid()) fail(last_reason());
+  if (is_in_other_files(plist)) fail("its text is in another file");
   const Handle type(H5Dget_type(dataset), H5Tclose);
   const Handle space(H5Dget_space(dataset), H5Sclose);
   return text_of(type, space,

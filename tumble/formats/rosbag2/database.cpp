@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "tumble/formats/confinement.hpp"
 #include "tumble/formats/ros/message.hpp"
 #include "tumble/units/error.hpp"
 
@@ -48,6 +49,7 @@ void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handl
 
 Database::Database(const std::string& path) {
   sqlite3* handle = nullptr;
+  require_contained(path);
   refuse_log_beside(path);
   constexpr int how = SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI;
   const int code = sqlite3_open_v2(immutable(path).c_str(), &handle, how, nullptr);

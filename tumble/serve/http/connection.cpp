@@ -20,15 +20,12 @@ bool is_malformed(Code code) {
          code != message::error::end_of_stream && code != message::error::partial_message;
 }
 
-/// Takes what has come of a body; nothing: it has room.
+/// Takes what has come of a body, and is not for a file; nothing: it has room.
 std::optional<HttpResponse> take_piece(Connection& c, std::size_t count) {
   c.request.body_bytes += count;
   if (c.request.body_bytes > c.plan.limit)
     return plain(413, fmt::format("the body has more than {} bytes", c.plan.limit));
-  if (c.request.file)
-    return c.request.file->write(c.piece.data(), count)
-               ? std::nullopt
-               : std::optional(plain(507, "the disk is full, or cannot be written"));
+  if (c.request.file) return std::nullopt;
   try {
     if (c.charge_body(count)) {
       c.request.body.append(c.piece.data(), count);
@@ -53,7 +50,7 @@ void read_body(Shared c) {
     if (code) return;
     const std::size_t count = room - c->parser->get().body().size;
     if (auto refusal = take_piece(*c, count)) return refuse(c, std::move(*refusal));
-    read_body(c);
+    c->request.file ? write_body_file(c, count, read_body) : read_body(c);
   });
 }
 
@@ -65,6 +62,14 @@ bool is_ambiguous(const message::request<message::buffer_body>& head) {
   for (const char* name : {"sec-fetch-site", "sec-fetch-mode"})
     if (head.count(name) > 1) return true;
   return head.count(field::transfer_encoding) > 0 && !beast::iequals(head[field::transfer_encoding], "chunked");
+}
+
+void expect_body(Shared c) {
+  if (!beast::iequals(c->parser->get()[message::field::expect], "100-continue")) return read_body(c);
+  c->outgoing = "HTTP/1.1 100 Continue\r\n\r\n";
+  asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code code, std::size_t) {
+    if (!code) read_body(c);
+  });
 }
 
 void take_head(Shared c) {
@@ -83,18 +88,13 @@ void take_head(Shared c) {
   if (head.count(message::field::host) != 1 || is_ambiguous(head) || !take_target(target, c->request))
     return refuse(c, plain(400, "the request is not well formed"));
   c->plan = c->server.handler.admit(c->request);
-  c->request.file = c->plan.file;
   c->party = c->plan.party.empty() ? c->address : c->plan.party;
   if (const auto known = c->server.known.find(c->number); known != c->server.known.end())
     known->second.party = c->party;
   if (c->plan.refusal) return refuse(c, std::move(*c->plan.refusal));
   if (const auto length = c->parser->content_length(); length && *length > c->plan.limit)
     return refuse(c, plain(413, fmt::format("the body has more than {} bytes", c->plan.limit)));
-  if (!beast::iequals(head[message::field::expect], "100-continue")) return read_body(c);
-  c->outgoing = "HTTP/1.1 100 Continue\r\n\r\n";
-  asio::async_write(c->stream, asio::buffer(c->outgoing), [c](Code code, std::size_t) {
-    if (!code) read_body(c);
-  });
+  c->plan.open ? open_body_file(c, expect_body) : expect_body(c);
 }
 
 }  // namespace

@@ -1,8 +1,13 @@
 #pragma once
 
 #include <array>
+#include <boost/asio/post.hpp>
 #include <boost/beast/http.hpp>
+#include <chrono>
+#include <new>
 #include <optional>
+#include <thread>
+#include <utility>
 
 #include "tumble/serve/http/server.hpp"
 
@@ -65,6 +70,23 @@ struct Connection {
   }
 };
 using Shared = std::shared_ptr<Connection>;
+
+/// Lets the network thread go on with what a thread of a lane has made; its connection ends there.
+template <class Handed, class Next>
+void hand_back(Server& server, const std::shared_ptr<Handed>& handed, Next next) {
+  for (;;) try {
+      asio::post(server.context, [handed, next] { next(std::exchange(handed->c, nullptr), *handed); });
+      return;
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+}
+
+/// Opens the file that takes the body of a request, and goes on; or refuses.
+void open_body_file(Shared c, void (*next)(Shared));
+
+/// Writes so many bytes of the piece into it, and goes on; or refuses.
+void write_body_file(Shared c, std::size_t count, void (*next)(Shared));
 
 /// The next request of a connection.
 void read_head(Shared c);

@@ -88,7 +88,8 @@ http::Server::Server(const HttpOptions& given, HttpHandler handles) : options(gi
   add(Lane::sign_in, 1, 1);
   add(Lane::begins, 2, 1);
   add(Lane::orders, 4, 3);
-  add(Lane::stops, 4, 4);
+  add(Lane::stops, 8, 1);  // in lines by run: one that does not answer keeps one thread
+  add(Lane::files, 3, 2);
 }
 
 struct HttpServer::Within {
@@ -105,6 +106,7 @@ HttpServer::HttpServer(const HttpOptions& options, HttpHandler handler)
 
 HttpServer::~HttpServer() {
   stop();
+  within_->server.ending = true;
   within_->server.lanes.clear();
 }
 

@@ -86,17 +86,6 @@ struct Handed {
   More more = More::failed;
 };
 
-/// Lets the network thread go on, and takes its connection from what is handed: it ends there.
-template <class Next>
-void hand_back(Server& server, const std::shared_ptr<Handed>& handed, Next next) {
-  for (;;) try {
-      asio::post(server.context, [handed, next] { next(std::exchange(handed->c, nullptr), *handed); });
-      return;
-    } catch (const std::bad_alloc&) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-}
-
 /// Piece after piece, until there is no more.
 void send_more(Shared c) {
   Server& server = c->server;
@@ -260,11 +249,13 @@ void refuse(Shared c, HttpResponse response) {
 void answer(Shared c) {
   c->stream.lowest().expires_never();
   Server& server = c->server;
-  c->lane = server.handler.lane ? server.handler.lane(c->request) : Lane::usual;
+  c->request.came = std::chrono::steady_clock::now();
+  const Way way = server.handler.way ? server.handler.way(c->request) : Way{};
+  c->lane = way.lane;
   const bool urgent = c->lane == Lane::orders || c->lane == Lane::stops;
   if (const auto known = server.known.find(c->number); known != server.known.end()) known->second.urgent = urgent;
   auto& pool = server.lanes.at(c->lane);
-  const std::string party = c->lane == Lane::sign_in ? c->address : c->party;
+  const std::string party = c->lane == Lane::sign_in ? c->address : way.line.empty() ? c->party : way.line;
   if (c->lane != Lane::stops && pool.pending(party) >= most_pending)
     return refuse(c, too_much(*c, 503, "too many requests of this user wait: try again in a moment"));
   const auto handed = std::make_shared<Handed>(Handed{std::move(c), {}});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <map>
@@ -27,8 +28,9 @@ struct Server {
   std::map<std::string, std::size_t> body_bytes;  ///< in memory by party, above what each request has free [bytes]
   std::size_t all_body_bytes = 0;
   bool accepting = false;
+  std::atomic<bool> ending = false;
+  std::map<Lane, WorkPool> lanes;  ///< before the context, whose connections may leave work for them
   asio::io_context context{1};
-  std::map<Lane, WorkPool> lanes;
   Tcp::acceptor acceptor{context};
   asio::steady_timer pause{context};
 

@@ -53,9 +53,18 @@ bool make_folder_below(const std::string& root, const std::string& place, const 
   return false;
 }
 
-ino_t number_of(const Descriptor& folder) {
-  struct stat status {};
-  return folder && fstat(folder.number(), &status) == 0 ? status.st_ino : 0;
+/// A file system gives the number of a folder that was removed to the next one, and two sticks that were filled alike
+/// have the same numbers: the time of its birth is looked at, too, where it is known.
+std::uint64_t number_of(const Descriptor& folder) {
+  constexpr std::uint64_t odd = 0x9e3779b97f4a7c15;  // mixes what is added
+  struct statx status {};
+  if (!folder || statx(folder.number(), "", AT_EMPTY_PATH, STATX_INO | STATX_BTIME, &status) != 0) return 0;
+  std::uint64_t number = status.stx_ino;
+  if ((status.stx_mask & STATX_BTIME) != 0)
+    for (const std::uint64_t part :
+         {static_cast<std::uint64_t>(status.stx_btime.tv_sec), static_cast<std::uint64_t>(status.stx_btime.tv_nsec)})
+      number = (number + part) * odd;
+  return number;
 }
 
 Descriptor file_in(const Descriptor& folder, const std::string& name) {

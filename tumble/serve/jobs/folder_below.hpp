@@ -1,7 +1,6 @@
 #pragma once
 
-#include <sys/types.h>
-
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,7 +33,7 @@ Descriptor folder_below(const std::string& root, const std::vector<std::string>&
 bool make_folder_below(const std::string& root, const std::string& place, const std::string& name);
 
 /// A number that another folder of this file system does not have; 0: it cannot be read.
-ino_t number_of(const Descriptor& folder);
+std::uint64_t number_of(const Descriptor& folder);
 
 /// A file that stands in a folder and is no link; none where there is none.
 Descriptor file_in(const Descriptor& folder, const std::string& name);

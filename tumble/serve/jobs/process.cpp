@@ -210,9 +210,11 @@ void read_all(int descriptor, std::string& bytes) {
 }
 
 /// A new file that begins with a line. Throws Error::bad_file where the disk has no room for it: what a program writes
-/// later would be lost there, and with it the reason why it has ended.
+/// later would be lost there, and with it the reason why it has ended. What has the name gives way: were it a link or a
+/// pipe, the messages would go elsewhere.
 int file_of_messages(const std::string& path, const std::string& line) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  unlink(path.c_str());
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
   errno = file < 0 ? errno : ENOSPC;  // of a part that was written
   if (file >= 0 && write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return file;
   const std::string reason = std::system_category().message(errno);

@@ -36,7 +36,7 @@ std::string utc_now(const Context& context) {
 }
 
 std::string person_of(const Context& context, const HttpRequest& request) {
-  const auto session = context.guard.session_of(request);
+  const auto session = context.guard.known_session_of(request);
   return session && !session->user.empty() ? session->user : context.options.person;
 }
 

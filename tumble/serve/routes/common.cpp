@@ -45,7 +45,7 @@ HttpResponse problem_response(unsigned status, const std::string& problem) {
 }
 
 std::string user_of(const Context& context, const HttpRequest& request) {
-  const auto session = context.guard.session_of(request);
+  const auto session = context.guard.known_session_of(request);
   return session ? session->user : "";
 }
 

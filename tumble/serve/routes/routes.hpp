@@ -13,6 +13,7 @@
 #include "tumble/serve/predictions.hpp"
 #include "tumble/serve/recording_cache.hpp"
 #include "tumble/serve/result_cache.hpp"
+#include "tumble/serve/stops.hpp"
 #include "tumble/serve/workbench.hpp"
 #include "tumble/units/error.hpp"
 
@@ -28,6 +29,7 @@ struct Context {
   Jobs jobs;
   RecordingCache recordings;
   LiveRuns runs = {};
+  Stops stops = {};
   ResultCache results;
   Predictions predictions;
 
@@ -73,8 +75,8 @@ HttpResponse started(Context& context, const HttpRequest& request, Job job);
 /// Who asks; empty: whoever has the link, and who shows nothing.
 std::string user_of(const Context& context, const HttpRequest& request);
 
-/// Whether the body of an order to a run says that it must stop.
-bool is_stop(const HttpRequest& request);
+/// The run that the body of an order says must end, by its safe list; nothing: it says something else.
+std::optional<std::string> run_to_be_stopped(const HttpRequest& request);
 
 /// Why a password did not let somebody in, for people.
 HttpResponse password_refusal(const PasswordCheck& check);

@@ -307,7 +307,7 @@ std::string plain_text_in(const Json& body, const char* name) {
 }
 
 std::string who_of(const Context& context, const HttpRequest& request, const Json& body) {
-  const auto session = context.guard.users ? context.guard.session_of(request) : std::nullopt;
+  const auto session = context.guard.users ? context.guard.known_session_of(request) : std::nullopt;
   return session ? session->user : plain_text_in(body, "who");
 }
 

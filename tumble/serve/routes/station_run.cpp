@@ -84,7 +84,7 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
   const auto folder = existing(context, plain_text_in(body, "run"));
   const auto order = plain_text_in(body, "order"), who = who_of(context, request, body);
   if (order == "stop") {
-    stop_run(folder, who.empty() ? "the workbench" : who, patience_of_stop);
+    context.stops.stop(folder, who.empty() ? "the workbench" : who, patience_of_stop, request.came);
     return json_response({{"taken", true}});
   }
   Json asked{{"order", order}, {"who", who}};
@@ -99,12 +99,14 @@ HttpResponse run_order(Context& context, const HttpRequest& request) {
 
 }  // namespace
 
-bool is_stop(const HttpRequest& request) {
+std::optional<std::string> run_to_be_stopped(const HttpRequest& request) {
   try {
-    return text_in(body_of(request), "order") == "stop";
-  } catch (const std::exception&) {
-    return false;  // the route says what is wrong with it
+    const Json body = body_of(request);
+    const auto order = text_in(body, "order");
+    if (order == "stop" || order == "abort") return text_in(body, "run");
+  } catch (const std::exception&) {  // the route says what is wrong with it
   }
+  return std::nullopt;
 }
 
 std::vector<Route> station_run_routes() {

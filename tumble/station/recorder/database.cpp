@@ -2,11 +2,15 @@
 
 #include <sqlite3.h>
 
+#include "tumble/formats/confinement.hpp"
+
 namespace tumble::recorder {
 
 /// Exclusive locking comes first: with it the write-ahead log needs no shared memory, and no second connection can
 /// write or checkpoint. A full synchronisation follows every commit. Pages are as large as the rows, which are chunks.
 Database::Database(const std::string& path, const char* vfs, Mode mode) {
+  require_contained(path);
+  require_own_journals(path);
   sqlite3* handle = nullptr;
   const int create = mode == Mode::create ? SQLITE_OPEN_CREATE : 0;
   const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | create, vfs);
