@@ -40,7 +40,8 @@ struct Ticks {
 ///           stated  [s] the interval that the plan states, or 0
 Ticks ticked(std::span<const double> t, double stated = 0.0);
 
-/// The same of the stamps [s] without those of rows that were written twice; the gaps are at their places in `t`.
+/// ticked() for stamps [s] of which some belong to rows that were written twice, without these; the gaps are at their
+/// places in `t`.
 Ticks ticked_once(std::span<const double> t, double stated = 0.0);
 
 }  // namespace tumble
