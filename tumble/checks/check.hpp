@@ -18,6 +18,11 @@ struct Check {
 /// All checks, the findings in the order of the catalogue.
 Findings run_checks(const Recording& recording, const Plan* plan);
 
+/// What the clocks of a recording say otherwise than a rate [Hz] that is stated for it, held against the one that is
+/// nearest: a note, and a warning where the difference is more than 3 %, or more than 100 ppm beside counts, which are
+/// a rate by the clock alone. Nothing where the stamps do not exclude the stated rate.
+Findings against_stated_rate(const Recording& recording, double stated);
+
 /// All entries, in the order of their names.
 const std::vector<const Check*>& check_catalogue();
 

@@ -455,6 +455,44 @@ TEST(Checks, CounterReadTooLate) {
   EXPECT_TRUE(findings_of("missed_windows", recording({channel("gyro", "deg/h", values)})).empty());
 }
 
+// F = counts over time: stamps of 9.990 Hz where 10 Hz is stated make a scale factor wrong by 1000 ppm, if they are
+// wrong.
+TEST(Checks, StatedRate) {
+  Plan plan;
+  plan.sample_rate = 10.0;
+  const auto counts = series(2000, [](std::size_t i) { return 1000.0 + static_cast<double>(i * 7919 % 13); });
+  const auto of = [&](const char* unit, double rate) {
+    return findings_of("stated_rate", recording({channel("gyro", unit, counts, rate)}), &plan);
+  };
+  EXPECT_TRUE(of("pulse", 10.0).empty());
+  ASSERT_EQ(of("pulse", 9.99).size(), 1u);
+  EXPECT_EQ(of("pulse", 9.99)[0].severity, Finding::Severity::warning);
+  EXPECT_EQ(said(of("pulse", 9.99)),
+            ": the stamps have 9.99 Hz, and 10 Hz is stated (-1000 ppm): the stamps are used; if they are wrong, rates "
+            "and scale factors from the counts are wrong by as much\n");
+  EXPECT_EQ(of("pulse", 10.0005)[0].severity, Finding::Severity::info);  // quartz
+  EXPECT_EQ(of("deg/h", 9.99)[0].severity, Finding::Severity::info);     // the oscillator of a cheap sensor
+  EXPECT_EQ(of("deg/h", 9.6)[0].severity, Finding::Severity::warning);
+  EXPECT_TRUE(findings_of("stated_rate", recording({channel("gyro", "deg/h", counts, 9.99)}), nullptr).empty());
+  // a table at another rate is not the instrument
+  EXPECT_TRUE(findings_of("stated_rate",
+                          recording({channel("table", "deg", counts, 400.0), channel("gyro", "pulse", counts, 10.0)}),
+                          &plan)
+                  .empty());
+}
+
+// Stamps that scatter over a short record exclude nothing.
+TEST(Checks, StatedRateWithinWhatTheStampsLeaveOpen) {
+  Plan plan;
+  plan.sample_rate = 100.0;
+  Channel gyro = channel("gyro", "pulse", series(200, [](std::size_t i) { return static_cast<double>(i % 7); }));
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < 200; ++i)
+    stamps.push_back(0.010001 * static_cast<double>(i) + (i % 3 == 0 ? 0.002 : 0.0));
+  gyro.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
+  EXPECT_TRUE(findings_of("stated_rate", recording({gyro}), &plan).empty());
+}
+
 TEST(Checks, UnequalWindows) {
   const auto noise = white(4000, 34), other = white(4000, 35);
   std::vector<double> stamps(4000), follow(4000), late(4000);

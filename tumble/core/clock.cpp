@@ -258,15 +258,16 @@ std::vector<std::size_t> starts_of(std::span<const double> r, const std::vector<
 }
 
 /// Departures from straight lines through the stamps, of one slope for all and a level for each stretch in which the
-/// clock ran on; sets the clock's rate.
-std::vector<double> about_the_lines(const Stamps& t, double interval, const Repeats& repeats, Clock& clock) {
+/// clock ran on, or one for all where it is known that it did; sets the clock's rate.
+std::vector<double> about_the_lines(const Stamps& t, double interval, const Repeats& repeats, bool one_line,
+                                    Clock& clock) {
   std::size_t lost = 0;
   for (const auto& gap : clock.gaps) lost += gap.lost;
   const double middle = (static_cast<double>(t.size() + lost) - 1.0) / 2.0;
   std::vector<double> r(t.size());
   visit_stamps(t, clock.gaps, repeats,
                [&](std::size_t i, double index, double time) { r[i] = time - index * interval; });
-  const auto starts = starts_of(r, clock.gaps, interval);
+  const auto starts = one_line ? std::vector<std::size_t>{0} : starts_of(r, clock.gaps, interval);
   std::vector<Level> levels(starts.size());
   const auto visit = [&](const auto& use) {
     std::size_t k = 0;
@@ -334,12 +335,6 @@ void judge(const std::vector<double>& departures, Clock& clock) {
   }
 }
 
-std::size_t missing_in(const TickedStamps& ticks) {
-  std::size_t missing = 0;
-  for (const auto& gap : ticks.gaps) missing += gap.second;
-  return missing;
-}
-
 /// Stamps equal to the one before, and stamps before it.
 void count_faults(const Stamps& t, Clock& clock) {
   for (std::size_t i = 1; i < t.size(); ++i) {
@@ -376,22 +371,21 @@ Clock clock_of(const Channel& channel) {
   }
   count_faults(t, clock);
   const double stated = channel.timeline.rate > 0.0 ? 1.0 / channel.timeline.rate : 0.0;
-  auto [ticks, other_interval] = clock.backward == 0 ? ticked(t, stated) : Ticks{};
-  clock.other_rate = other_interval > 0.0 ? 1.0 / other_interval : 0.0;
   const bool twice = clock.duplicates > 0 && written_twice(channel);
-  if (ticks && twice && missing_in(*ticks) > clock.duplicates) ticks.reset();
+  auto [ticks, other_interval] = clock.backward > 0 ? Ticks{} : twice ? ticked_once(t, stated) : ticked(t, stated);
+  clock.other_rate = other_interval > 0.0 ? 1.0 / other_interval : 0.0;
   const auto [interval, regular] = ticks ? Period{ticks->interval, true} : period(t);
   if (!(interval > 0.0) || !std::isfinite(interval) || !std::isfinite(t.back() - t.front())) {
     clock.reason = "the stamps do not advance";
     return clock;
   }
-  const Repeats repeats = !ticks && regular && twice ? repeats_in(t) : Repeats();
+  const Repeats repeats = regular && twice ? repeats_in(t) : Repeats();
   if (ticks)
     for (const auto& [after, lost] : ticks->gaps)
       clock.gaps.push_back({after, t[after], t[after + 1] - t[after], lost});
   else
     find_gaps(Departure{t, interval, repeats}, regular, clock);
-  const auto departures = about_the_lines(t, interval, repeats, clock);
+  const auto departures = about_the_lines(t, interval, repeats, ticks.has_value(), clock);
   take_departures(departures, clock);
   judge(departures, clock);
   return clock;

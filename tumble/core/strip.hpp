@@ -35,6 +35,15 @@ class Strip {
 /// samples; a line needs its slope and its level, and leaves `still_missing`.
 double evidence_for_line(double count, double missing, double repeats, double still_missing);
 
+/// Whether a line of slope r [tick] over `length` samples may have that many stamps that repeat the one before: it
+/// doubles a tick when 1 - r has summed up to a whole one. More come from stamps that scatter about the edge of a tick,
+/// and then few samples are missing; else a sample lost beside each repeat would make any record one of r = 1.
+constexpr bool may_repeat(double r, double length, double repeats, double still_missing) {
+  constexpr double by_chance = 8.0;  // repeats and lost samples that happen to alternate
+  return repeats <= (r < 1.0 ? 1.0 - r : 0.0) * length + 1.5 ||
+         (repeats >= by_chance && 4.0 * still_missing <= repeats);
+}
+
 /// Evidence [nat] above which the line is taken: samples that are lost at regular distances are rare, but do occur.
 constexpr double enough_for_line = 8.0;
 

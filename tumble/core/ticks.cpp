@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/core/comb.hpp"
 #include "tumble/core/strip.hpp"
 
 namespace tumble {
@@ -98,6 +99,12 @@ double next_count(Strip& strip, double z, double half, double before, double dir
   return 0.0;
 }
 
+std::size_t events_in(const std::vector<double>& x) {
+  std::size_t events = 0;
+  for (std::size_t i = 1; i < x.size(); ++i) events += x[i] - x[i - 1] > 1.5;
+  return events;
+}
+
 /// Counts from a stretch forwards and backwards. Over a long stretch the line is known so well that a stamp shows at
 /// once whether a sample is missing before it: another whole number reaches no line of the strip.
 std::optional<Counts> counted(const Scale& z, const Stretch& from) {
@@ -115,7 +122,44 @@ std::optional<Counts> counted(const Scale& z, const Stretch& from) {
     if (out.x[i] == 0.0) return std::nullopt;
   }
   out.line = strip.middle(), out.lowest = strip.lowest(), out.highest = strip.highest();
-  for (i = 1; i < z.t.size(); ++i) out.events += out.x[i] - out.x[i - 1] > 1.5;
+  out.events = events_in(out.x);
+  return out;
+}
+
+/// The next whole number of intervals after `before`, one more where the middle line of the strip allows it, else the
+/// nearest, or as next_count().
+double nearest_count(Strip& strip, double z, double half, double before) {
+  constexpr double tie = 0.503;  // the middle is that near the clock, and `half` beyond it
+  const auto [a, r] = strip.middle();
+  const double next = before + 1.0, nearest = std::max(next, std::round((z - a) / r));
+  const double count = std::abs(z - a - r * next) <= tie ? next : nearest;
+  return strip.add(count, z, half) ? count : next_count(strip, z, half, before, 1.0);
+}
+
+/// The lines near a comb that go through both stamps of each doubled tick: these are at the two ends of a tick.
+Strip strip_of(const Scale& z, const Comb& comb) {
+  Strip strip{0.0, comb.a, comb.off_a, comb.r - comb.off_r, comb.r + comb.off_r};
+  for (std::size_t i = 1; comb.r < 1.0 && i < z.t.size(); ++i) {
+    if (z(i) - z(i - 1) > 0.5) continue;
+    const double first = std::round((z(i) - 0.5 - comb.a) / comb.r);
+    strip.add(first, z(i), z.half), strip.add(first + 1.0, z(i), z.half);
+  }
+  return strip;
+}
+
+/// Counts from the beginning, along lines near one that is known.
+std::optional<Counts> counted(const Scale& z, const Comb& comb) {
+  constexpr double spare = 0.005;
+  Strip strip = strip_of(z, comb);
+  Counts out{std::vector<double>(z.t.size(), 0.0), {}, 0.0, 0.0, 0};
+  const double half = z.half + spare;
+  if (!strip.add(0.0, 0.0, half)) return std::nullopt;
+  for (std::size_t i = 1; i < z.t.size(); ++i) {
+    out.x[i] = nearest_count(strip, z(i), half, out.x[i - 1]);
+    if (out.x[i] == 0.0) return std::nullopt;
+  }
+  out.line = strip.middle(), out.lowest = strip.lowest(), out.highest = strip.highest();
+  out.events = events_in(out.x);
   return out;
 }
 
@@ -143,19 +187,45 @@ AsTicks as_ticks(const Scale& z) {
   return out;
 }
 
-/// Of the lines through the longest stretches the one that misses samples the fewest times.
-std::optional<Counts> best_line(const Scale& z) {
+/// Lines near one tick.
+std::vector<Comb> combs_of(const Scale& z, const AsTicks& as) {
+  std::vector<double> whole(z.t.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) whole[i] = std::round(z(i));
+  auto combs = as.gaps > 0.0 ? comb_of_empty_ticks(whole) : std::vector<Comb>();
+  if (as.repeats > 0.0)
+    for (const Comb& comb : comb_of_doubled_ticks(whole)) combs.push_back(comb);
+  return combs;
+}
+
+/// Of the lines of the combs and through the longest stretches the one that misses samples the fewest times.
+std::optional<Counts> best_line(const Scale& z, const std::vector<Comb>& combs, double repeats) {
   std::optional<Counts> best;
+  const auto take = [&](std::optional<Counts> one) {
+    const double times = z.half < 0.5 + loose ? 1.0 : 0.5;  // a late timer repeats a stamp at times
+    if (one &&
+        may_repeat(one->line.r, one->x.back() - one->x.front(), times * repeats, static_cast<double>(one->events)) &&
+        (!best || one->events < best->events))
+      best = std::move(one);
+  };
+  for (const Comb& comb : combs) take(counted(z, comb));
   for (const Stretch& stretch : stretches_of(z)) {
     const std::size_t margin = stretch.size() / 8;  // a loss near an end may pass for a tick
     if (stretch.size() < 16) break;
     for (const Stretch& part : {stretch, Stretch{stretch.first + margin, stretch.end - margin}}) {
-      auto one = counted(z, part);
-      if (one && (!best || one->events < best->events)) best = std::move(one);
       if (best && best->events == 0) return best;
+      take(counted(z, part));
     }
   }
   return best;
+}
+
+/// Stamps that scatter by parts of a tick about a clock near it are on no line, but repeat at times, which lost samples
+/// do not make: the mean interval [tick] then is as right as the tick. 0 where they do not.
+double mean_near_tick(const Scale& z, const AsTicks& as) {
+  constexpr double near = 0.03, some = 3.0;
+  const double intervals = static_cast<double>(z.t.size()) - 1.0, mean = z(z.t.size() - 1) / intervals;
+  const double off = std::abs(mean - 1.0);
+  return as.repeats >= some && as.gaps >= some && off < near && off * intervals >= some ? mean : 0.0;
 }
 
 /// The stamps as counted by a line.
@@ -173,6 +243,10 @@ struct Choice {
   bool line = false, unclear = false;
 };
 
+bool states_tick(double stated, std::size_t count) {
+  return stated > 0.0 && std::abs(stated - 1.0) * static_cast<double>(count) < 0.5;
+}
+
 Choice choose(const Counts& counts, const AsTicks& as, double stated) {
   constexpr double beyond_doubt = 20.0;  // a record that loses a sample regularly is that rare
   constexpr double some = 3.0;           // two lost samples are at distances that a line explains one time in three
@@ -180,7 +254,7 @@ Choice choose(const Counts& counts, const AsTicks& as, double stated) {
   const double evidence = evidence_for_line(count, as.gaps, as.repeats, events);
   if (evidence >= beyond_doubt) return {true, false};
   const bool stated_line = stated >= counts.lowest && stated <= counts.highest;
-  const bool stated_tick = stated > 0.0 && std::abs(stated - 1.0) * count < 0.5;
+  const bool stated_tick = states_tick(stated, counts.x.size());
   if (stated_line != stated_tick) return {stated_line, false};
   return {evidence >= enough_for_line, as.gaps + as.repeats - events >= some};
 }
@@ -195,13 +269,31 @@ Ticks ticked(Stamps t, double stated) {
   Scale z{t, tick, 0.5 + strict + rounding};
   const AsTicks as = as_ticks(z);
   if (as.gaps + as.repeats == 0.0) return {};
-  auto counts = best_line(z);
-  if (!counts) z.half += loose - strict, counts = best_line(z);
-  if (!counts) return {};
+  const auto combs = combs_of(z, as);
+  auto counts = best_line(z, combs, as.repeats);
+  if (!counts) z.half += loose - strict, counts = best_line(z, combs, as.repeats);
+  if (!counts) return {std::nullopt, mean_near_tick(z, as) * tick};
   const Choice choice = choose(*counts, as, stated / tick);
-  const double other = choice.unclear ? (choice.line ? 1.0 : counts->line.r) * tick : 0.0;
+  double other = choice.unclear ? (choice.line ? 1.0 : counts->line.r) * tick : 0.0;
+  const bool tick_itself = std::abs(counts->line.r - 1.0) * static_cast<double>(t.size()) < 1.0;
+  if (choice.line && tick_itself && counts->events > 0 && !states_tick(stated / tick, t.size()))
+    other = mean_near_tick(z, as) * tick;
   if (!choice.line) return {std::nullopt, other};
   return {by_line(z, *counts), other};
+}
+
+Ticks ticked_once(Stamps t, double stated) {
+  std::vector<std::size_t> last;  // of the rows with one stamp
+  std::vector<double> once;
+  for (std::size_t i = 0; i < t.size(); ++i)
+    if (i > 0 && t[i] == t[i - 1])
+      last.back() = i;
+    else
+      once.push_back(t[i]), last.push_back(i);
+  Ticks ticks = ticked(once, stated);
+  if (ticks.stamps)
+    for (auto& gap : ticks.stamps->gaps) gap.first = last[gap.first];
+  return ticks;
 }
 
 }  // namespace tumble

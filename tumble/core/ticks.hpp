@@ -30,7 +30,8 @@ struct Ticks {
 ///   |t_i - a - x_i T| <= 0.505 ticks, or where there is none 0.55,   x_{i+1} > x_i,
 ///
 /// the one that misses samples the fewest times is taken. It is found from the longest stretches that a line explains
-/// without a lost sample: there it is known so well that the next lost sample shows at once.
+/// without a lost sample: there it is known so well that the next lost sample shows at once. Where samples are lost
+/// more often, it is found from the ticks that are left out or doubled at regular distances (comb.hpp).
 ///
 /// A line needs evidence (strip.hpp): steps of two ticks at regular distances come from it, lost samples come anywhere.
 /// Where few steps show the difference a stated interval that fits decides, else the interval is the tick.
@@ -38,5 +39,9 @@ struct Ticks {
 /// Given     t       [s] stamps, none before the one before
 ///           stated  [s] the interval that the plan states, or 0
 Ticks ticked(std::span<const double> t, double stated = 0.0);
+
+/// ticked() for stamps [s] of which some belong to rows that were written twice, without these; the gaps are at their
+/// places in `t`.
+Ticks ticked_once(std::span<const double> t, double stated = 0.0);
 
 }  // namespace tumble

@@ -91,6 +91,62 @@ TEST(Ticks, OneLostSampleOfALongRecordIsOneGap) {
   EXPECT_NEAR(clock.rate, 997.0, 997.0 * 1e-5);
 }
 
+/// Like expect_found(), with the greatest share of lost samples that the record may still be told from.
+void expect_found_about(const RoundedRecord& record) {
+  const auto stamps = record.stamps();
+  const Clock clock = clock_of(channel_at(stamps));
+  const auto lost = static_cast<double>(record.count - stamps.size());
+  // a sample that is lost at either end of a doubled tick cannot be told from the other
+  EXPECT_NEAR(static_cast<double>(lost_by(clock)), lost, 2.0) << record.interval;
+  EXPECT_NEAR(clock.rate * record.tick * record.interval, 1.0, 3.0 / static_cast<double>(record.count))
+      << record.interval;
+}
+
+// More samples are lost than ticks left out: no stretch without a loss shows the interval, but the ticks that are left
+// out at regular distances, and those that are doubled, do.
+TEST(Ticks, AHundredthOfTheSamplesLostDoesNotHideAClockNearTheTick) {
+  for (const double interval : {0.993, 0.997, 1.0031, 1.0053, 1.01})
+    for (const double start : {0.0, 1.7e9})
+      for (const Rounding rounding : {Rounding::nearest, Rounding::down, Rounding::up})
+        expect_found_about({1e-3, interval, 20'000, 200, start, rounding});
+}
+
+// Samples lost beside doubled ticks do not make an interval of one tick of a shorter one.
+TEST(Ticks, ARepeatIsNotALostSampleLess) {
+  const RoundedRecord record{1e-2, 0.998, 10'000, 100, 0.0, Rounding::nearest};
+  const Clock clock = clock_of(channel_at(record.stamps()));
+  EXPECT_NEAR(clock.rate, 100.0 / 0.998, 0.02);
+}
+
+// Stamps that scatter by a third of a tick are on no line. That the interval may be another is said.
+TEST(Ticks, ScatteredStampsNearTheTickAreSaidToBeUnclear) {
+  const RandomStream random(7);
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < 20'000; ++i) {
+    const double exact = 0.3 + 1.003 * static_cast<double>(i) + 0.6 * (random.uniform(i) - 0.5);
+    stamps.push_back(std::max(stamps.empty() ? 0.0 : stamps.back(), 1e-3 * std::round(exact)));
+  }
+  const Clock clock = clock_of(channel_at(stamps));
+  const bool right = std::abs(clock.rate * 1.003e-3 - 1.0) < 1e-4,
+             told = std::abs(clock.other_rate * 1.003e-3 - 1.0) < 1e-4;
+  EXPECT_TRUE(right || told) << clock.rate << " Hz, " << clock.other_rate << " Hz: " << clock.reason;
+}
+
+// A row that is written twice is no repeat of the timer.
+TEST(Ticks, RowsWrittenTwiceDoNotHideTheInterval) {
+  const RoundedRecord record{1e-3, 1.0031, 20'000, 7, 0.0, Rounding::nearest};
+  const auto once = record.stamps();
+  Channel channel;
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < once.size(); ++i)
+    for (std::size_t copy = 0; copy < (i % 500 == 250 ? 2u : 1u); ++copy)
+      stamps.push_back(once[i]), channel.values.push_back(static_cast<double>(i % 97));
+  channel.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
+  const Clock clock = clock_of(channel);
+  EXPECT_EQ(lost_by(clock), record.count - once.size());
+  EXPECT_NEAR(clock.rate * 1.0031e-3, 1.0, 1e-4);
+}
+
 // Three slips at regular distances: a clock of 3 in 1000 less, or three samples lost.
 TEST(Ticks, WhereTheStampsDoNotDecideTheStatedRateDoes) {
   const RoundedRecord record{1e-3, 1.0031, 1000, 0, 0.0, Rounding::nearest};

@@ -60,7 +60,8 @@ Plan plan_for(const Evidence& evidence, std::size_t i) {
 Findings noticed_in(const Evidence& evidence, std::size_t i, const Findings& reported) {
   const auto& recording = evidence.recordings[i];
   auto noticed = recording.findings;
-  const Plan plan = plan_for(evidence, i);
+  Plan plan = plan_for(evidence, i);
+  if (!plan.reading.rate) plan.reading.rate = evidence.plan.reading.rate;
   const auto checked = run_checks(recording, &plan);
   noticed.insert(noticed.end(), checked.begin(), checked.end());
   std::erase_if(noticed, [&](const Finding& finding) { return is_reported(finding, reported); });

@@ -105,6 +105,9 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     add(recording, inspection);
     const auto found = run_checks(recording, nullptr);
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
+    if (options.rate && std::ranges::all_of(recording.channels, [](const Channel& c) { return c.timeline.uniform(); }))
+      for (auto& finding : against_stated_rate(recording, *options.rate))
+        inspection.findings.push_back(std::move(finding));
   } else {
     stream_recording(
         format_of(path, options), path, options, samples_at_a_time,

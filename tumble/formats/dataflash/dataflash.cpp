@@ -233,7 +233,7 @@ Log open(const std::string& path, const ReadOptions& options) {
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
   auto checksum = sha256_in_background(path);
   const Log log = open(path, options);
-  Recording recording = topics::read(log, progress);
+  Recording recording = topics::read(log, options.rate, progress);
   recording.origin.checksum = std::move(checksum);
   return recording;
 }
@@ -244,7 +244,7 @@ std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
 
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress) {
-  topics::stream(open(path, options), samples, sink, progress);
+  topics::stream(open(path, options), options.rate, samples, sink, progress);
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ void EvenClock::add(double t, double place) {
 
 EvenClock::Interval EvenClock::by_line(std::optional<double> stated) const {
   constexpr Interval none{1.0, 0.0};
-  if (!lines_) return none;
+  if (!lines_ || !may_repeat(lines_->middle().r, static_cast<double>(count_), repeats_, 0.0)) return none;
   const Interval interval{lines_->lowest() * digit_, lines_->highest() * digit_};
   const bool clear = evidence_for_line(static_cast<double>(count_), gaps_, repeats_, 0.0) >= enough_for_line;
   return clear || (stated && interval.holds(*stated)) ? interval : none;

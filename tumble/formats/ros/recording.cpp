@@ -167,7 +167,8 @@ ClockSummary summary_of(const Gathered& all) {
 }
 
 /// The chosen clock of a stream that is in memory. What is left in `all.stamps` are its times [ns].
-void settle_clock(const Stream& stream, Gathered& all, Overview& overview, Findings& findings) {
+void settle_clock(const Stream& stream, std::optional<double> rate, Gathered& all, Overview& overview,
+                  Findings& findings) {
   overview.clocks = summary_of(all);
   if (overview.clocks.out_of_order() && sort_by_time(all, overview.clocks.backward)) {
     overview.sorted = overview.clocks.backward;
@@ -180,7 +181,7 @@ void settle_clock(const Stream& stream, Gathered& all, Overview& overview, Findi
     all.stamps[i] = overview.choice.time(all.stamps[i], all.received[i]);
     clock.add(seconds_after(overview.first, all.stamps[i]), 1e-9);
   }
-  overview.even = clock.timeline();
+  overview.even = clock.timeline(rate);
   for (const std::size_t infinite : all.infinite) overview.infinite += infinite;
 }
 
@@ -210,7 +211,8 @@ Recording read(Log log, const ReadOptions& options, const Progress& progress) {
   ScanReport report;
   auto all = gather(log, streams, overviews, report, progress);
   Findings clock_findings;
-  for (std::size_t s = 0; s < streams.size(); ++s) settle_clock(streams[s], all[s], overviews[s], clock_findings);
+  for (std::size_t s = 0; s < streams.size(); ++s)
+    settle_clock(streams[s], options.rate, all[s], overviews[s], clock_findings);
   Recording recording = frame_of(log, streams, overviews, report, clock_findings);
   recording.origin.checksum = std::move(checksum);
   const std::int64_t epoch = epoch_of(overviews);
@@ -240,8 +242,8 @@ struct BothClocks {
 };
 
 /// A first pass over the file: what is known before the first block is handed out.
-std::vector<Overview> look_over(const Log& log, const std::vector<Stream>& streams, ScanReport& report,
-                                Findings& findings) {
+std::vector<Overview> look_over(const Log& log, const std::vector<Stream>& streams, std::optional<double> rate,
+                                ScanReport& report, Findings& findings) {
   auto overviews = overviews_of(streams);
   std::vector<BothClocks> clocks(streams.size());
   const auto take = [&](Stretches stretches) {
@@ -266,7 +268,7 @@ std::vector<Overview> look_over(const Log& log, const std::vector<Stream>& strea
     Overview& overview = overviews[s];
     overview.choice = choose_clock(overview.clocks, streams[s].topic.name, findings);
     overview.first = overview.choice.time(overview.clocks.first_stamp, overview.clocks.first_received);
-    overview.even = (overview.choice.header ? clocks[s].header : clocks[s].recorder).timeline();
+    overview.even = (overview.choice.header ? clocks[s].header : clocks[s].recorder).timeline(rate);
   }
   return overviews;
 }
@@ -342,7 +344,7 @@ void stream(Log log, const ReadOptions& options, std::size_t samples, const Bloc
   const auto streams = choose_streams(log, options);
   ScanReport report;
   Findings clock_findings;
-  const auto overviews = look_over(log, streams, report, clock_findings);
+  const auto overviews = look_over(log, streams, options.rate, report, clock_findings);
   // Messages that are not in order have to be sorted, and for that all of them must be there.
   if (std::ranges::any_of(overviews, [](const Overview& overview) { return overview.clocks.out_of_order(); }))
     return hand_out(read(std::move(log), options, progress), samples, sink);

@@ -235,11 +235,12 @@ bool by_ios(const Recording& recording) {
 }
 
 SensorData data_of(const std::string& path, const Source& source, const std::string& name, bool ios,
-                   const std::shared_ptr<file::Spool>& spool, const Progress& progress) {
+                   std::optional<double> rate, const std::shared_ptr<file::Spool>& spool, const Progress& progress) {
   const Sensor& sensor = *sensor_named(name);
   const SensorFile file(path, source, name);
   ReadOptions options;
   options.time = "time";
+  options.rate = rate;
   options.only = {"x", "y", "z"};
   const Unit unit = Unit::parse(ios && name == "AccelerometerUncalibrated" ? "g" : sensor.unit);
   for (const auto& axis : options.only) options.units[axis] = unit;
@@ -326,7 +327,7 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   std::vector<SensorData> data;
   std::string checksums;
   for (const auto& name : names) {
-    data.push_back(data_of(path, source, name, ios, spool, progress));
+    data.push_back(data_of(path, source, name, ios, options.rate, spool, progress));
     checksums += data.back().checksum + "  " + name + ".csv\n";
   }
   const std::int64_t begin = std::ranges::min_element(data, {}, &SensorData::begin)->begin;

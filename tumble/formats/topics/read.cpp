@@ -141,14 +141,14 @@ void hand_over(const Log& log, const std::vector<std::optional<Timeline>>& clock
   }
 }
 
-std::optional<Timeline> clock_of(const std::vector<double>& stamps) {
+std::optional<Timeline> clock_of(const std::vector<double>& stamps, std::optional<double> rate) {
   file::EvenClock clock;
   for (const double stamp : stamps) clock.add(stamp, place);
-  return clock.timeline();
+  return clock.timeline(rate);
 }
 
 /// The even clocks, found in a pass over the stamps alone.
-std::vector<std::optional<Timeline>> clocks_of(const Log& log) {
+std::vector<std::optional<Timeline>> clocks_of(const Log& log, std::optional<double> rate) {
   std::vector<file::EvenClock> clocks(log.topics.size());
   log.play(
       [&](std::size_t topic, const char* message) {
@@ -156,13 +156,13 @@ std::vector<std::optional<Timeline>> clocks_of(const Log& log) {
       },
       {});
   std::vector<std::optional<Timeline>> timelines;
-  for (const auto& clock : clocks) timelines.push_back(clock.timeline());
+  for (const auto& clock : clocks) timelines.push_back(clock.timeline(rate));
   return timelines;
 }
 
 }  // namespace
 
-Recording read(const Log& log, const Progress& progress) {
+Recording read(const Log& log, std::optional<double> rate, const Progress& progress) {
   Recording recording = frame_of(log);
   std::vector<Samples> samples;
   for (const Topic& topic : log.topics) {
@@ -175,7 +175,7 @@ Recording read(const Log& log, const Progress& progress) {
            progress);
   say_infinite(log, samples, recording.findings);
   std::vector<std::optional<Timeline>> clocks;
-  for (const Samples& of : samples) clocks.push_back(clock_of(of.stamps));
+  for (const Samples& of : samples) clocks.push_back(clock_of(of.stamps, rate));
   hand_over(log, clocks, std::vector<std::size_t>(samples.size()), samples, recording);
   return recording;
 }
@@ -187,8 +187,9 @@ std::uintmax_t memory(const Log& log) {
   return numbers * sizeof(double);
 }
 
-void stream(const Log& log, std::size_t samples, const BlockSink& sink, const Progress& progress) {
-  const auto clocks = clocks_of(log);
+void stream(const Log& log, std::optional<double> rate, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  const auto clocks = clocks_of(log, rate);
   Recording block = frame_of(log);
   std::vector<Samples> pending;
   for (const Topic& topic : log.topics) pending.push_back(samples_of(topic));
