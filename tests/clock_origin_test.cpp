@@ -118,8 +118,8 @@ class ClockOrigin : public testing::TestWithParam<const Method*> {
   void expect_no_change(Variant variant) const {
     const Method& method = *GetParam();
     const Estimate before = method.identify(Case{method, variant}.evidence(), {});
-    for (const Case& one :
-         {Case{method, variant, 1e3}, Case{method, variant, 1e6, 12'345.0}, Case{method, variant, 1.7e9}}) {
+    for (const Case& one : {Case{method, variant, 1e3}, Case{method, variant, 1e6 + 1.0 / 3.0, 12'345.678},
+                            Case{method, variant, 1.7e9 + 0.1234567}}) {
       SCOPED_TRACE(std::string(method.name) + ", the clock begins at " + std::to_string(one.shift) + " s");
       expect_same(method.identify(one.evidence(), {}), before, one);
     }

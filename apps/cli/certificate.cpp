@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "archive_options.hpp"
+#include "tumble/core/text.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/temporary_folder.hpp"
 #include "tumble/units/error.hpp"
@@ -37,6 +38,7 @@ Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, c
   deposit.results.push_back({.json = result, .file = arguments.result});
   CertificateDeposit one{.path = path, .result = certificate.result_sha256};
   one.number = details.number;
+  one.language = language_codes().at(static_cast<std::size_t>(details.language));
   one.rule = details.rule ? name(*details.rule) : "";
   one.issued = details.issued ? iso_date(*details.issued) : "";
   for (const auto& person : details.persons)

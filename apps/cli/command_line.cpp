@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <sstream>
 
 #include "tumble/core/section_words.hpp"
 #include "tumble/core/texts.hpp"
@@ -173,7 +174,12 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
   } catch (const CLI::ExtrasError&) {
     return refuse_extras(program, terminal);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    if (error.get_exit_code() == 0) {  // --help, --version
+      std::ostringstream text;
+      const int status = program.exit(error, text, text);
+      print(text.str());
+      return status;
+    }
     const auto used = program.get_subcommands();
     complain(terminal, fmt::format("{} (see `tumble {}--help`)", error.what(),
                                    used.empty() ? "" : used.front()->get_name() + " "));

@@ -1,11 +1,12 @@
-// Preloaded into a program (tests/disk_faults_test.py): the n-th call that changes a disk fails, and with TUMBLE_FAULT_ON all
-// after it. Calls are counted whatever their kind, descriptors of the terminal excepted. The file TUMBLE_FAULT_SEEN says that
-// the call was reached.
+// Preloaded into a program (tests/disk_faults_test.py): the n-th call that changes a disk fails, and with
+// TUMBLE_FAULT_ON all after it. Calls are counted whatever their kind, descriptors of the terminal excepted. The file
+// TUMBLE_FAULT_SEEN says that the call was reached.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -44,6 +45,9 @@ int ftruncate64(int descriptor, off64_t size) { return fails() ? -1 : next(ftrun
 int fsync(int descriptor) { return fails() ? -1 : next(fsync)(descriptor); }
 int fdatasync(int descriptor) { return fails() ? -1 : next(fdatasync)(descriptor); }
 int rename(const char* from, const char* to) { return fails() ? -1 : next(rename)(from, to); }
+int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) {
+  return fails() ? -1 : next(renameat2)(from_folder, from, to_folder, to, flags);
+}
 int link(const char* from, const char* to) { return fails() ? -1 : next(link)(from, to); }
 int unlink(const char* path) { return fails() ? -1 : next(unlink)(path); }
 

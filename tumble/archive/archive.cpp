@@ -5,6 +5,7 @@
 
 #include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/opened.hpp"
+#include "tumble/formats/new_file.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -30,13 +31,8 @@ std::string folder_of_files(database::Database& database, const std::string& add
   return folder_beside(address);
 }
 
-void require_no_archive(const std::string& address) {
-  if (!database::is_server(address) && fs::exists(address))
-    throw Error(Error::Kind::bad_input,
-                fmt::format("'{}' is there already: an archive is never written over another file", address));
-}
-
-void make_folder(const std::string& folder) {
+void make_folder_of_files(const std::string& folder) {
+  if (folder == files_in_database) return;
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem)
@@ -77,6 +73,42 @@ std::string shown_address(const std::string& address) {
 
 }  // namespace schema
 
+namespace schema {
+
+void make_tables(const std::string& address, const std::string& folder, const ArchiveAct& act) {
+  database::Database database(address, true);
+  if (version_of(database) != 0)
+    throw Error(Error::Kind::bad_input, fmt::format("'{}' holds an archive already", shown_address(address)));
+  const bool within = folder == files_in_database;
+  migrate(database, 0, {act.who, act.when, std::string(tumble::version)});
+  database.transact([&] {
+    Change change(database, act.who, act.when);
+    const auto note = [&](const std::string& name, const std::string& value) {
+      change.append(chain_of_archive, {"fact", name, {}, {}}, {{&facts, {{name, value}}}});
+    };
+    if (within) note("files", inside);
+    if (!within && !folder.empty()) note("files", fs::absolute(folder).lexically_normal().string());
+    note("made_by", act.who);
+    note("made", act.when);
+  });
+}
+
+void make_whole(const std::string& path, const std::string& taken,
+                const std::function<void(const std::string& file)>& make) {
+  if (NewFile::is_taken(path)) throw Error(Error::Kind::bad_input, taken);
+  NewFile file(path);
+  try {
+    guarded(path, [&] { make(file.temporary()); });
+    if (!file.keep()) throw Error(Error::Kind::bad_input, taken);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(file.temporary() + "-journal", ignored);
+    throw;
+  }
+}
+
+}  // namespace schema
+
 void Archive::Close::operator()(void* opened) const { delete static_cast<schema::OpenArchive*>(opened); }
 
 Archive::Archive(const std::string& address, const std::string& when) : opened_(open_at(address, when)) {}
@@ -89,24 +121,17 @@ void make_archive(const std::string& address, const std::string& folder, const A
     throw Error(Error::Kind::bad_input,
                 "--files is required for an archive on a server: the folder of its files, which all who use the "
                 "archive see under this name; or the word `database`, to keep them on the server");
-  require_no_archive(address);
-  schema::guarded(address, [&] {
-    database::Database database(address, true);
-    if (schema::version_of(database) != 0)
-      throw Error(Error::Kind::bad_input, fmt::format("'{}' holds an archive already", shown_address(address)));
-    const bool within = folder == files_in_database;
-    if (!within) make_folder(folder.empty() ? folder_beside(address) : folder);
-    schema::migrate(database, 0, {act.who, act.when, std::string(tumble::version)});
-    database.transact([&] {
-      schema::Change change(database, act.who, act.when);
-      const auto note = [&](const std::string& name, const std::string& value) {
-        change.append(schema::chain_of_archive, {"fact", name, {}, {}}, {{&schema::facts, {{name, value}}}});
-      };
-      if (within) note("files", inside);
-      if (!within && !folder.empty()) note("files", fs::absolute(folder).lexically_normal().string());
-      note("made_by", act.who);
-      note("made", act.when);
-    });
+  const bool within = folder == files_in_database;
+  if (server) {
+    make_folder_of_files(folder);
+    schema::guarded(address, [&] { schema::make_tables(address, folder, act); });
+    return;
+  }
+  const std::string taken =
+      fmt::format("'{}' is there already: an archive is never written over another file", address);
+  schema::make_whole(address, taken, [&](const std::string& file) {
+    make_folder_of_files(within || !folder.empty() ? folder : folder_beside(address));
+    schema::make_tables(file, folder, act);
   });
 }
 

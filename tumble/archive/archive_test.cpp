@@ -1,8 +1,15 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
+#include <vector>
 
 #include "tumble/archive/database/database.hpp"
 #include "tumble/archive/history.hpp"
@@ -10,6 +17,7 @@
 #include "tumble/archive/testing/postgres_server.hpp"
 #include "tumble/archive/testing/samples.hpp"
 #include "tumble/archive/testing/suite.hpp"
+#include "tumble/archive/transfer.hpp"
 #include "tumble/archive/verify.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
@@ -69,6 +77,93 @@ TEST(Archive, SaysWhatAnAddressHoldsThatIsNoArchive) {
   const std::string lost = problem("postgresql://me:secret@/none?host=" + folder.path.string());
   EXPECT_NE(lost.find("archive 'postgresql://me:...@"), std::string::npos) << lost;
   EXPECT_EQ(lost.find("secret"), std::string::npos) << lost;
+}
+
+/// How many of some processes that begin at once end well. Each does `work` with its number, which throws Error
+/// where it fails.
+int ended_well(int processes, const std::function<void(int)>& work) {
+  int gate[2];
+  EXPECT_EQ(pipe(gate), 0);
+  std::vector<pid_t> children;
+  for (int i = 0; i < processes; ++i) {
+    children.push_back(fork());
+    if (children.back() != 0) continue;
+    close(gate[1]);  // the end of the pipe, when the parent closes it, is the sign to begin
+    char go = 0;
+    if (read(gate[0], &go, 1) < 0) _exit(1);
+    try {
+      work(i);
+    } catch (const Error& error) {
+      _exit(std::string(error.what()).find("is there already") != std::string::npos ? 3 : 1);
+    }
+    _exit(0);
+  }
+  close(gate[1]);
+  int well = 0;
+  for (const pid_t child : children) {
+    int status = 0;
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) != 1) << "another refusal than that the name is taken";
+    well += WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  }
+  close(gate[0]);
+  return well;
+}
+
+std::size_t files_in(const ScratchFolder& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()));
+}
+
+TEST(Archive, OfSeveralExportsAtOnceOneHasTheName) {
+  const ScratchFolder folder, target;
+  make_archive(folder.file("lab.db"), "", testing::sample_act());
+  Archive archive(folder.file("lab.db"));
+  Deposit deposit;
+  deposit.results.push_back(testing::sample_deposit({.serial = "1"}));
+  put_in(archive, deposit, testing::sample_act());
+  const std::string path = target.file("unit.db"), neighbour = target.file("unit.db.part");
+  std::ofstream(neighbour) << "of somebody else";
+  EXPECT_EQ(ended_well(6,
+                       [&](int) {
+                         const Archive own(folder.file("lab.db"));
+                         export_unit(own, {"gyro", "1"}, path, testing::sample_act());
+                       }),
+            1);
+  EXPECT_TRUE(verify_archive(Archive(path)).problems.empty());
+  EXPECT_EQ(content_of(neighbour), "of somebody else");
+  EXPECT_EQ(files_in(target), 2u);
+}
+
+TEST(Archive, OfSeveralThatAreMadeAtOnceOneHasTheName) {
+  const ScratchFolder folder;
+  EXPECT_EQ(ended_well(6, [&](int) { make_archive(folder.file("lab.db"), "", testing::sample_act()); }), 1);
+  EXPECT_TRUE(verify_archive(Archive(folder.file("lab.db"))).problems.empty());
+  EXPECT_EQ(files_in(folder), 2u) << "the archive and the folder of its files";
+}
+
+/// A limit of the size of files stands for a full disk.
+TEST(Archive, WhatCannotBeMadeIsNotInTheWayOfAnother) {
+  const ScratchFolder folder;
+  const std::string path = folder.file("lab.db");
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{20'000, 20'000};
+    setrlimit(RLIMIT_FSIZE, &small);
+    try {
+      make_archive(path, "", testing::sample_act());
+    } catch (const Error&) {
+      _exit(3);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_EQ(files_in(folder), 1u) << "the folder of its files";
+  make_archive(path, "", testing::sample_act());
+  EXPECT_TRUE(verify_archive(Archive(path)).problems.empty());
 }
 
 TEST(Archive, RefusesALaterSchemaAndASecondInit) {

@@ -45,6 +45,7 @@ struct CertificateDeposit {
   std::string path;    ///< file of the certificate
   std::string result;  ///< SHA-256 of the result
   std::string number, rule, issued_by, issued;
+  std::string language = {};  ///< of its words: "en", "zh"; empty: en
   std::vector<EquipmentDeposit> equipment = {};
 };
 

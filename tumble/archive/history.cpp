@@ -242,7 +242,7 @@ std::optional<StoredFile> find_file(const Archive& archive, const std::string& d
     const auto found = beginning_with(database, "certificates", digits);
     if (found.empty()) return std::nullopt;
     const auto row = database.ask("SELECT number, format FROM certificates WHERE sha256 = ?", {found.front()})[0];
-    return StoredFile{found.front(), text(row, 0) + (text(row, 1) == "dcc" ? ".xml" : ".html")};
+    return StoredFile{found.front(), text(row, 0) + (text(row, 1).starts_with("dcc") ? ".xml" : ".html")};
   });
 }
 

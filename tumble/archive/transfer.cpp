@@ -1,8 +1,5 @@
 #include "tumble/archive/transfer.hpp"
 
-#include <fmt/format.h>
-
-#include <filesystem>
 #include <set>
 
 #include "tumble/archive/deposits/parts.hpp"
@@ -14,8 +11,6 @@
 namespace tumble {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 /// The chains that belong to a unit: its own, its model's, and those of its runs and of their equipment.
 std::set<std::string> chains_of_unit(database::Database& database, const UnitName& unit) {
@@ -66,27 +61,14 @@ Transferred exported_to(const Archive& archive, const UnitName& unit, Archive& t
 }  // namespace
 
 Transferred export_unit(const Archive& archive, const UnitName& unit, const std::string& path, const ArchiveAct& act) {
-  if (fs::exists(path))
-    throw Error(Error::Kind::bad_input, fmt::format("'{}' is there already: an export is never written over it", path));
-  const std::string part = path + ".part";
-  fs::remove(part);
-  const auto remove_part = [&] {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-  };
-  try {
-    Transferred done;
-    {
-      make_archive(part, files_in_database, act);
-      Archive target(part, act.when);
-      done = schema::guarded(part, [&] { return exported_to(archive, unit, target, act); });
-    }
-    fs::rename(part, path);
-    return done;
-  } catch (...) {
-    remove_part();
-    throw;
-  }
+  Transferred done;
+  const std::string taken = fmt::format("'{}' is there already: an export is never written over it", path);
+  schema::make_whole(path, taken, [&](const std::string& file) {
+    schema::make_tables(file, files_in_database, act);
+    Archive target(file, act.when);
+    done = exported_to(archive, unit, target, act);
+  });
+  return done;
 }
 
 Transferred import_archive(Archive& archive, const std::string& address, const ArchiveAct& act,

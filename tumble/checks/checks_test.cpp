@@ -10,6 +10,7 @@
 
 #include "tumble/checks/check.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
@@ -251,6 +252,30 @@ TEST(Checks, Outliers) {
   const std::string found = only("outliers", recording({channel("gyro", "deg/h", values)}));
   EXPECT_NE(found.find("gyro: 2 samples are far from"), std::string::npos) << found;
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
+}
+
+/// At rest at 0, at 90 deg, then turning with 7 deg a sample.
+std::vector<double> angles_that_begin_again(double lowest, double noise) {
+  auto angles = white(3000, 5);
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const double turned = (i < 1000 ? 0.0 : i < 2000 ? 90.0 : 7.0 * static_cast<double>(i)) + noise * angles[i];
+    angles[i] = turned - 360.0 * std::floor((turned - lowest) / 360.0);
+    angles[i] = std::round(1e4 * angles[i]) / 1e4;
+  }
+  return angles;
+}
+
+TEST(Checks, AnAngleThatBeginsAgainAfterATurnIsNeitherDamagedNorSaturated) {
+  for (const double lowest : {0.0, -180.0, -90.0})
+    for (const double noise : {0.0, 2e-5, 1e-3}) {
+      Recording one = recording({channel("table_angle", "deg", angles_that_begin_again(lowest, noise))});
+      one.marks = {{"rest", 0.0, 1}, {"at 90 deg", 10.0, 1}, {"turn", 20.0, 1}};
+      EXPECT_EQ(said(findings_of("outliers", one)) + said(findings_of("saturation", one)), "")
+          << lowest << " " << noise;
+    }
+  Recording damaged = recording({channel("table_angle", "deg", angles_that_begin_again(0.0, 1e-3))});
+  damaged.channels[0].values[500] = si(40.0, "deg");
+  EXPECT_NE(said(findings_of("outliers", damaged)).find("40"), std::string::npos);
 }
 
 TEST(Checks, SamplesThatNoInstrumentPutsOutAreAnError) {

@@ -9,6 +9,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/texture.hpp"
+#include "tumble/checks/support/turns.hpp"
 #include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/parallel.hpp"
@@ -164,7 +165,10 @@ void take_common(const Recording& recording, std::vector<std::vector<Outlier>>& 
 
 Findings run(const Recording& recording, const Plan*) {
   std::vector<std::vector<Outlier>> outliers(recording.channels.size());
-  parallel_for(outliers.size(), [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording); });
+  parallel_for(outliers.size(), [&](std::size_t c) {
+    const auto turned = without_wraps(recording.channels[c]);
+    outliers[c] = outliers_of(turned ? *turned : recording.channels[c], recording);
+  });
   Together together;
   take_common(recording, outliers, together);
   Findings findings;

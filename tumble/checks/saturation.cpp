@@ -5,6 +5,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
+#include "tumble/checks/support/turns.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -128,7 +129,10 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
 }
 
 Findings run(const Recording& recording, const Plan*) {
-  return findings_of_each(recording, [&](const Channel& channel) { return look_at(channel, recording.marks); });
+  return findings_of_each(recording, [&](const Channel& channel) {
+    const auto turned = without_wraps(channel);
+    return look_at(turned ? *turned : channel, recording.marks);
+  });
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include "tumble/formats/confinement.hpp"
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/new_file.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -70,15 +71,6 @@ int remember(const std::string& name) {
 
 void forget(int slot) {
   if (slot >= 0) state[slot] = 0;
-}
-
-/// So that the new name survives a power cut. Some file systems refuse it; the file itself is safe already.
-void synchronise_folder(const fs::path& target) {
-  const auto folder = target.has_parent_path() ? target.parent_path().string() : std::string(".");
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  fsync(descriptor);
-  close(descriptor);
 }
 
 }  // namespace
@@ -143,7 +135,7 @@ void AtomicFile::commit() {
     forget(std::exchange(slot_, -1));
   }
   if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
-  if (replaces()) synchronise_folder(target_);
+  if (replaces()) synchronise_folder(fs::path(target_).parent_path().string());
 }
 
 void write_file_atomically(const std::string& path, std::string_view content) {

@@ -159,8 +159,9 @@ void refuse_unused(const ConductedTest& test, Error::Kind kind) {
 SampleRange samples_between(const Channel& channel, double begin, double end) {
   SampleRange range{0, channel.values.size()};
   if (channel.values.empty()) return range;
-  if (std::isfinite(begin)) range.begin = index_at(channel, begin);
-  if (std::isfinite(end)) range.end = std::max(range.begin, index_at(channel, end));
+  const double rate = mean_rate(channel), step = rate > 0.0 ? 1.0 / rate : 0.0;
+  if (std::isfinite(begin)) range.begin = index_at(channel, begin - stamp_slack(begin, step));
+  if (std::isfinite(end)) range.end = std::max(range.begin, index_at(channel, end - stamp_slack(end, step)));
   return range;
 }
 

@@ -218,6 +218,19 @@ TEST(Stretches, RefuseATestWithoutRigOrSamples) {
   EXPECT_THROW(stretches(evidence, {.role = "gyro"}), Error);
 }
 
+/// Stamps and the times of marks are rounded apart: by 2.4e-7 s at Unix time.
+TEST(Stretches, SamplesBetweenTwoMarksAreTheSameByAnyClock) {
+  for (const double origin : {0.0, 1e6 + 1.0 / 3.0, 1.7e9 + 0.1234567}) {
+    const Channel channel = counting(300, origin);
+    for (std::size_t k = 1; k < 250; ++k) {
+      const double later = 0.3 + 0.1 * (static_cast<double>(k) - 3.0);
+      const SampleRange range = samples_between(channel, origin + later, (origin + 0.7) + (later - 0.2));
+      ASSERT_EQ(range.begin, k) << origin;
+      ASSERT_EQ(range.end, k + 5) << origin;
+    }
+  }
+}
+
 TEST(SamplesBetween, CountStampsFromTheBeginningToBeforeTheEnd) {
   const Channel channel = counting(10, 5.0);
   const double forever = std::numeric_limits<double>::infinity();

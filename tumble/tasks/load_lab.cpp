@@ -6,6 +6,7 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
+#include "tumble/exchange/certificate_number.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
 #include "tumble/report/image.hpp"
@@ -148,6 +149,8 @@ KnownPopulation population_of(Section& section) {
 
 void read_certificate(Section& section, CertificateDetails& details) {
   details.number = text_in(section, "number");
+  if (const auto problem = problem_of_certificate_number(details.number); !problem.empty())
+    section.problem_at("number", problem);
   details.received = date_in(section, "received"), details.begun = date_in(section, "begun");
   details.ended = date_in(section, "ended"), details.issued = date_in(section, "issued");
   details.place = text_in(section, "place"), details.traceability = text_in(section, "traceability");

@@ -7,6 +7,7 @@
 #include "tumble/archive/deposits/sources.hpp"
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/core/instant.hpp"
+#include "tumble/exchange/certificate_number.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
 
@@ -177,23 +178,37 @@ bool put_run(Change& change, const RunDeposit& run) {
   return true;
 }
 
+namespace {
+
+/// What a certificate is written as: "html", "dcc", and "html-zh" for other languages.
+std::string form_of(const CertificateDeposit& certificate) {
+  const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
+  const bool english = certificate.language.empty() || certificate.language == "en";
+  return english ? format : format + "-" + certificate.language;
+}
+
+}  // namespace
+
 std::string problem_of_number(database::Database& database, const CertificateDeposit& certificate,
                               const std::string& sha256) {
-  std::string problem;
+  std::string problem = problem_of_certificate_number(certificate.number);
+  if (!problem.empty()) return problem;
   database.visit(
-      "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who FROM certificates c JOIN results "
+      "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who, c.format FROM certificates c "
+      "JOIN results "
       "r "
       "ON r.id = c.result JOIN units u ON u.id = r.unit LEFT JOIN events e ON e.subject = c.sha256 AND e.action = "
       "'certificate' WHERE c.number = ? ORDER BY e.time, c.sha256",
       {certificate.number}, [&](const Row& row) {
         const auto cell = [&](std::size_t column) { return database::text(row, column); };
         const bool same_result = cell(1) == certificate.result;
-        const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued;
+        const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued &&
+                          cell(8) != form_of(certificate);
         if (!problem.empty() || cell(0) == sha256 || same) return;
         const std::string other =
             same_result
-                ? fmt::format("another certificate on this result (issued on {}, rule {})",
-                              cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4))
+                ? fmt::format("another certificate on this result (issued on {}, rule {}, {})",
+                              cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4), cell(8))
                 : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
         problem = fmt::format(
             "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
@@ -210,7 +225,6 @@ bool put_certificate(Change& change, const CertificateDeposit& certificate, cons
   const auto units =
       change.database().ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?",
                             {schema::number_of(certificate.result)});
-  const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
   const auto chain = schema::chain_of_unit(database::text(units.at(0), 0), database::text(units.at(0), 1));
   // The number is the key of its table: a second writer waits here for the first, and sees its certificate below.
   if (!is_there(change, "certificate_numbers", "number", certificate.number))
@@ -219,11 +233,11 @@ bool put_certificate(Change& change, const CertificateDeposit& certificate, cons
         {{&schema::certificate_numbers, {{certificate.number, schema::number_of(certificate.result), sha256}}}});
   if (const auto problem = problem_of_number(change.database(), certificate, sha256); !problem.empty())
     throw Error(Error::Kind::bad_input, problem);
-  change.append(
-      chain, {"certificate", sha256, {}, certificate.number},
-      {{&schema::certificates,
-        {{sha256, certificate.number, schema::number_of(certificate.result), format, text_or_nothing(certificate.rule),
-          text_or_nothing(certificate.issued_by), text_or_nothing(certificate.issued)}}}});
+  change.append(chain, {"certificate", sha256, {}, certificate.number},
+                {{&schema::certificates,
+                  {{sha256, certificate.number, schema::number_of(certificate.result), form_of(certificate),
+                    text_or_nothing(certificate.rule), text_or_nothing(certificate.issued_by),
+                    text_or_nothing(certificate.issued)}}}});
   return true;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <string>
 
 #include "tumble/archive/archive.hpp"
@@ -21,6 +22,18 @@ OpenArchive& opened(const Archive& archive);
 
 /// Address for messages: without a password.
 std::string shown_address(const std::string& address);
+
+/// Makes the tables of a new archive in a database without tables. Given: folder, act as of make_archive().
+/// Throws database::Refusal; Error::bad_input where there is an archive already.
+void make_tables(const std::string& address, const std::string& folder, const ArchiveAct& act);
+
+/// Makes a database in a file of another name in the same folder, and gives it its name when it is whole: of two
+/// programs one has the name, and the other one's file is gone.
+///
+/// Given     taken  the refusal where another file has the name, before or after
+/// Throws    Error::bad_input with `taken`; Error::bad_file for what a database refuses
+void make_whole(const std::string& path, const std::string& taken,
+                const std::function<void(const std::string& file)>& make);
 
 /// Does `work`; what the database refuses becomes an error that names the archive.
 template <typename Work>

@@ -1,8 +1,6 @@
 #include "tumble/archive/storage/packing.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 #include <zstd.h>
 
 #include <filesystem>
@@ -11,6 +9,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/new_file.hpp"
 #include "tumble/formats/sha256.hpp"
 #include "tumble/units/error.hpp"
 
@@ -142,11 +141,7 @@ void make_folder(const fs::path& folder) {
   if (!fs::create_directories(folder, problem) && problem)
     throw Error(Error::Kind::bad_file,
                 fmt::format("cannot make the folder '{}': {}", folder.string(), problem.message()));
-  if (problem) return;
-  const int parent = open(folder.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (parent < 0) return;
-  fsync(parent);
-  close(parent);
+  synchronise_folder(folder.parent_path().string());
 }
 
 void keep_in_folder(const std::string& place, const std::string& path, const std::string& sha256) {

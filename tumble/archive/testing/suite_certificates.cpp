@@ -20,12 +20,13 @@ namespace {
 
 /// A certificate as a deposit: a file that holds `text`.
 Deposit certificate_of(const ArchivePlace& place, const std::string& result, const std::string& number,
-                       const std::string& text, const std::string& rule = "simple") {
+                       const std::string& text, const std::string& rule = "simple", const std::string& language = {}) {
   std::string name = number + text;
   std::erase_if(name, [](char letter) { return letter == '/' || letter == ' '; });
   Deposit deposit;
   deposit.certificates.push_back(
       {write_file(place, name + ".html", text), result, number, rule, "A. Example", "2026-03-31"});
+  deposit.certificates.back().language = language;
   return deposit;
 }
 
@@ -42,8 +43,11 @@ void a_certificate_number_belongs_to_one_result(const ArchivePlace& place) {
   };
   const std::string accepted = "nothing was thrown";
   EXPECT_EQ(put(certificate_of(place, first, "2026-7", "in English")), accepted);
-  EXPECT_EQ(put(certificate_of(place, first, "2026-7", "in Chinese")), accepted) << "a form of it";
+  EXPECT_EQ(put(certificate_of(place, first, "2026-7", "in Chinese", "simple", "zh")), accepted) << "a form of it";
   EXPECT_EQ(put(certificate_of(place, first, "2026-7", "in English")), accepted) << "the same again";
+  const auto corrected = put(certificate_of(place, first, "2026-7", "in English, with another customer"));
+  EXPECT_NE(corrected.find("on this result"), std::string::npos) << corrected;
+  EXPECT_NE(put(certificate_of(place, other, "2026\u20117", "a number that looks the same")), accepted);
   const auto taken = put(certificate_of(place, other, "2026-7", "of another unit"));
   for (const char* part : {"'2026-7'", "gyro/0173", "2026-04-01T08:00:00Z", "Li Wei", "certificate.replaces"})
     EXPECT_NE(taken.find(part), std::string::npos) << part << ": " << taken;

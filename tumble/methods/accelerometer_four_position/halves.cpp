@@ -2,14 +2,17 @@
 
 #include <cmath>
 
+#include "tumble/core/stamp_slack.hpp"
+
 namespace tumble::accelerometer_four_position {
 
 Halves halves_of(const Channel& channel, std::span<const double> values, const Stretch& stretch) {
   const double begin = stretch.power_on + stretch.first, end = begin + stretch.duration();
+  const double slack = stamp_slack(end, stretch.step);
   double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
-  for (std::size_t i = index_at(channel, begin - 1e-6); i < values.size() && channel.time(i) < end; ++i) {
+  for (std::size_t i = index_at(channel, begin - slack); i < values.size() && channel.time(i) < end - slack; ++i) {
     if (!std::isfinite(values[i])) continue;
-    const int half = channel.time(i) < 0.5 * (begin + end) ? 0 : 1;
+    const int half = channel.time(i) < 0.5 * (begin + end) - slack ? 0 : 1;
     sum[half] += values[i];
     count[half] += 1.0;
   }

@@ -11,6 +11,7 @@
 #include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::fog_thermal_bias {
@@ -171,7 +172,7 @@ Outcome compensate_run(const Correction& correction, const Sensors& sensors, con
   const auto& [settings, drift, in_range, misfit, rate] = correction;
   const Thermal thermal = thermal_of(sensors, run.begin, run.end, settings, settings.number("sensor_lag"));
   const Channel& raw = written.raw;
-  const std::size_t first = index_at(raw, run.begin), last = index_at(raw, run.end);
+  const auto [first, last] = samples_between(raw, run.begin, run.end);
   const double interval = settings.number("averaging");
   const auto intervals_outside = outside_of(in_range, thermal, interval);
   std::vector<double> phi;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/smoothing.hpp"
@@ -68,7 +69,7 @@ std::vector<double> onto(const std::vector<double>& from, const std::vector<doub
 double mean_of(const Slice& s, double until, const std::string& what) {
   double sum = 0.0;
   std::size_t count = 0;
-  for (std::size_t k = 0; k < s.time.size() && s.time[k] < until; ++k) {
+  for (std::size_t k = 0; k < s.time.size() && s.time[k] < until - stamp_slack(until, 0.0); ++k) {
     if (std::isnan(s.value[k])) continue;
     sum += s.value[k];
     ++count;
@@ -99,7 +100,9 @@ struct Intervals {
   std::size_t count;
 
   /// Number of the interval that holds a time [s].
-  std::size_t of(double time) const { return static_cast<std::size_t>(std::max(0.0, (time - begin) / length + 1e-9)); }
+  std::size_t of(double time) const {
+    return static_cast<std::size_t>(std::max(0.0, (time - begin + stamp_slack(time, length)) / length));
+  }
 };
 
 /// Sums of the output over the intervals; returns the samples in each.
@@ -163,7 +166,7 @@ std::vector<double> add_thermal(RunData& run, const Thermal& thermal, const std:
 void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std::vector<Term>& terms, double begin,
              double interval, double spacing) {
   const double last = gyro.time.empty() ? begin : gyro.time.back();
-  const double full_intervals = std::floor((last + spacing - begin) / interval + 1e-9);
+  const double full_intervals = std::floor((last + spacing - begin + stamp_slack(last, interval)) / interval);
   const Intervals intervals{begin, interval, static_cast<std::size_t>(std::max(0.0, full_intervals))};
   const std::size_t count = intervals.count;
   run.time.resize(count);
@@ -263,7 +266,8 @@ Thermal thermal_of(const Sensors& sensors, double begin, double end, const Setti
     felt.temperature = 0.5 * (smooth.value[k] + other.value[k] + lag * (smooth.slope[k] + other.slope[k]));
     felt.temperature_gradient = smooth.value[k] - other.value[k] + lag * (smooth.slope[k] - other.slope[k]);
     felt.since_power_on = out.time[k] - from;
-    if (felt.since_power_on < settings.number("start_window") && !std::isnan(felt.temperature)) {
+    if (felt.since_power_on < settings.number("start_window") - stamp_slack(out.time[k], 0.0) &&
+        !std::isnan(felt.temperature)) {
       sum += felt.temperature;
       ++count;
     }

@@ -132,9 +132,36 @@ void to_the_middle(double step, Timeline& timeline) {
   timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
 }
 
-/// Motion along the input axis by the plan's rig, in the middle of every sample of the output.
-Channel reference_from_rig(const Evidence& evidence, const Recording& recording, const Signal& signal,
-                           const PlanError* error) {
+/// A part of a recording during which the plan's rig moves: from `begin` to `end` [s, recording's clock], `since` [s]
+/// after power-on by the plan.
+struct Moved {
+  double begin, end, since;
+};
+
+/// How long the motion of a segment is known: as long as it was carried out, and as the plan has it.
+double end_of_motion(const MarkedSegment& marked) {
+  return marked.planned == nullptr ? marked.end : std::min(marked.end, marked.begin + marked.planned->duration);
+}
+
+/// Each segment of a run from its mark on: one that took longer than planned delays those that follow.
+std::vector<Moved> moved_in(const Plan& plan, const PowerUp& power_up, const Run& run, double begin,
+                            const std::vector<MarkedSegment>& marks) {
+  std::vector<Moved> out;
+  for (const auto& marked : marks) {
+    if (marked.run != run.number || marked.planned == nullptr) continue;
+    const auto before = static_cast<std::size_t>(
+        std::count_if(plan.schedule.begin(), plan.schedule.begin() + static_cast<std::ptrdiff_t>(marked.index),
+                      [&](const Segment& segment) { return segment.run == run.number; }));
+    if (before < power_up.begins.size()) out.push_back({marked.begin, end_of_motion(marked), power_up.begins[before]});
+  }
+  if (out.empty()) out.push_back({begin, run.end, 0.0});
+  return out;
+}
+
+/// Motion along the input axis by the plan's rig, in the middle of every sample of the output. NaN where it is not
+/// known.
+Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
+                           const std::vector<MarkedSegment>& marks, const Signal& signal, const PlanError* error) {
   const Channel& output = *signal.channel;
   const bool rate = output.kind == QuantityKind::angular_rate || output.kind == QuantityKind::angle;
   if (!rate && output.kind != QuantityKind::specific_force && output.kind != QuantityKind::velocity)
@@ -159,11 +186,13 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
     const Reference motion =
         error == nullptr ? power_up->reference : reference_with(*power_up, *error, [](std::size_t) { return true; });
     const double begin = std::isfinite(run.begin) ? run.begin : output.time(0);
-    const SampleRange range = samples_between(output, begin, run.end);
-    Felt felt;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      motion.felt(output.time(i) - begin + 0.5 * step, step, std::span(&felt, 1));
-      made.values[i] = rate ? felt.rate.x : felt.specific_force.x;
+    for (const Moved& moved : moved_in(evidence.plan, *power_up, run, begin, marks)) {
+      const SampleRange range = samples_between(output, moved.begin, moved.end - 0.5 * step);
+      Felt felt;
+      for (std::size_t i = range.begin; i < range.end; ++i) {
+        motion.felt(moved.since + output.time(i) - moved.begin + 0.5 * step, step, std::span(&felt, 1));
+        made.values[i] = rate ? felt.rate.x : felt.specific_force.x;
+      }
     }
   }
   to_the_middle(step, made.timeline);
@@ -177,20 +206,22 @@ void add_parts(const std::vector<MarkedSegment>& marks, const Recording& recordi
   for (const auto& marked : marks) {
     const auto motion = oscillation(marked.planned);
     if (marked.planned != nullptr && !motion) continue;  // the plan has no oscillation here
-    data.parts.push_back({marked.label, output, reference, marked.begin, marked.end, motion});
+    const double end = data.from_rig ? end_of_motion(marked) - 0.5 / output.rate : marked.end;
+    data.parts.push_back({marked.label, output, reference, marked.begin, end, motion});
   }
 }
 
 /// Recorded, else by the plan's rig.
-const Channel& reference_of(const Evidence& evidence, const Recording& recording, const Channel* recorded,
-                            const Signal& output, const PlanError* error, Data& data) {
+const Channel& reference_of(const Evidence& evidence, const Recording& recording,
+                            const std::vector<MarkedSegment>& marks, const Channel* recorded, const Signal& output,
+                            const PlanError* error, Data& data) {
   if (recorded != nullptr) return *recorded;
   if (evidence.plan.rig_kind.empty() || evidence.plan.schedule.empty())
     throw Error(Error::Kind::bad_data,
                 "there is no channel 'reference' to compare the output with: record one (and name it with "
                 "[channels] reference = \"...\"), or give a plan whose [rig] and [[schedule]] describe the motion");
   data.from_rig = true;
-  return data.made.emplace_back(reference_from_rig(evidence, recording, output, error));
+  return data.made.emplace_back(reference_from_rig(evidence, recording, marks, output, error));
 }
 
 void add_recording(const Evidence& evidence, const Recording& recording, const std::vector<MarkedSegment>& marks,
@@ -202,7 +233,7 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
     throw Error(Error::Kind::bad_data, fmt::format("'{}' has {} samples: too few for a frequency response", output.name,
                                                    output.values.size()));
   const Signal of_output = signal_of(output);
-  const Channel& reference = reference_of(evidence, recording, recorded, of_output, error, data);
+  const Channel& reference = reference_of(evidence, recording, marks, recorded, of_output, error, data);
   const Signal of_reference = signal_of(reference);
   require_finite(output);
   require_finite(reference);

@@ -459,5 +459,33 @@ TEST(FrequencyResponse, WithoutAReferenceTheRigIsBelieved) {
   EXPECT_NE(finding_of(estimate.findings, "reference_from_rig"), nullptr);
 }
 
+/// A rest of a third of a period more before the second tone turns its phase by far, where the plan's clock is taken.
+TEST(FrequencyResponse, WithoutAReferenceASegmentThatTookLongerDoesNotTurnPhases) {
+  Plan plan = shaken({.kind = Motion::Kind::sine, .amplitude = si(1.0, "g"), .frequency = 40.0}, 3.0);
+  plan.schedule.push_back(plan.schedule[0]);
+  plan.schedule[1].label = "again";
+  plan.schedule[1].axes["shake"].frequency = 80.0;
+  const auto identified = [&](double first, double second) {
+    Plan actual = plan;
+    actual.schedule[0].duration = first;
+    actual.schedule[1].duration = second;
+    Recording recording = simulate(actual, 1, {});
+    std::erase_if(recording.channels, [](const Channel& channel) { return channel.name == "reference"; });
+    return method().identify({plan, {recording}}, {});
+  };
+  const Estimate as_planned = identified(3.0, 3.0);
+  for (const auto& [first, second] : {std::pair{3.0135, 3.0}, {3.0137, 3.2}, {2.9871, 2.9}}) {
+    const Estimate otherwise = identified(first, second);
+    for (const char* name : {"gain_40Hz", "phase_40Hz", "gain_80Hz", "phase_80Hz"}) {
+      const Parameter* parameter = find_parameter(otherwise, name);
+      ASSERT_NE(parameter, nullptr) << name;
+      const double sd =
+          standard_uncertainty(otherwise, static_cast<std::size_t>(parameter - otherwise.parameters.data()));
+      EXPECT_NEAR(parameter->value, value(as_planned, name), 5.0 * std::sqrt(2.0) * sd) << name << " " << first;
+    }
+    EXPECT_EQ(otherwise.findings.size(), as_planned.findings.size());
+  }
+}
+
 }  // namespace
 }  // namespace tumble

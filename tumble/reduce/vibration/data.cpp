@@ -200,13 +200,14 @@ void add_reference(const Evidence& evidence, const Channel& reference, double ra
   series.reference.assign(series.time.size(), std::nan(""));
   if (per_window > 3.5) {
     data.reference_integrated = true;
-    std::size_t i = index_at(reference, series.begin);
+    const double slack = stamp_slack(series.end, 1.0 / rate);
+    std::size_t i = index_at(reference, series.begin - slack);
     for (std::size_t j = 0; j < series.time.size(); ++j) {
       const double begin = series.time[j] - 0.5 * draft.windows.length[first + j],
                    end = begin + draft.windows.length[first + j];
       double sum = 0.0, n = 0.0;
-      while (i < reference.values.size() && reference.time(i) < begin - 1e-9) ++i;
-      for (std::size_t k = i; k < reference.values.size() && reference.time(k) < end - 1e-9; ++k, ++n)
+      while (i < reference.values.size() && reference.time(i) < begin - slack) ++i;
+      for (std::size_t k = i; k < reference.values.size() && reference.time(k) < end - slack; ++k, ++n)
         sum += reference.values[k];
       if (n > 0.0) series.reference[j] = sum / n;
     }
