@@ -126,13 +126,12 @@ std::optional<Counts> counted(const Scale& z, const Stretch& from) {
   return out;
 }
 
-/// The next whole number of intervals after `before`, one more where the middle line of the strip allows it, else the
-/// nearest, or as next_count().
-double nearest_count(Strip& strip, double z, double half, double before) {
-  constexpr double tie = 0.503;  // the middle is that near the clock, and `half` beyond it
+/// The least whole number of intervals after `before` that is not too early by the middle line of the strip, or else as
+/// next_count(): where two samples share a tick and one is lost, the first may be the one.
+double least_count(Strip& strip, double z, double half, double before) {
+  constexpr double tie = 0.52;  // the middle is that near the clock, and `half` beyond it
   const auto [a, r] = strip.middle();
-  const double next = before + 1.0, nearest = std::max(next, std::round((z - a) / r));
-  const double count = std::abs(z - a - r * next) <= tie ? next : nearest;
+  const double count = std::max(before + 1.0, std::ceil((z - a - tie) / r));
   return strip.add(count, z, half) ? count : next_count(strip, z, half, before, 1.0);
 }
 
@@ -149,13 +148,13 @@ Strip strip_of(const Scale& z, const Comb& comb) {
 
 /// Counts from the beginning, along lines near one that is known.
 std::optional<Counts> counted(const Scale& z, const Comb& comb) {
-  constexpr double spare = 0.005;
+  constexpr double spare = 0.1;  // no stamp takes the clock itself out of the strip
   Strip strip = strip_of(z, comb);
   Counts out{std::vector<double>(z.t.size(), 0.0), {}, 0.0, 0.0, 0};
   const double half = z.half + spare;
   if (!strip.add(0.0, 0.0, half)) return std::nullopt;
   for (std::size_t i = 1; i < z.t.size(); ++i) {
-    out.x[i] = nearest_count(strip, z(i), half, out.x[i - 1]);
+    out.x[i] = least_count(strip, z(i), half, out.x[i - 1]);
     if (out.x[i] == 0.0) return std::nullopt;
   }
   out.line = strip.middle(), out.lowest = strip.lowest(), out.highest = strip.highest();
