@@ -133,8 +133,8 @@ void prepare_recording(
     const std::string lasting = pyramid_name(names->checksum, key, sets);
     const fs::path before = cache / (names->pyramid + ".pyr"), after = cache / (lasting + ".pyr");
     std::error_code failed;
-    fs::create_hard_link(before, after, failed);                     // both names, while somebody may open the first
-    if (failed && !fs::exists(after)) {  // else another server was there first
+    fs::create_hard_link(before, after, failed);  // both names, while somebody may open the first
+    if (failed && !fs::exists(after)) {           // else another server was there first
       const fs::path part = cache / fmt::format("{}.{}.part", lasting, getpid());  // a half copy has no lasting name
       fs::copy_file(before, part, fs::copy_options::overwrite_existing);
       fs::rename(part, after);

@@ -380,7 +380,7 @@ class Conductor {
   std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
   conduct::Hearing hearing_{0, 0.0};
   conduct::Floods floods_;
-  conduct::RowWait rows_;      ///< of the journal
+  conduct::RowWait rows_;  ///< of the journal
   std::deque<RunEvent> events_;
   conduct::ToldEvents events_of_store_;
   std::map<std::string, double> by_hand_;
