@@ -47,7 +47,6 @@ class Conductor {
   Conductor(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
             const RunCompany& company)
       : state_(std::move(state)),
-        parts_(parts),
         wires_(wires),
         recorder_(recorder),
         company_(company),
@@ -314,19 +313,12 @@ class Conductor {
     replied(d, devices_[d].line.ask(ask.request, wires_.now()), wires_.now());
   }
   void perform(const RecordSwitch& record) {
-    JournalRow row;
-    row.time = wires_.now();
-    row.segment = record.label;
-    row.index = record.segment;
-    row.run = record.run;
-    row.attempt = record.attempt;
-    row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
-    note_step(row);
-    if (!record.on) return say_silence(record.label, row.time);
-    hearing_.records(record.run, row.time);
-    begin_segment(record.label, row.time);
-    tell({"records", fmt::format("segment {} of {} '{}'{}", record.segment + 1, state_.course->schedule.size(),
-                                 record.label, record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "")});
+    const double now = wires_.now();
+    note_step(conduct::step_of(record, now));
+    if (!record.on) return say_silence(record.label, now);
+    hearing_.records(record.run, now);
+    begin_segment(record.label, now);
+    tell({"records", conduct::words_of(record, state_.course->schedule.size())});
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
@@ -345,10 +337,7 @@ class Conductor {
     if (found == all.end()) return;
     StreamLine& start = starts_[static_cast<std::size_t>(found - all.begin())];
     hearing_.switched();
-    if (stream.on)
-      start.start(wires_.now());
-    else
-      start.stop();
+    stream.on ? start.start(wires_.now()) : start.stop();
   }
   void perform(const Prompt& prompt) {
     events_of_store_.record({wires_.now(), "prompt", {}, prompt.text, {}});
@@ -369,7 +358,6 @@ class Conductor {
   RunView view(double now) const;
 
   ExecutiveState state_;
-  const StationParts& parts_;
   const Wires& wires_;
   Recorder& recorder_;
   const RunCompany& company_;

@@ -1,5 +1,7 @@
 #include "tumble/station/conduct/row_text.hpp"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "tumble/units/error.hpp"
@@ -62,6 +64,22 @@ std::optional<JournalRow> step_of(const RunRow& row, double time) {
   step.finished = row.ending == "complete";
   step.reason = row.reason;
   return step;
+}
+
+JournalRow step_of(const RecordSwitch& record, double time) {
+  JournalRow step;
+  step.time = time;
+  step.segment = record.label;
+  step.index = record.segment;
+  step.run = record.run;
+  step.attempt = record.attempt;
+  step.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
+  return step;
+}
+
+std::string words_of(const RecordSwitch& record, std::size_t segments) {
+  return fmt::format("segment {} of {} '{}'{}", record.segment + 1, segments, record.label,
+                     record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "");
 }
 
 }  // namespace tumble::conduct
