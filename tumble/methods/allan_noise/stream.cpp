@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/core/ticks.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
@@ -163,6 +164,26 @@ void EvenStream::take(const Channel& block, std::vector<double>& values) {
   last_ = block.time(block.values.size() - 1);
 }
 
+/// Samples that are lost before each stamp [s] of a block whose clock is coarse; empty: its clock is not. The stamps
+/// before it belong to the search, so that the step to the block is one among others.
+std::vector<std::size_t> EvenStream::lost_by_ticks(const std::vector<double>& stamps) {
+  constexpr std::size_t longest_tail = 4096;
+  std::vector<double> window = tail_;
+  window.insert(window.end(), stamps.begin(), stamps.end());
+  if (!std::ranges::is_sorted(window)) return {};
+  const Ticks ticks = ticked(window, ticked_);
+  std::vector<std::size_t> lost;
+  if (ticks.stamps) {
+    ticked_ = ticks.stamps->interval;
+    lost.resize(stamps.size());
+    for (const auto& [after, count] : ticks.stamps->gaps)
+      if (after + 1 >= tail_.size()) lost[after + 1 - tail_.size()] = count;
+  }
+  const std::size_t kept = std::min(longest_tail, window.size());
+  tail_.assign(window.end() - static_cast<std::ptrdiff_t>(kept), window.end());
+  return lost;
+}
+
 /// A step may depart by a quarter from a whole number of intervals.
 void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
   constexpr double most_lost = 1e8;
@@ -172,6 +193,7 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
     for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
     interval_ = steps.empty() ? 0.0 : median(steps);
   }
+  const std::vector<std::size_t> lost = timing_ == "auto" ? lost_by_ticks(stamps) : std::vector<std::size_t>{};
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     const bool very_first = i == 0 && samples_ == 0;
     const double before = i == 0 ? last_ : stamps[i - 1], step = stamps[i] - before;
@@ -181,9 +203,10 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
           fmt::format("{}: the clock runs backwards at {}: mend the stamps, or say rate=... to take the samples "
                       "as evenly spaced",
                       label_, say_instant(before)));
-    const double count = std::round(step / interval_);
+    const double count = lost.empty() ? std::round(step / interval_) : 1.0 + static_cast<double>(lost[i]);
     if (timing_ == "auto" && !very_first) {
-      if (!(count >= 1.0 && count < most_lost && std::abs(step - count * interval_) <= 0.25 * interval_))
+      if (lost.empty() &&
+          !(count >= 1.0 && count < most_lost && std::abs(step - count * interval_) <= 0.25 * interval_))
         throw Error(
             Error::Kind::bad_data,
             fmt::format("{}: the stamps do not keep to {} at {}, and a recording too large for memory cannot be "

@@ -95,12 +95,15 @@ class EvenStream {
 
  private:
   void by_stamps(const Channel& block, std::vector<double>& values);
+  std::vector<std::size_t> lost_by_ticks(const std::vector<double>& stamps);
   double rate() const;
 
   std::string label_, timing_;
   double given_ = 0.0, uniform_ = 0.0, interval_ = 0.0;
   double first_ = 0.0, last_ = 0.0, first_gap_ = 0.0;
   std::size_t samples_ = 0, lost_ = 0, gaps_ = 0;
+  std::vector<double> tail_;  ///< [s] latest stamps of the blocks before
+  double ticked_ = 0.0;       ///< [s] interval of samples whose stamps come from a coarse clock; 0: none so far
 };
 
 /// What is kept of one channel of a record, or of a part of it, that passed by.
