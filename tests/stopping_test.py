@@ -91,6 +91,19 @@ class AtTerminal:
                 return
 
 
+def full_pipe():
+    """The two ends of a pipe that takes nothing more."""
+    reader, writer = os.pipe()
+    fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
+    os.set_blocking(writer, False)
+    try:
+        while True:
+            os.write(writer, b"x" * 512)
+    except BlockingIOError:
+        os.set_blocking(writer, True)
+    return reader, writer
+
+
 class StalledOutput(unittest.TestCase):
     def stalled(self, how, cause):
         with Bench(PROGRAM, ROOT, TURNING) as bench:
@@ -115,31 +128,16 @@ class StalledOutput(unittest.TestCase):
 
     def test_a_pipe_that_nobody_reads(self):
         with Bench(PROGRAM, ROOT, TURNING) as bench:
-            reader, writer = os.pipe()
-            fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
-            os.set_blocking(writer, False)
-            try:
-                while True:
-                    os.write(writer, b"x" * 512)
-            except BlockingIOError:
-                os.set_blocking(writer, True)
+            reader, writer = full_pipe()
             bench.run(stdout=writer, stderr=writer).until_turning()
             report("full pipe", bench.stop_after(bench.open_door, PROMISED))
             self.assertEqual(bench.process.wait(30), 3)
             os.close(reader)
             os.close(writer)
 
-
     def test_a_fault_of_the_program_at_a_pipe_that_nobody_reads(self):
         with Bench(PROGRAM, ROOT, TURNING) as bench:
-            reader, writer = os.pipe()
-            fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
-            os.set_blocking(writer, False)
-            try:
-                while True:
-                    os.write(writer, b"x" * 512)
-            except BlockingIOError:
-                os.set_blocking(writer, True)
+            reader, writer = full_pipe()
             bench.run(stdout=writer, stderr=writer).until_turning()
             report("full pipe and SIGSEGV", bench.stop_after(bench.send(signal.SIGSEGV), PROMISED))
             os.close(reader)

@@ -8,14 +8,13 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <cstring>
 #include <deque>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include "tumble/core/said.hpp"
+#include "tumble/station/quiet_thread.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
@@ -125,12 +124,7 @@ void begin_live_output(const Terminal& terminal) {
   queue = std::make_shared<OutputQueue>();
   queue->quiet = terminal.quiet;
   queue->language = terminal.language;
-  std::thread([queue = queue] {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals are for the one who looks at the rig
-    queue->work();
-  }).detach();
+  quiet_thread([queue = queue] { queue->work(); }).detach();
 }
 
 bool is_output_live() { return output_queue() != nullptr; }

@@ -5,13 +5,13 @@
 
 #include <cerrno>
 #include <condition_variable>
-#include <csignal>
 #include <deque>
 #include <memory>
 #include <mutex>
 #include <string_view>
-#include <thread>
 #include <utility>
+
+#include "tumble/station/quiet_thread.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -67,12 +67,7 @@ void begin_typed_lines() {
   auto& lines = typed_lines();
   if (lines) return;
   lines = std::make_shared<TypedLines>();
-  std::thread([lines = lines] {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals are for the one who looks at the rig
-    lines->work();
-  }).detach();
+  quiet_thread([lines = lines] { lines->work(); }).detach();
 }
 
 std::optional<std::string> next_typed_line() {

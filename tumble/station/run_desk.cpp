@@ -14,7 +14,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
-#include <csignal>
 #include <deque>
 #include <filesystem>
 #include <mutex>
@@ -22,6 +21,7 @@
 
 #include "tumble/station/desk/curves.hpp"
 #include "tumble/station/desk/run_json.hpp"
+#include "tumble/station/quiet_thread.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/units/error.hpp"
 
@@ -292,12 +292,7 @@ void RunDesk::open(const std::string& folder, const RunFacts& facts, double spee
     throw Error(Error::Kind::bad_file,
                 fmt::format("the run cannot be watched from elsewhere: {}: {}", inner.socket_path, code.message()));
   inner.accept();
-  inner.thread = std::thread([&inner] {
-    sigset_t all;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals are for the run
-    inner.context.run();
-  });
+  inner.thread = quiet_thread([&inner] { inner.context.run(); });
 }
 
 void RunDesk::remember(std::uint64_t sequence, const StoreEvent& event) {
