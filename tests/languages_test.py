@@ -3,6 +3,7 @@
     languages_test.py PROGRAM REPOSITORY
 """
 
+import hashlib
 import json
 import os
 import pathlib
@@ -196,6 +197,64 @@ class Refusals(unittest.TestCase):
                 for line in chinese.splitlines():
                     self.assertRegex(line, HAN)
                     self.assertNotRegex(line, self.SENTENCE)
+
+
+class Names(unittest.TestCase):
+    """A name and a value are never translated, in no language; a sentence is translated whole or not at all."""
+
+    NAMES = ("rig 3.csv", "line 2.csv", "model B.csv", "limits of unit 4.csv", "below 20 degC.csv")
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+
+    def both(self, *arguments):
+        """What is refused, in English and in Chinese."""
+        return [refusal(*arguments, LANG=code)[0].replace(f"{self.folder}/", "").splitlines() for code in ("C", "zh_CN.UTF-8")]
+
+    def test_a_name_in_a_refusal(self):
+        for name in self.NAMES:
+            english, chinese = self.both("inspect", self.folder / name)
+            self.assertEqual(english, [f"error: cannot read '{name}': No such file or directory"])
+            self.assertEqual(chinese, [f"错误：无法读取“{name}”：没有该文件或文件夹"])
+
+    def test_a_name_in_a_note(self):
+        for name in self.NAMES:
+            for code, said in (("C", f"tumble: wrote {name}"), ("zh_CN.UTF-8", f"tumble: 已写入 {name}")):
+                done = subprocess.run([PROGRAM, "convert", DATA, "-o", name], cwd=self.folder, capture_output=True, text=True, encoding="utf-8",
+                                      env={**os.environ, "LC_ALL": code}, check=True)
+                self.assertEqual(done.stderr.splitlines()[-1], said)
+                (self.folder / name).unlink()
+
+    def test_a_cell_that_is_no_number_and_a_row_too_long(self):
+        for name in self.NAMES:
+            (self.folder / name).write_text("time[s],gyro[deg/h]\n0,1\n1,x\n2,3,4\n")
+            english, chinese = self.both("inspect", self.folder / name)
+            self.assertEqual(english[:3], [f"error: '{name}': 2 places that cannot be read", "       line 3, column 2 'gyro': 'x' is not a number",
+                                           "       line 4: 3 cells instead of 2"])
+            self.assertEqual(chinese[:3], [f"错误：“{name}”：有 2 处无法读取", "      第 3 行第 2 列“gyro”：“x”不是数值",
+                                           "      第 4 行：有 3 个单元格，应为 2 个"])
+
+    def test_a_wrong_unit_in_a_plan(self):
+        for name in self.NAMES:
+            plan = self.folder / name.replace(".csv", ".toml")
+            plan.write_text('method = "static_bias"\n[site]\nlatitude = "1 parsec"\n')
+            english, chinese = self.both("identify", plan)
+            self.assertEqual(english[0], f"error: {plan.name}:3: [site]: latitude: unit 'parsec', position 1: unknown unit 'parsec'; "
+                                         "did you mean 'parcsec'?")
+            self.assertEqual(chinese[0], f"错误：{plan.name}:3：[site]: latitude：单位“parsec”第 1 个字符处：无法识别的单位“parsec”，是否应为“parcsec”？")
+
+    def test_a_result_in_a_folder_with_a_blank_can_be_computed_again(self):
+        data = self.folder / "my data"
+        data.mkdir()
+        tumble("init", "static_bias", "-o", "plan.toml", folder=self.folder)
+        tumble("simulate", "plan.toml", "--seed", "1", "-o", "my data/rec.h5", folder=self.folder)
+        tumble("archive", "init", "--archive", "a.db", folder=self.folder)
+        tumble("identify", "../plan.toml", "rec.h5", "--archive", "../a.db", "--by", "tester", "-o", "r.json", folder=data)
+        sha256 = hashlib.sha256((data / "r.json").read_bytes()).hexdigest()
+        for code in ("en", "zh"):  # another status is an AssertionError
+            tumble("archive", "recompute", sha256, "--archive", "../a.db", "--by", "tester", "--lang", code, folder=data)
 
 
 class Files(unittest.TestCase):

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/said.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
@@ -57,7 +58,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const Json state = Json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
   const auto open = open_question(state);
   if (arguments.word.empty()) {
-    print_said(terminal, state_text(state) + (open ? question_text(*open) : "no question is open\n"));
+    print(said_in(terminal.language, state_text(state) + (open ? question_text(*open) : "no question is open\n")));
     return 0;
   }
   if (arguments.who.empty())
@@ -65,10 +66,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const auto order = order_of_line(arguments.word, open, arguments.who);
   if (!order)
     throw Error(Error::Kind::bad_input,
-                fmt::format("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
-                            open ? fmt::format(", or an answer: {}", fmt::join(open->choices, ", ")) : ""));
+                say("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
+                    open ? fmt::format(", or an answer: {}", fmt::join(open->choices, ", ")) : ""));
   ask_desk(arguments.run, request_of(*order, arguments.who).dump());
-  print_said(terminal, fmt::format("the run has '{}' from {}\n", arguments.word, arguments.who));
+  print_said(terminal, say("the run has '{}' from {}\n", arguments.word, arguments.who));
   return 0;
 }
 

@@ -28,7 +28,7 @@ double limit_of(const std::string& text, const char* option, const Unit& unit, d
   try {
     return parse_si(text, unit);
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, fmt::format("{} {}: {}", option, text, error.problems.front()));
+    throw Error(Error::Kind::bad_input, say("{} {}: {}", option, text, error.problems.front()));
   }
 }
 
@@ -37,8 +37,7 @@ ParameterLimits limits_of(const ArchiveArguments& arguments, const Unit& unit) {
   limits.lower = limit_of(arguments.minimum, "--min", unit, limits.lower);
   limits.upper = limit_of(arguments.maximum, "--max", unit, limits.upper);
   if (!(limits.lower < limits.upper))
-    throw Error(Error::Kind::bad_input,
-                fmt::format("--min {} is not below --max {}", arguments.minimum, arguments.maximum));
+    throw Error(Error::Kind::bad_input, say("--min {} is not below --max {}", arguments.minimum, arguments.maximum));
   return limits;
 }
 
@@ -82,9 +81,9 @@ int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
   if (const auto file = find_file(archive, digits)) {
     if (arguments.output.empty())
       throw Error(Error::Kind::bad_input,
-                  fmt::format("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
+                  say("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
     write_stored(archive, file->sha256, arguments.output);
-    note(terminal, fmt::format("wrote {}: {}", arguments.output, file->name));
+    note(terminal, say("wrote {}: {}", arguments.output, file->name));
     return 0;
   }
   if (const auto run = find_run(archive, digits)) {
@@ -128,7 +127,7 @@ int archive_chart(const ArchiveArguments& arguments, const Terminal& terminal) {
     const double count = parse_si(arguments.baseline, Unit());
     if (!(count >= 3.0) || count > 1e6 || count != static_cast<double>(static_cast<std::size_t>(count)))
       throw Error(Error::Kind::bad_input,
-                  fmt::format("--baseline {}: a number of points is expected, 3 or more", arguments.baseline));
+                  say("--baseline {}: a number of points is expected, 3 or more", arguments.baseline));
     request.settings.baseline = static_cast<std::size_t>(count);
   }
   show_answer(chart_of_archive(archive, request), arguments, terminal);
@@ -169,7 +168,7 @@ int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) 
     print(text);
   else
     write_output(terminal, arguments.output, text);
-  if (!arguments.output.empty() && !check.problems.empty()) complain(terminal, check.problems);
+  if (!arguments.output.empty() && !check.problems.empty()) complain(terminal, Problems(check.problems.begin(), check.problems.end()));
   return check.problems.empty() ? 0 : 3;
 }
 

@@ -64,8 +64,8 @@ bool unit_is_known(const UnitName& unit, const ArchiveOptions& options, const Te
   if (!unit.model.empty() && !unit.serial.empty()) return true;
   const std::string problem =
       "the plan does not say which unit it is: [instrument] model and serial are required to archive the result";
-  if (!options.address.empty()) throw Error(Error::Kind::bad_input, "--archive: " + problem);
-  note(terminal, "not archived: " + problem);
+  if (!options.address.empty()) throw Error(Error::Kind::bad_input, say("--archive: {}", problem));
+  note(terminal, say("not archived: {}", problem));
   return false;
 }
 
@@ -93,8 +93,7 @@ UnitName unit_name(const std::string& text) {
   if (text.empty()) return {};
   const auto slash = text.find('/');
   if (slash == 0 || slash == std::string::npos || slash + 1 == text.size())
-    throw Error(Error::Kind::bad_input,
-                fmt::format("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", text));
+    throw Error(Error::Kind::bad_input, say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", text));
   return {text.substr(0, slash), text.substr(slash + 1)};
 }
 
@@ -109,8 +108,8 @@ void note_deposited(const Terminal& terminal, const Deposited& done) {
   add(done.files, "file", "files");
   add(done.certificates, "certificate", "certificates");
   const std::string known = done.known > 0 ? fmt::format("; there already: {}", done.known) : "";
-  note(terminal, fmt::format("archived {}{}", text.empty() ? "nothing new" : text, known));
-  for (const auto& id : done.result_ids) note(terminal, "result " + id.substr(0, 12));
+  note(terminal, say("archived {}{}", text.empty() ? "nothing new" : text, known));
+  for (const auto& id : done.result_ids) note(terminal, say("result {}", id.substr(0, 12)));
 }
 
 std::string utc_now() { return utc(std::chrono::system_clock::now(), "%Y-%m-%dT%H:%M:%SZ"); }

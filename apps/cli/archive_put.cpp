@@ -19,17 +19,17 @@ namespace fs = std::filesystem;
 
 /// Adds what stands at a path: a result by its extension, the folder of a run, else a file of the results.
 void add_path(const std::string& path, const ArchiveArguments& arguments, const UnitName& unit, Deposit& deposit,
-              std::vector<std::string>& problems) {
+              Problems& problems) {
   if (fs::is_directory(path) && is_run_folder(path)) {
     Deposit run = deposit_of_run(path);
     deposit.runs.insert(deposit.runs.end(), run.runs.begin(), run.runs.end());
     deposit.files.insert(deposit.files.end(), run.files.begin(), run.files.end());
   } else if (fs::is_directory(path)) {
-    problems.push_back(path + ": is a folder, and not that of a run; give the files in it");
+    problems.push_back(say("{}: is a folder, and not that of a run; give the files in it", path));
   } else if (path.ends_with(".json")) {
     deposit.results.push_back({.json = read_text_file(path), .file = path, .unit = unit, .ended = arguments.date});
   } else if (path.ends_with(".html") || path.ends_with(".xml")) {
-    problems.push_back(path + ": a certificate is archived where it is made: tumble certificate --archive");
+    problems.push_back(say("{}: a certificate is archived where it is made: tumble certificate --archive", path));
   } else {
     deposit.files.push_back({.path = path, .name = fs::path(path).filename().string(), .unit = unit});
   }
@@ -37,7 +37,7 @@ void add_path(const std::string& path, const ArchiveArguments& arguments, const 
 
 Deposit deposit_of(const ArchiveArguments& arguments, const Archive& archive) {
   Deposit deposit;
-  std::vector<std::string> problems;
+  Problems problems;
   const UnitName unit = unit_name(arguments.unit);
   for (const auto& path : arguments.what) add_path(path, arguments, unit, deposit, problems);
   if (!arguments.lab.empty()) deposit.equipment = equipment_deposits(load_lab(arguments.lab, {}).equipment);
@@ -55,9 +55,8 @@ void note_transferred(const Terminal& terminal, const std::string& begin, const 
   const auto word = [](std::size_t count, const char* singular) {
     return fmt::format("{} {}{}", count, singular, count == 1 ? "" : "s");
   };
-  note(terminal,
-       fmt::format("{}: {}, {}, {}{}", begin, word(done.results, "result"), word(done.files, "file"),
-                   word(done.events, "event"), done.known > 0 ? fmt::format("; there already: {}", done.known) : ""));
+  note(terminal, say("{}: {}, {}, {}{}", begin, word(done.results, "result"), word(done.files, "file"),
+                     word(done.events, "event"), done.known > 0 ? fmt::format("; there already: {}", done.known) : ""));
 }
 
 }  // namespace
@@ -88,7 +87,7 @@ int archive_note(const ArchiveArguments& arguments, const Terminal& terminal) {
   Archive archive = open_archive(arguments.archive);
   put_note(archive, {.about = about, .kind = arguments.kind, .text = arguments.text, .when = arguments.date},
            act_of(arguments.archive));
-  note(terminal, fmt::format("noted of {}: {}", about, arguments.kind));
+  note(terminal, say("noted of {}: {}", about, arguments.kind));
   return 0;
 }
 
@@ -97,7 +96,7 @@ int archive_withdraw(const ArchiveArguments& arguments, const Terminal& terminal
   Archive archive = open_archive(arguments.archive);
   const std::string sha256 = find_result(archive, digits);
   withdraw_result(archive, sha256, act_of(arguments.archive));
-  note(terminal, fmt::format("result {} does not count any more", sha256.substr(0, 12)));
+  note(terminal, say("result {} does not count any more", sha256.substr(0, 12)));
   return 0;
 }
 

@@ -11,6 +11,7 @@
 #include "tumble/core/section_words.hpp"
 #include "tumble/core/texts.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/version.hpp"
 #include "verbs.hpp"
 
@@ -42,20 +43,20 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
   const auto help = fmt::format("see `tumble {}--help`", used.empty() ? "" : app.get_name() + " ");
   std::vector<std::string> verbs;
   for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& extra : program.remaining(true)) {
     if (extra.starts_with("-")) {
       auto known = option_names(app);
       for (const auto& name : option_names(program)) known.push_back(name);
-      problems.push_back(
-          fmt::format("unknown option '{}'{} ({})", extra,
-                      set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra), help));
+      problems.push_back(say("unknown option '{}'{} ({})", extra,
+                             set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra),
+                             help));
     } else if (used.empty()) {
       problems.push_back(
-          fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
+          say("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
       break;  // what follows was meant for it
     } else {
-      problems.push_back(fmt::format("'{}' is one argument too many ({})", extra, help));
+      problems.push_back(say("'{}' is one argument too many ({})", extra, help));
     }
   }
   complain(terminal, problems);
@@ -181,8 +182,8 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
       return status;
     }
     const auto used = program.get_subcommands();
-    complain(terminal, fmt::format("{} (see `tumble {}--help`)", error.what(),
-                                   used.empty() ? "" : used.front()->get_name() + " "));
+    complain(terminal,
+             say("{} (see `tumble {}--help`)", error.what(), used.empty() ? "" : used.front()->get_name() + " "));
     return usage;
   }
   for (const auto& verb : verbs)

@@ -26,9 +26,8 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
   std::vector<std::string_view> able;
   for (const Method* method : method_catalogue())
     if (method->compensate) able.push_back(method->name);
-  throw Error(
-      Error::Kind::unsupported,
-      fmt::format("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
+  throw Error(Error::Kind::unsupported,
+              say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
                   file, estimate.method, fmt::join(able, ", ")));
 }
 
@@ -53,7 +52,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   }
   if (!arguments.save.empty()) write_output(terminal, arguments.save, to_json(shown));
   if (arguments.output == standard_output) return 0;
-  note(terminal, "wrote " + arguments.output);
+  note(terminal, say("wrote {}", arguments.output));
   if (!terminal.quiet) print(to_text(shown, terminal.width, terminal.language));
   return 0;
 }

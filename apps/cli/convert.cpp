@@ -20,7 +20,8 @@ double time_of(const std::string& text, const std::string& option, double otherw
     const Quantity time = parse_quantity(text);
     return time.bare ? time.value : parse_si(text, Unit::parse("s"));
   } catch (const Error&) {
-    throw Error(Error::Kind::bad_input, option + " " + text + ": a time is expected, as in 10, \"10 s\" or \"2 min\"");
+    throw Error(Error::Kind::bad_input,
+                say("{} {}: a time is expected, as in 10, \"10 s\" or \"2 min\"", option, text));
   }
 }
 
@@ -38,7 +39,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     else
       tumble::cut(path, arguments.output, options, span, line.progress());
   }
-  if (arguments.output != standard_output) note(terminal, "wrote " + arguments.output);
+  if (arguments.output != standard_output) note(terminal, say("wrote {}", arguments.output));
   return 0;
 }
 

@@ -134,8 +134,8 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
     const auto prefixed = entry.value("with_prefixes", std::vector<std::string>());
     if (std::ranges::find(prefixed, name) != prefixed.end()) return entry;
   }
-  throw Error(Error::Kind::unsupported, fmt::format("there is no '{}' among the {}{} (known: {})", name, kind,
-                                                    did_you_mean(name, known), fmt::join(known, ", ")));
+  throw Error(Error::Kind::unsupported, say("there is no '{}' among the {}{} (known: {})", name, kind,
+                                            did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -153,8 +153,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     return 0;
   }
   if (std::find(kinds.begin(), kinds.end(), arguments.kind) == kinds.end())
-    throw Error(Error::Kind::bad_input, fmt::format("there is no list of '{}'{} (lists: {})", arguments.kind,
-                                                    did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
+    throw Error(Error::Kind::bad_input, say("there is no list of '{}'{} (lists: {})", arguments.kind,
+                                            did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
   const auto entries = Json::parse(catalogue_json(arguments.kind, language));
   if (arguments.name.empty()) {
     print(arguments.json ? entries.dump(2) + "\n" : lines(entries, words));

@@ -51,14 +51,19 @@ int run_and_catch(int argc, char** argv) {
     return run_command_line(argc, argv, verbs, terminal);
   } catch (const Error& error) {
     auto problems = error.problems;
-    for (auto& problem : problems) problem = as_written(problem);
+    for (auto& problem : problems) problem = with_values(problem, as_written);
     complain(terminal, problems);
+    hand_on(error.kind, problems);
     return status_of(error.kind);
   } catch (const std::bad_alloc&) {
-    complain(terminal, "not enough memory for these data; a shorter recording or fewer channels would need less");
+    const Problem problem("not enough memory for these data; a shorter recording or fewer channels would need less");
+    complain(terminal, problem);
+    hand_on(Error::Kind::bad_data, {problem});
     return data;
   } catch (const std::exception& error) {
-    complain(terminal, fmt::format("internal: {}; this is a defect of the program, please report it", error.what()));
+    const Problem problem = say("internal: {}; this is a defect of the program, please report it", error.what());
+    complain(terminal, problem);
+    hand_on(Error::Kind::internal, {problem});
     return internal;
   }
 }

@@ -25,13 +25,13 @@ struct Arguments {
 tumble::OptimiseOptions options_of(const Arguments& arguments) {
   tumble::OptimiseOptions options;
   options.terms = arguments.terms;
-  std::vector<std::string> problems;
+  Problems problems;
   const auto quantity = [&](const char* name, const std::string& text, const char* unit) -> std::optional<double> {
     if (text.empty()) return std::nullopt;
     try {
       return parse_si(text, Unit::parse(unit));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(fmt::format("{} {}: {}", name, text, problem));
+      for (const auto& problem : error.problems) problems.push_back(say("{} {}: {}", name, text, problem));
       return std::nullopt;
     }
   };
@@ -43,7 +43,7 @@ tumble::OptimiseOptions options_of(const Arguments& arguments) {
                                       {"--total-time", !arguments.total_time.empty()},
                                       {"--step", !arguments.step.empty()},
                                       {"-o", !arguments.output.empty()}})
-      if (given) problems.push_back(fmt::format("{} needs --optimise", name));
+      if (given) problems.push_back(say("{} needs --optimise", name));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return options;
 }
@@ -69,7 +69,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
   print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width, terminal.language));
   if (arguments.output.empty()) return 0;
   write_file_atomically(arguments.output, heading(arguments) + tumble::plan_with_schedule(plan, found.schedule));
-  note(terminal, fmt::format("wrote {}", arguments.output));
+  note(terminal, say("wrote {}", arguments.output));
   return 0;
 }
 

@@ -122,14 +122,14 @@ double seconds_of(const std::string& option, const std::string& text) {
     const double seconds = parse_si(text, Unit::parse("s"));
     if (seconds > 0.0 && std::isfinite(seconds)) return seconds;
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, fmt::format("{} ({})", expected, error.what()));
+    throw Error(Error::Kind::bad_input, say("{} ({})", expected, error.what()));
   }
   throw Error(Error::Kind::bad_input, expected);
 }
 
 /// All that is wrong at once.
 RecordRequest request_of(const Arguments& arguments) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto collected = [&](const auto& work) {
     try {
       work();
@@ -162,8 +162,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   world.sealing = [&] { display.end(); };
   const RecordOutcome outcome = tumble::record(request, world);
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
-  note(terminal, "wrote " + outcome.sealed.path);
-  if (!outcome.store.empty()) note(terminal, "the live store is kept in " + outcome.store);
+  note(terminal, say("wrote {}", outcome.sealed.path));
+  if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", outcome.store));
   if (!outcome.whole) complain(terminal, outcome.ending);
   flush_live_output();
   return outcome.whole ? 0 : bad_data;

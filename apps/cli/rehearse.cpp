@@ -10,6 +10,7 @@
 
 #include "archive_options.hpp"
 #include "run_display.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/units/error.hpp"
@@ -75,10 +76,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     rehearsal.company.show_every = rehearsal.speed > 0.0 ? 0.5 * rehearsal.speed : 30.0;
     rehearsed = rehearse(rehearsal, {});
   }
-  print_said(terminal, fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
-                                   rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text,
-                                   duration(rehearsed.simulated), wall_time() - begin));
-  for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
+  print(said_in(terminal.language,
+                fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
+                            rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
+                            wall_time() - begin)));
+  for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, say("wrote {}", sealed.path));
   if (archive && !rehearsed.recordings.empty())
     note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));
   return rehearsed.end.ending == RunEnding::complete ? 0 : 3;

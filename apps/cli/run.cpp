@@ -10,6 +10,7 @@
 #include "archive_options.hpp"
 #include "live_output.hpp"
 #include "run_display.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
 #include "tumble/station/archived_run.hpp"
@@ -66,9 +67,9 @@ std::map<std::string, std::string> units_of(const std::vector<std::string>& text
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-      throw Error(Error::Kind::bad_input, "--unit " + text + ": write SLOT=SERIAL, for example --unit a=0173");
+      throw Error(Error::Kind::bad_input, say("--unit {}: write SLOT=SERIAL, for example --unit a=0173", text));
     if (!units.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
-      throw Error(Error::Kind::bad_input, "--unit: slot '" + text.substr(0, equals) + "' has two units");
+      throw Error(Error::Kind::bad_input, say("--unit: slot '{}' has two units", text.substr(0, equals)));
   }
   return units;
 }
@@ -123,7 +124,7 @@ double allowed_speed(const std::string& text, const Station& station) {
   if (speed == 1.0 || is_here(station)) return speed;
   throw Error(
       Error::Kind::bad_input,
-      "--speed " + text + ": the station has devices that are not on this computer, so its rig is no virtual one");
+      say("--speed {}: the station has devices that are not on this computer, so its rig is no virtual one", text));
 }
 
 void print_timeline(const Plan& plan, const Terminal& terminal) {
@@ -134,11 +135,10 @@ void print_timeline(const Plan& plan, const Terminal& terminal) {
     const std::string until = rule == rules.end() ? ""
                                                   : fmt::format(" at most; until {}, from {:g} s on", rule->second.text,
                                                                 rule->second.at_least);
-    print_said(terminal,
-               fmt::format("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
+    print_said(terminal, say("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
     time += segment.duration;
   }
-  print_said(terminal, fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
+  print_said(terminal, say("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
 }
 
 /// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
@@ -154,10 +154,9 @@ void note_doubtful_rules(const Plan& plan, const Terminal& terminal) {
   }
   for (const auto& [text, parameter] : parameter_of)
     if (std::ranges::find(names, parameter) == names.end())
-      note(terminal,
-           fmt::format("'{}': the prediction of this plan has no such parameter{}; without it, a segment lasts "
-                       "its whole duration",
-                       text, did_you_mean(parameter, names)));
+      note(terminal, say("'{}': the prediction of this plan has no such parameter{}; without it, a segment lasts "
+                         "its whole duration",
+                         text, did_you_mean(parameter, names)));
 }
 
 /// The operator, where --by names nobody else.
@@ -217,16 +216,17 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   desk.ended(end);
   display.end();
   try {
-    print_said(terminal, fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
+    print(
+        said_in(terminal.language, fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text)));
   } catch (const Error&) {  // nobody reads it; the run is kept and sealed all the same
   }
   if (end.ending != RunEnding::complete) {
-    note(terminal, fmt::format("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder,
-                               run.folder));
+    note(terminal,
+         say("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder, run.folder));
     return 3;
   }
   Disk disk;
-  for (const auto& sealed : seal(run.folder, disk)) note(terminal, "wrote " + sealed.path);
+  for (const auto& sealed : seal(run.folder, disk)) note(terminal, say("wrote {}", sealed.path));
   if (archive) note_deposited(terminal, put_in(*archive, deposit_of_run(run.folder), act_of(to_archive)));
   return 0;
 }
@@ -264,9 +264,9 @@ struct ResumeArguments {
 
 int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   if (process_at_desk(arguments.run))
-    throw Error(Error::Kind::bad_input, fmt::format("the run '{}' goes on; where it is paused: tumble answer {} resume "
-                                                    "--operator NAME",
-                                                    arguments.run, arguments.run));
+    throw Error(Error::Kind::bad_input, say("the run '{}' goes on; where it is paused: tumble answer {} resume "
+                                            "--operator NAME",
+                                            arguments.run, arguments.run));
   const std::filesystem::path folder(arguments.run);
   PlannedRunAtStation run;
   run.resume = true;
@@ -278,7 +278,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   const bool named = !arguments.station.empty();
   if (!named && !facts.contains("station_file"))
     throw Error(Error::Kind::bad_input,
-                "'" + arguments.run + "' does not say which station it used: name it, --station");
+                say("'{}' does not say which station it used: name it, --station", arguments.run));
   run.station = load_station(named ? arguments.station : file_named_in({}, facts.at("station_file")));
   check_carried_on(facts, run.plan, run.station, named);
   run.who = arguments.who;

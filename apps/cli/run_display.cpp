@@ -91,7 +91,8 @@ void RunDisplay::ask(const Prompt& prompt) {
   block_.clear();
   std::string choices;
   for (const auto& choice : prompt.choices) choices += (choices.empty() ? "" : ", ") + choice;
-  print_said(terminal_, fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard));
+  print(said_in(terminal_.language,
+                fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard)));
 }
 
 }  // namespace tumble::cli

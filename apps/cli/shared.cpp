@@ -39,7 +39,7 @@ Argument topic_argument(std::vector<std::string>& topics) {
 tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics) {
   tumble::Sets sets;
   for (const auto& topic : topics) sets.emplace_back("topic", topic);
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos)
@@ -60,7 +60,7 @@ Estimate read_result(const std::string& path) {
 void write_output(const Terminal& terminal, const std::string& path, const std::string& content) {
   if (path == standard_output) return print(content);
   write_file_atomically(path, content);
-  note(terminal, "wrote " + path);
+  note(terminal, say("wrote {}", path));
 }
 
 void write_figures(const std::vector<Figure>& originals, const std::string& path, Language language,
@@ -72,26 +72,25 @@ void write_figures(const std::vector<Figure>& originals, const std::string& path
                                          : all.parent_path() / fmt::format("{}-{}{}", all.stem().string(), i + 1,
                                                                            all.extension().string());
     write_file_atomically(one.string(), to_svg(figures[i]));
-    note(terminal, "wrote " + one.string() + ": " + figures[i].name);
+    note(terminal, say("wrote {}: {}", one.string(), figures[i].name));
   }
 }
 
 void check_output(const std::string& option, const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions) {
   if (output == standard_output) return;
-  std::vector<std::string> problems;
+  Problems problems;
   const fs::path path(output);
   const auto extension = path.extension().string();
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
-    problems.push_back(fmt::format("{} {}: the name must end in {}", option, output, fmt::join(extensions, ", ")));
+    problems.push_back(say("{} {}: the name must end in {}", option, output, fmt::join(extensions, ", ")));
   std::error_code unknown;
   const auto folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, unknown))
-    problems.push_back(fmt::format("{} {}: there is no folder {}", option, output, folder.string()));
+    problems.push_back(say("{} {}: there is no folder {}", option, output, folder.string()));
   for (const auto& input : inputs)
     if (fs::equivalent(path, input, unknown))
-      problems.push_back(
-          fmt::format("{} {}: would overwrite the input {}; choose another name", option, output, input));
+      problems.push_back(say("{} {}: would overwrite the input {}; choose another name", option, output, input));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

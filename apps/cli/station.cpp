@@ -82,7 +82,7 @@ std::string json_of(const Answers& all) {
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.what != "check")
     throw Error(Error::Kind::bad_input,
-                "station " + arguments.what + ": 'check' is expected: tumble station check FILE");
+                say("station {}: 'check' is expected: tumble station check FILE", arguments.what));
   if (!arguments.output.empty()) check_output("-o", arguments.output, {arguments.station}, {".json"});
   Answers all = answers_of(load_station(arguments.station));
   if (!arguments.output.empty()) {

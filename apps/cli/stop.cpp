@@ -32,16 +32,16 @@ LeaseHolder chosen(const std::string& wanted) {
   for (const auto& run : all) list += "\n  " + run.run;
   if (const std::string guarded = wanted.empty() ? "" : words_of_guard(wanted);
       !guarded.empty() && !is_among(all, wanted))
-    throw Error(Error::Kind::bad_input, fmt::format("the run '{}' is not going on: {}", wanted, guarded));
+    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on: {}", wanted, guarded));
   if (all.empty()) throw Error(Error::Kind::bad_input, "no run is going on on this machine");
   if (wanted.empty()) {
     if (all.size() == 1) return all.front();
-    throw Error(Error::Kind::bad_input, "several runs are going on; name one:" + list);
+    throw Error(Error::Kind::bad_input, say("several runs are going on; name one:{}", list));
   }
   const std::string path = std::filesystem::absolute(wanted).lexically_normal().string();
   const auto found = std::ranges::find(all, path, &LeaseHolder::run);
   if (found == all.end())
-    throw Error(Error::Kind::bad_input, "the run '" + path + "' is not going on; these are:" + list);
+    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on; these are:{}", path, list));
   return *found;
 }
 
@@ -57,23 +57,22 @@ int run(const std::string& wanted, const Terminal& terminal) {
   using namespace std::chrono_literals;
   if (is_rehearsal(wanted)) {
     ask_desk(wanted, R"({"order":"stop","who":"tumble stop"})");
-    print_said(terminal, fmt::format("the rehearsal '{}' is being stopped\n", wanted));
+    print_said(terminal, say("the rehearsal '{}' is being stopped\n", wanted));
     return 0;
   }
   const LeaseHolder run = chosen(wanted);
   if (run.process <= 0 || kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
-    throw Error(Error::Kind::bad_file,
-                fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
-                            "another user",
-                            run.run, run.process));
+    throw Error(Error::Kind::bad_file, say("the run '{}' (process {}) cannot be stopped from here: it belongs to "
+                                           "another user",
+                                           run.run, run.process));
   for (int tenths = 0; tenths < 1200; ++tenths) {
     if (!goes_on(run)) {
-      print_said(terminal, fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
+      print_said(terminal, say("the run '{}' has ended; it says whether the rig is safe\n", run.run));
       return 0;
     }
     std::this_thread::sleep_for(100ms);
   }
-  complain(terminal, fmt::format("the run '{}' has not ended within 2 min: go to the rig", run.run));
+  complain(terminal, say("the run '{}' has not ended within 2 min: go to the rig", run.run));
   return 3;
 }
 

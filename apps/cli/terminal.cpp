@@ -13,6 +13,7 @@
 
 #include "live_output.hpp"
 #include "tumble/core/said.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
@@ -34,7 +35,7 @@ std::string harmless(std::string_view text) {
 }
 
 /// A log that is closed or full does not spoil what was done.
-void say(const std::string& text) {
+void put_message(const std::string& text) {
   if (is_output_live()) return put_live(STDERR_FILENO, text);
   std::fputs(text.c_str(), stderr);
 }
@@ -77,27 +78,27 @@ void print(std::string_view raw) {
   const std::string text = harmless(raw);
   if (is_output_live()) return put_live(STDOUT_FILENO, text);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (!written) throw Error(Error::Kind::bad_file, fmt::format("standard output: {}", std::strerror(errno)));
+  if (!written) throw Error(Error::Kind::bad_file, say("standard output: {}", std::strerror(errno)));
 }
 
-void print_said(const Terminal& terminal, std::string_view english) { print(said_in(terminal.language, english)); }
+void print_said(const Terminal& terminal, const Sentence& said) { print(in_language(terminal.language, said)); }
 
 std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns) {
   for (TextColumn& column : columns) column.name = said_in(terminal.language, column.name);
   return text_table(columns, terminal.width);
 }
 
-void note(const Terminal& terminal, const std::string& message) {
-  if (!terminal.quiet) say(fmt::format("tumble: {}\n", harmless(said_in(terminal.language, message))));
+void note(const Terminal& terminal, const Sentence& message) {
+  if (!terminal.quiet) put_message(fmt::format("tumble: {}\n", harmless(in_language(terminal.language, message))));
 }
 
-void complain(const Terminal& terminal, const std::vector<std::string>& problems) {
+void complain(const Terminal& terminal, const Problems& problems) {
   const std::string word = terminal.language == Language::chinese ? "错误：" : "error:";
   const std::string blank = terminal.language == Language::chinese ? "" : " ";  // the full-width colon has its own
   std::string text = (terminal.colour ? "\033[1;31m" + word + "\033[0m" : word) + blank;
   for (std::size_t i = 0; i < problems.size(); ++i)
-    text += (i ? "      " + blank : "") + harmless(said_in(terminal.language, problems[i])) + "\n";
-  say(text);
+    text += (i ? "      " + blank : "") + harmless(in_language(terminal.language, problems[i])) + "\n";
+  put_message(text);
 }
 
 namespace {
@@ -111,6 +112,18 @@ int progress_descriptor() {
 }
 
 }  // namespace
+
+void hand_on(Error::Kind kind, const Problems& problems) {
+  const int descriptor = progress_descriptor();
+  if (descriptor < 0) return;
+  const std::string line = "problems " + problems_to_json(code_of(kind), problems, Language::english) + "\n";
+  for (std::size_t done = 0; done < line.size();) {
+    const auto count = write(descriptor, line.data() + done, line.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return;
+    done += static_cast<std::size_t>(count);
+  }
+}
 
 ProgressLine::ProgressLine(const Terminal& terminal, std::string_view what)
     : shown_(terminal.live && !terminal.quiet && progress_descriptor() < 0), language_(terminal.language), what_(what) {
@@ -145,8 +158,8 @@ void ProgressLine::draw() {
   constexpr int width = 30;
   const auto full = static_cast<int>(done_ * width);
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(drawn_at_ - begin_).count();
-  say(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_,
-                  said_in(language_, what_), seconds > 0 ? fmt::format(", {} s", seconds) : ""));
+  put_message(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_,
+                          said_in(language_, what_), seconds > 0 ? fmt::format(", {} s", seconds) : ""));
   std::fflush(stderr);
 }
 
@@ -159,7 +172,7 @@ ProgressLine::~ProgressLine() {
   changed_.notify_all();
   ticking_.join();
   if (!drawn_) return;
-  say("\r\033[K");
+  put_message("\r\033[K");
   std::fflush(stderr);
 }
 

@@ -12,6 +12,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/core/text.hpp"
 #include "tumble/report/text_table.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::cli {
 
@@ -31,7 +32,7 @@ Terminal terminal_of_process();
 Language language_of_process(const std::vector<std::string>& words);
 
 /// A sentence to standard output, in the language of the terminal.
-void print_said(const Terminal& terminal, std::string_view english);
+void print_said(const Terminal& terminal, const Sentence& said);
 
 /// A table whose headings are said in the language of the terminal.
 std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns);
@@ -41,10 +42,13 @@ std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns
 void print(std::string_view text);
 
 /// "tumble: wrote fog.h5", unless quiet.
-void note(const Terminal& terminal, const std::string& message);
+void note(const Terminal& terminal, const Sentence& message);
 /// "error:" and the problems, each on a line of its own.
-void complain(const Terminal& terminal, const std::vector<std::string>& problems);
-inline void complain(const Terminal& terminal, const std::string& problem) { complain(terminal, std::vector{problem}); }
+void complain(const Terminal& terminal, const Problems& problems);
+/// The same for the program that has started this one: a line "problems [...]" where lines of progress go, if
+/// somewhere.
+void hand_on(Error::Kind kind, const Problems& problems);
+inline void complain(const Terminal& terminal, const Problem& problem) { complain(terminal, Problems{problem}); }
 
 /// Draws how far the work is, on one line of standard error that it clears when done. Work that says nothing for a
 /// while is seen to go on: the seconds count. Nothing unless live.

@@ -127,9 +127,8 @@ Answer calibrated(const Triads& values, const Square& k, const Square& r, const 
 Answer calibrated_rate(const Triads& values, const Square& k, const Square& r, const Triple& b, const Square& k_ga,
                        const Triads& force) {
   if (force.shape(0) != values.shape(0))
-    throw Error(Error::Kind::bad_input, "argument gyr: " + std::to_string(values.shape(0)) +
-                                            " rows were given; accepted are as many as acc has, " +
-                                            std::to_string(force.shape(0)));
+    throw Error(Error::Kind::bad_input, say("argument gyr: {} rows were given; accepted are as many as acc has, {}",
+                                            std::to_string(values.shape(0)), std::to_string(force.shape(0))));
   return applied(inverse(matrix_of(r)) * inverse(matrix_of(k)), vector_of(b), values, matrix_of(k_ga), &force);
 }
 

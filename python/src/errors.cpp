@@ -6,32 +6,18 @@
 #include <new>
 
 #include "bindings.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::python {
 namespace {
 
-const char* word(Error::Kind kind) {
-  switch (kind) {
-    case Error::Kind::bad_input:
-      return "bad_input";
-    case Error::Kind::bad_data:
-      return "bad_data";
-    case Error::Kind::bad_file:
-      return "bad_file";
-    case Error::Kind::unsupported:
-      return "unsupported";
-    case Error::Kind::internal:
-      break;
-  }
-  return "internal";
-}
-
-void raise(const char* kind, const std::vector<std::string>& problems) {
+void raise(std::string_view kind, const Problems& problems) {
   nb::list texts;  // a message may quote bytes that are no UTF-8
-  for (const auto& one : problems)
+  for (const std::string& one : texts_of(problems))
     texts.append(nb::steal(PyUnicode_DecodeUTF8(one.data(), static_cast<Py_ssize_t>(one.size()), "replace")));
-  const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(kind, texts);
+  const std::string json = problems_to_json(kind, problems, Language::english);
+  const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(std::string(kind), texts, json);
   PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
 }
 
@@ -40,13 +26,13 @@ void translate(const std::exception_ptr& failure, void*) {
   try {
     std::rethrow_exception(failure);
   } catch (const Error& error) {
-    raise(word(error.kind), error.problems);
+    raise(code_of(error.kind), error.problems);
   } catch (const std::bad_alloc&) {
     throw;  // MemoryError
   } catch (const std::filesystem::filesystem_error& error) {
-    raise("bad_file", {error.what()});
+    raise("bad_file", {Problem(error.what())});
   } catch (const std::exception& error) {
-    raise("internal", {error.what()});
+    raise("internal", {Problem(error.what())});
   }
 }
 

@@ -35,9 +35,10 @@ std::vector<double> times_of(const std::string& word, std::size_t points) {
     const int count = static_cast<int>(10.0 * decades);
     for (int k = 0; k < count; ++k) times.push_back(std::pow(10.0, count > 1 ? decades * k / (count - 1) : 0.0));
   } else {
-    throw Error(Error::Kind::bad_input, "argument taus: '" + word +
-                                            "' was given; accepted are 'octave', 'decade', 'all', 'log10', and "
-                                            "averaging times [s]");
+    throw Error(
+        Error::Kind::bad_input,
+        say("argument taus: '{}' was given; accepted are 'octave', 'decade', 'all', 'log10', and averaging times [s]",
+            word));
   }
   return times;
 }
@@ -64,15 +65,15 @@ void require_finite(std::span<const double> values) {
   if (sum == 0.0) return;
   const auto bad = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
   throw Error(Error::Kind::bad_data,
-              "argument data: value " + std::to_string(bad - values.begin()) +
-                  " is not a finite number; accepted are finite numbers (gradev accepts NaN in phase, and "
-                  "tumble.allan_deviation NaN for missing samples with missing='nan')");
+              say("argument data: value {} is not a finite number; accepted are finite numbers (gradev accepts NaN in "
+                  "phase, and tumble.allan_deviation NaN for missing samples with missing='nan')",
+                  std::to_string(bad - values.begin())));
 }
 
 void require_rate(double rate) {
   if (!(rate > 0.0 && std::isfinite(rate)))
     throw Error(Error::Kind::bad_input,
-                "argument rate: " + std::to_string(rate) + " was given; accepted are rates above 0 Hz");
+                say("argument rate: {} was given; accepted are rates above 0 Hz", std::to_string(rate)));
 }
 
 Series series_of(std::span<const double> values, double rate, bool of_phase, bool exact_mean) {
@@ -302,9 +303,9 @@ Deviations codeviation(std::span<const double> one, std::span<const double> two,
   const auto first = series_of(one, rate, of_phase, false), second = series_of(two, rate, of_phase, false);
   const auto x = first.phase, y = second.phase;
   if (x.size() != y.size())
-    throw Error(Error::Kind::bad_input, "argument data_2: " + std::to_string(y.size()) +
-                                            " phase points were given; accepted are as many as data_1 has, " +
-                                            std::to_string(x.size()));
+    throw Error(Error::Kind::bad_input,
+                say("argument data_2: {} phase points were given; accepted are as many as data_1 has, {}",
+                    std::to_string(y.size()), std::to_string(x.size())));
   Deviations out;
   for (const std::size_t m : factors_of(taus, rate, x.size(), static_cast<double>(x.size()), false)) {
     if (x.size() <= 2 * m) continue;

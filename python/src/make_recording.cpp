@@ -63,11 +63,11 @@ Recording make_recording(const std::vector<ChannelParts>& channels,
                          const std::string& file, const std::string& instrument,
                          const std::map<std::string, std::string>& meta, const std::string& checksum) {
   Recording recording;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& parts : channels) try {
       recording.channels.push_back(channel_of(parts));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back("'" + parts.name + "': " + problem);
+      for (const auto& problem : error.problems) problems.push_back(say("'{}': {}", parts.name, problem));
     }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   for (const auto& [label, begin, run, end] : marks) recording.marks.push_back({label, begin, run, end});

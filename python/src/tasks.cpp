@@ -30,7 +30,7 @@ const Format* format_named(const std::optional<std::string>& wanted) {
     if (format->name == *wanted) return format;
     names.emplace_back(format->name);
   }
-  throw Error(Error::Kind::unsupported, "there is no format '" + *wanted + "'" + did_you_mean(*wanted, names));
+  throw Error(Error::Kind::unsupported, say("there is no format '{}'{}", *wanted, did_you_mean(*wanted, names)));
 }
 
 Recording read(const std::string& path, const Sets& sets, const std::vector<std::string>& only,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import reprlib
 from collections.abc import Sequence
+from typing import Any
 
 _LINE = re.compile(r"^(?P<file>[^\n:]+\.[A-Za-z0-9]+):(?P<line>\d+):")
 _FILE = re.compile(r"^'?(?P<file>[^\n:']+\.[A-Za-z0-9]+)'?\b")
@@ -17,11 +19,14 @@ class TumbleError(Exception):
 
     `problems` holds every problem found, not only the first. `file`, `line` and `time` [s] say where the first of them
     is; each is None where the message does not say it. `status` is the exit status of the command for such an error.
+    `errors` holds each problem as values: a dictionary with `code`, `message`, `pattern`, `values` and `where`; empty where
+    the package itself has refused.
     """
 
     status = 4
 
-    def __init__(self, problems: str | Sequence[str]) -> None:
+    def __init__(self, problems: str | Sequence[str], errors: Sequence[dict[str, Any]] = ()) -> None:
+        self.errors: tuple[dict[str, Any], ...] = tuple(errors)
         self.problems: tuple[str, ...] = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
         first = self.problems[0] if self.problems else ""
@@ -33,8 +38,15 @@ class TumbleError(Exception):
         self.line: int | None = int(line["line"]) if line else None
         self.time: float | None = float(time["time"]) if time else None
 
-    def __reduce__(self) -> tuple[type[TumbleError], tuple[tuple[str, ...]]]:
-        return type(self), (self.problems,)
+        where = self.errors[0]["where"] if self.errors else {}
+        self.file, self.line, self.time = (
+            where.get("file", self.file),
+            where.get("line", self.line),
+            where.get("time", self.time),
+        )
+
+    def __reduce__(self) -> tuple[type[TumbleError], tuple[tuple[str, ...], tuple[dict[str, Any], ...]]]:
+        return type(self), (self.problems, self.errors)
 
 
 class LimitError(TumbleError):
@@ -80,9 +92,9 @@ _KINDS: dict[str, type[TumbleError]] = {
 }
 
 
-def error_of(kind: str, problems: list[str]) -> TumbleError:
-    """The exception for an error of the C++ library."""
-    return _KINDS[kind](problems)
+def error_of(kind: str, problems: list[str], errors: str = "[]") -> TumbleError:
+    """The exception for an error of the C++ library, whose problems are given as JSON, too."""
+    return _KINDS[kind](problems, json.loads(errors))
 
 
 def wrong_type(argument: str, given: object, accepted: str) -> ArgumentTypeError:

@@ -35,24 +35,22 @@ void make_folder_of_files(const std::string& folder) {
   if (folder == files_in_database) return;
   std::error_code problem;
   fs::create_directories(folder, problem);
-  if (problem)
-    throw Error(Error::Kind::bad_file, fmt::format("cannot make the folder '{}': {}", folder, problem.message()));
+  if (problem) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, problem.message()));
 }
 
 schema::OpenArchive* open_at(const std::string& address, const std::string& when) {
   if (!database::is_server(address) && !fs::exists(address))
     throw Error(Error::Kind::bad_input,
-                fmt::format("there is no archive '{0}'; `tumble archive init --archive {0}` makes one", address));
+                say("there is no archive '{0}'; `tumble archive init --archive {0}` makes one", address));
   return schema::guarded(address, [&] {
     database::Database database(address, false);
     const auto version = schema::version_of(database);
     if (version == 0)
-      throw Error(Error::Kind::bad_file, fmt::format("'{}' holds no archive of Tumble", shown_address(address)));
+      throw Error(Error::Kind::bad_file, say("'{}' holds no archive of Tumble", shown_address(address)));
     if (version > schema::newest_version())
       throw Error(
           Error::Kind::bad_file,
-          fmt::format(
-              "archive '{}' has version {} of the tables, and this program knows them up to {}: use a newer one",
+          say("archive '{}' has version {} of the tables, and this program knows them up to {}: use a newer one",
               shown_address(address), version, schema::newest_version()));
     schema::migrate(database, version, {"Tumble", when, std::string(tumble::version)});
     std::string folder = folder_of_files(database, address);
@@ -78,7 +76,7 @@ namespace schema {
 void make_tables(const std::string& address, const std::string& folder, const ArchiveAct& act) {
   database::Database database(address, true);
   if (version_of(database) != 0)
-    throw Error(Error::Kind::bad_input, fmt::format("'{}' holds an archive already", shown_address(address)));
+    throw Error(Error::Kind::bad_input, say("'{}' holds an archive already", shown_address(address)));
   const bool within = folder == files_in_database;
   migrate(database, 0, {act.who, act.when, std::string(tumble::version)});
   database.transact([&] {

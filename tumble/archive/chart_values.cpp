@@ -23,15 +23,15 @@ using database::Row;
   std::vector<std::string> known;
   database.visit("SELECT DISTINCT name FROM parameters", {},
                  [&](const Row& row) { known.push_back(database::text(row, 0)); });
-  throw Error(Error::Kind::bad_input, fmt::format("no result of the archive has the parameter '{}'{}", parameter,
-                                                  did_you_mean(parameter, known)));
+  throw Error(Error::Kind::bad_input,
+              say("no result of the archive has the parameter '{}'{}", parameter, did_you_mean(parameter, known)));
 }
 
 [[noreturn]] void refuse_empty(const std::string& parameter, const std::string& model, const UnitName& unit) {
   const std::string of = !unit.serial.empty() ? "the unit " + unit.model + "/" + unit.serial
                          : model.empty()      ? "the archive"
                                               : "the model " + model;
-  throw Error(Error::Kind::bad_input, fmt::format("no result of {} that counts has the parameter '{}'", of, parameter));
+  throw Error(Error::Kind::bad_input, say("no result of {} that counts has the parameter '{}'", of, parameter));
 }
 
 std::vector<std::pair<std::int64_t, UnitName>> names_of_units(database::Database& database, const std::string& model,
@@ -75,8 +75,8 @@ std::vector<std::int64_t> looked_at(const ParameterOverUnits& over) {
     where.push_back(fmt::format("[{}] of {}/{}", unit, of->second.model, of->second.serial));
   }
   throw Error(Error::Kind::bad_input,
-              fmt::format("'{}' is not the same quantity in all results: {}; --model or --unit chooses some of them",
-                          over.parameter, fmt::join(where, ", ")));
+              say("'{}' is not the same quantity in all results: {}; --model or --unit chooses some of them",
+                  over.parameter, fmt::join(where, ", ")));
 }
 
 /// The unit that people are shown. Throws where units differ in dimension. `name || ''`: the rows are found by their

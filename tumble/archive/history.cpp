@@ -94,7 +94,7 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
     known.push_back(text(row, 0));
     known.push_back(text(row, 1) + "/" + text(row, 0));
   });
-  throw Error(Error::Kind::bad_input, fmt::format("the archive has no unit '{}'{}", words, did_you_mean(words, known)));
+  throw Error(Error::Kind::bad_input, say("the archive has no unit '{}'{}", words, did_you_mean(words, known)));
 }
 
 constexpr std::size_t fewest_digits = 6;
@@ -102,9 +102,8 @@ constexpr std::size_t fewest_digits = 6;
 void require_digits(const std::string& digits) {
   const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (digits.size() < fewest_digits || !hex)
-    throw Error(
-        Error::Kind::bad_input,
-        fmt::format("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
+    throw Error(Error::Kind::bad_input,
+                say("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
                     "history` shows them",
                     digits, fewest_digits));
 }
@@ -116,7 +115,7 @@ std::vector<std::string> beginning_with(database::Database& database, const std:
   database.visit(fmt::format("SELECT {0} FROM {1} WHERE {0} >= ? AND {0} < ? ORDER BY {0} LIMIT 2", column, table),
                  {digits, digits + "g"}, [&](const Row& row) { found.push_back(text(row, 0)); });
   if (found.size() > 1)
-    throw Error(Error::Kind::bad_input, fmt::format("several {} begin with '{}': give more digits", table, digits));
+    throw Error(Error::Kind::bad_input, say("several {} begin with '{}': give more digits", table, digits));
   return found;
 }
 
@@ -156,8 +155,8 @@ UnitName find_unit(const Archive& archive, const std::string& words) {
       look(words.substr(0, slash), words.substr(slash + 1));
     if (found.empty()) refuse_unit(database, words);
     if (found.size() > 1)
-      throw Error(Error::Kind::bad_input, fmt::format("several models have the serial number '{}': write one of {}",
-                                                      words, fmt::join(names, ", ")));
+      throw Error(Error::Kind::bad_input,
+                  say("several models have the serial number '{}': write one of {}", words, fmt::join(names, ", ")));
     return found.front();
   });
 }
@@ -199,7 +198,7 @@ std::string find_result(const Archive& archive, const std::string& digits) {
   require_digits(digits);
   return schema::guarded(archive.address(), [&] {
     const auto found = beginning_with(database_of(archive), "results", digits);
-    if (found.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", digits));
+    if (found.empty()) throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", digits));
     return found.front();
   });
 }
@@ -223,11 +222,11 @@ std::map<std::int64_t, std::string> sha256_by_number(const Archive& archive, con
 std::string result_text(const Archive& archive, const std::string& sha256) {
   return schema::guarded(archive.address(), [&] {
     const auto rows = database_of(archive).ask("SELECT packed FROM results WHERE id = ?", {schema::number_of(sha256)});
-    if (rows.empty()) throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", sha256));
+    if (rows.empty()) throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", sha256));
     const std::string what = "result " + sha256.substr(0, 12);
     std::string json = storage::unpacked(database::bytes(rows[0], 0), what);
     if (sha256_of(json) != sha256)
-      throw Error(Error::Kind::bad_file, what + ": its bytes have changed since it was archived");
+      throw Error(Error::Kind::bad_file, say("{}: its bytes have changed since it was archived", what));
     return json;
   });
 }

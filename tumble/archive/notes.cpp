@@ -12,6 +12,7 @@
 #include "tumble/archive/schema/opened.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -44,28 +45,28 @@ std::string chain_about(const Archive& archive, const std::string& about) {
   }
   if (chains.empty())
     throw Error(Error::Kind::bad_input,
-                fmt::format("the archive has no unit, instrument or model '{}'{}", about, did_you_mean(about, known)));
+                say("the archive has no unit, instrument or model '{}'{}", about, did_you_mean(about, known)));
   if (chains.size() > 1)
-    throw Error(Error::Kind::bad_input, fmt::format("'{}' means several things: {}; write MODEL/SERIAL or NAME/SERIAL",
-                                                    about, fmt::join(chains, ", ")));
+    throw Error(Error::Kind::bad_input, say("'{}' means several things: {}; write MODEL/SERIAL or NAME/SERIAL", about,
+                                            fmt::join(chains, ", ")));
   return chains.front();
 }
 
-std::vector<std::string> problems_of(const ArchiveNote& note, const ArchiveAct& act) {
-  std::vector<std::string> problems;
+Problems problems_of(const ArchiveNote& note, const ArchiveAct& act) {
+  Problems problems;
   const auto& kinds = note_kinds();
   if (std::ranges::find(kinds, note.kind) == kinds.end())
-    problems.push_back(fmt::format("--kind {}: one of {} is expected{}", note.kind, fmt::join(kinds, ", "),
-                                   did_you_mean(note.kind, kinds)));
+    problems.push_back(
+        say("--kind {}: one of {} is expected{}", note.kind, fmt::join(kinds, ", "), did_you_mean(note.kind, kinds)));
   if (act.who.empty()) problems.emplace_back("--by NAME is missing: an archive keeps who did what");
   if (!note.when.empty() && !parse_iso_time(note.when))
-    problems.push_back(fmt::format("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", note.when));
+    problems.push_back(say("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", note.when));
   if (note.kind == "interval") try {
       if (!(parse_si(note.text, Unit::parse("s")) > 0.0))
-        problems.push_back(fmt::format("--text {}: an interval is longer than zero", note.text));
+        problems.push_back(say("--text {}: an interval is longer than zero", note.text));
     } catch (const Error& error) {
       problems.push_back(
-          fmt::format("--text {}: an interval is a time, such as \"365 day\" ({})", note.text, error.problems.front()));
+          say("--text {}: an interval is a time, such as \"365 day\" ({})", note.text, error.problems.front()));
     }
   return problems;
 }
@@ -103,7 +104,7 @@ void put_note(Archive& archive, const ArchiveNote& note, const ArchiveAct& act) 
 }
 
 void withdraw_result(Archive& archive, const std::string& sha256, const ArchiveAct& act) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (act.who.empty()) problems.emplace_back("--by NAME is missing: an archive keeps who did what");
   if (act.why.empty()) problems.emplace_back("a result is withdrawn for a reason: --reason TEXT");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -113,11 +114,11 @@ void withdraw_result(Archive& archive, const std::string& sha256, const ArchiveA
     database.transact([&] {
       if (!database.ask("SELECT 1 FROM corrections WHERE result = ?", {id}).empty())
         throw Error(Error::Kind::bad_input,
-                    fmt::format("the result {} was replaced or withdrawn already", sha256.substr(0, 12)));
+                    say("the result {} was replaced or withdrawn already", sha256.substr(0, 12)));
       const auto unit =
           database.ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?", {id});
       if (unit.empty())
-        throw Error(Error::Kind::bad_input, fmt::format("the archive has no result '{}'", sha256.substr(0, 12)));
+        throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", sha256.substr(0, 12)));
       schema::Change change(database, act.who, act.when);
       change.append(schema::chain_of_unit(database::text(unit[0], 0), database::text(unit[0], 1)),
                     {"correction", sha256, act.why, {}},

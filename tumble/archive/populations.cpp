@@ -35,17 +35,16 @@ std::string method_of(database::Database& database, const PopulationQuery& query
   if (methods.empty()) {
     database.visit("SELECT DISTINCT model FROM units", {},
                    [&](const database::Row& row) { models.push_back(database::text(row, 0)); });
-    throw Error(Error::Kind::bad_input, fmt::format("the archive has no result of the model '{}'{}", query.model,
-                                                    did_you_mean(query.model, models)));
+    throw Error(Error::Kind::bad_input,
+                say("the archive has no result of the model '{}'{}", query.model, did_you_mean(query.model, models)));
   }
   if (query.method.empty() && methods.size() > 1)
-    throw Error(Error::Kind::bad_input, fmt::format("the results of the model '{}' are of several methods: --method {}",
-                                                    query.model, fmt::join(methods, " or --method ")));
+    throw Error(Error::Kind::bad_input, say("the results of the model '{}' are of several methods: --method {}",
+                                            query.model, fmt::join(methods, " or --method ")));
   const std::string method = query.method.empty() ? methods.front() : query.method;
   if (std::ranges::find(methods, method) == methods.end())
-    throw Error(Error::Kind::bad_input,
-                fmt::format("the archive has no result of {} of the model '{}'; it has results of {}", method,
-                            query.model, fmt::join(methods, ", ")));
+    throw Error(Error::Kind::bad_input, say("the archive has no result of {} of the model '{}'; it has results of {}",
+                                            method, query.model, fmt::join(methods, ", ")));
   return method;
 }
 

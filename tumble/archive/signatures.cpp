@@ -11,6 +11,7 @@
 #include "tumble/archive/schema/opened.hpp"
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -72,8 +73,7 @@ SignedThing find_signable(const Archive& archive, const std::string& digits) {
         "SELECT f.sha256, u.model, u.serial, c.reason FROM certificates f JOIN results r ON r.id = f.result JOIN units "
         "u ON u.id = r.unit LEFT JOIN corrections c ON c.result = r.id WHERE f.sha256 >= ? AND f.sha256 < ?",
         range, [&](const Row& row) { take("certificate", row); });
-    if (count > 1)
-      throw Error(Error::Kind::bad_input, fmt::format("several things begin with '{}': give more digits", digits));
+    if (count > 1) throw Error(Error::Kind::bad_input, say("several things begin with '{}': give more digits", digits));
     return thing;
   });
 }
@@ -81,16 +81,16 @@ SignedThing find_signable(const Archive& archive, const std::string& digits) {
 void sign(Archive& archive, const std::string& digits, const std::string& meaning, const ArchiveAct& act) {
   const auto& meanings = signature_meanings();
   const SignedThing thing = find_signable(archive, digits);
-  std::vector<std::string> problems;
+  Problems problems;
   if (std::ranges::find(meanings, meaning) == meanings.end())
-    problems.push_back(fmt::format("the meaning of a signature is one of {}, not '{}'{}", fmt::join(meanings, ", "),
-                                   meaning, did_you_mean(meaning, meanings)));
+    problems.push_back(say("the meaning of a signature is one of {}, not '{}'{}", fmt::join(meanings, ", "), meaning,
+                           did_you_mean(meaning, meanings)));
   if (act.who.empty()) problems.emplace_back("a signature is of a person: the name is missing");
   if (act.why.empty()) problems.emplace_back("a signature has a reason: say why");
   if (thing.kind.empty())
-    problems.push_back(fmt::format("the archive has no result or certificate '{}'", digits.substr(0, 12)));
+    problems.push_back(say("the archive has no result or certificate '{}'", digits.substr(0, 12)));
   if (!thing.withdrawn.empty())
-    problems.push_back("it does not count any more, and cannot be signed: " + thing.withdrawn);
+    problems.push_back(say("it does not count any more, and cannot be signed: {}", thing.withdrawn));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   require_unchanged(archive, thing.kind, thing.sha256);
   const std::string chain = schema::chain_of_unit(thing.unit.model, thing.unit.serial);
@@ -102,8 +102,7 @@ void sign(Archive& archive, const std::string& digits, const std::string& meanin
           database.ask("SELECT 1 FROM events WHERE chain = ? AND action = ? AND subject = ? AND who = ? AND detail = ?",
                        {chain, action_of_signature, thing.sha256, act.who, detail});
       if (!before.empty())
-        throw Error(Error::Kind::bad_input,
-                    fmt::format("{} has signed this {} as {} already", act.who, thing.kind, meaning));
+        throw Error(Error::Kind::bad_input, say("{} has signed this {} as {} already", act.who, thing.kind, meaning));
       schema::Change change(database, act.who, act.when);
       change.append(chain, {action_of_signature, thing.sha256, act.why, detail});
     });

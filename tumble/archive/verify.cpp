@@ -30,9 +30,9 @@ class Verification {
     for (const Row& row : database_.ask(schema::select_all(schema::events) + " WHERE chain = ? ORDER BY seq", {name})) {
       ++check_.events;
       const std::string where = name + ", event " + std::to_string(database::integer(row, 1));
-      if (database::integer(row, 1) != expected) complain(where + ": an event before it is missing");
-      if (text(row, 9) != previous) complain(where + ": does not follow the event before it");
-      if (schema::sha256_of_event(row) != text(row, 10)) complain(where + ": the event has changed");
+      if (database::integer(row, 1) != expected) complain(say("{}: an event before it is missing", where));
+      if (text(row, 9) != previous) complain(say("{}: does not follow the event before it", where));
+      if (schema::sha256_of_event(row) != text(row, 10)) complain(say("{}: the event has changed", where));
       expected = database::integer(row, 1) + 1;
       previous = text(row, 10);
       rows_of(row, where);
@@ -48,12 +48,12 @@ class Verification {
       const auto there = database_.ask("SELECT COUNT(*) FROM " + shape->name);
       const auto covered = covered_[shape];
       if (const auto count = database::integer(there.at(0), 0); count != covered)
-        complain(fmt::format("table {}: has {} rows, and events brought {}", shape->name, count, covered));
+        complain(say("table {}: has {} rows, and events brought {}", shape->name, count, covered));
     }
     check_.heads = sha256_of(heads_);
   }
 
-  void complain(std::string problem) { check_.problems.push_back(std::move(problem)); }
+  void complain(const Sentence& problem) { check_.problems.push_back(std::move(problem)); }
 
  private:
   void rows_of(const Row& event, const std::string& where) {
@@ -68,7 +68,7 @@ class Verification {
                         ++covered_[shape];
                         contents_of(*shape, row);
                       });
-    if (digest.hex() != text(event, 8)) complain(fmt::format("{}: the {} {} has changed", where, action, subject));
+    if (digest.hex() != text(event, 8)) complain(say("{}: the {} {} has changed", where, action, subject));
   }
 
   void contents_of(const schema::Shape& shape, const Row& row) try {
@@ -76,7 +76,7 @@ class Verification {
       ++check_.results;
       const std::string what = "result " + text(row, 1).substr(0, 12);
       if (sha256_of(storage::unpacked(database::bytes(row, shape.columns.size() - 1), what)) != text(row, 1))
-        complain(what + ": its bytes have changed since it was archived");
+        complain(say("{}: its bytes have changed since it was archived", what));
     } else if (&shape == &schema::files || &shape == &schema::certificates) {
       ++check_.files;
       storage::unpack(files_, text(row, 0), [](std::string_view) {});
@@ -106,14 +106,14 @@ std::vector<std::string> shared_numbers_of(database::Database& database) {
             fmt::format("{}/{} (result {})", text(row, 1), text(row, 2), text(row, 3).substr(0, 12)));
       });
   for (const auto& [number, results] : sharing)
-    all.push_back(fmt::format("certificate number '{}' stands on certificates of {} results: {}", number,
-                              results.size(), fmt::join(results, ", ")));
+    all.push_back(say("certificate number '{}' stands on certificates of {} results: {}", number, results.size(),
+                      fmt::join(results, ", ")));
   return all;
 }
 
 void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& progress) {
   auto& database = schema::opened(archive).database;
-  check.problems = database.damage();
+  check.problems = texts_of(database.damage());
   if (!check.problems.empty()) return;
   Verification verification(archive, check);
   std::vector<std::string> chains;

@@ -11,7 +11,7 @@ namespace tumble {
 /// What `make` returns. If it throws, what it complains of that is not among `problems` yet is appended, and an empty
 /// result returned: so that all parts are tried before anything is said.
 template <class Make>
-auto attempt(std::vector<std::string>& problems, Make make) -> decltype(make()) {
+auto attempt(Problems& problems, Make make) -> decltype(make()) {
   try {
     return make();
   } catch (const Error& error) {

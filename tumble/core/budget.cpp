@@ -34,7 +34,7 @@ Matrix covariance_of(const std::vector<Contribution>& budget, std::size_t parame
   Matrix sum(parameters, parameters);
   for (const auto& line : budget) {
     if (line.factor.rows != parameters)
-      throw Error(Error::Kind::internal, "budget line '" + line.source + "' has not one row a parameter");
+      throw Error(Error::Kind::internal, say("budget line '{}' has not one row a parameter", line.source));
     add_products(line.factor, sum);
   }
   mirror(sum);

@@ -54,18 +54,21 @@ std::vector<const Channel*> channels_for(const Evidence& evidence, const Recordi
 const Channel& require_channel(const Evidence& evidence, const Recording& recording, const std::string& role) {
   if (const Channel* channel = channel_for(evidence, recording, role)) return *channel;
   const std::string& wanted = channel_name(evidence, role);
-  std::string message = recording.origin.file.empty() ? "the recording" : recording.origin.file;
-  message += " has no channel '" + wanted + "'";
-  if (wanted != role) message += ", which [channels] names for the role '" + role + "'";
+  const std::string& file = recording.origin.file;
   std::vector<std::string> present;
   std::string list;
   for (const Channel& channel : recording.channels) {
     present.push_back(channel.name);
     list += (list.empty() ? "" : ", ") + channel.name;
   }
-  message += did_you_mean(wanted, present) + " (channels: " + (list.empty() ? "none" : list) + ")";
-  if (wanted == role)
-    message += "; name the one that plays this role with [channels] " + role + " = \"...\" in the plan";
+  const Sentence owner = file.empty() ? Sentence("the recording") : say("{}", Name{file});
+  const Sentence named = wanted == role ? Sentence() : say(", which [channels] names for the role '{}'", role);
+  const Sentence channels = list.empty() ? Sentence("none") : say("{}", Name{list});
+  const Sentence advice =
+      wanted == role ? say("; name the one that plays this role with [channels] {} = \"...\" in the plan", Name{role})
+                     : Sentence();
+  const Sentence message = say("{} has no channel '{}'{}{} (channels: {}){}", owner, wanted, named,
+                               did_you_mean(wanted, present), channels, advice);
   throw Error(Error::Kind::bad_data, message);
 }
 

@@ -19,10 +19,9 @@ const Entry& find_entry(const std::vector<const Entry*>& catalogue, std::string_
     known.emplace_back(entry->name);
     listed += (listed.empty() ? "" : ", ") + known.back();
   }
-  const auto near = nearest(name, known);
-  throw Error(Error::Kind::unsupported, "there is no " + noun + " '" + std::string(name) + "'" +
-                                            (near.empty() ? "" : "; did you mean '" + near + "'?") + " (" + noun +
-                                            "s: " + listed + ")");
+  Sentence said = say("'{}'{}{}", Name{std::string(name)}, did_you_mean(name, known), Name{listed});
+  said.pattern = "there is no " + noun + " '{}'{} (" + noun + "s: {})";
+  throw Error(Error::Kind::unsupported, std::move(said));
 }
 
 }  // namespace tumble

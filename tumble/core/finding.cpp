@@ -3,7 +3,9 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <variant>
 
 #include "tumble/core/message_in.hpp"
 #include "tumble/core/say.hpp"
@@ -14,7 +16,7 @@ namespace tumble {
 
 namespace {
 
-std::string say(double value, const Unit& unit, std::string_view how) {
+std::string value_text(double value, const Unit& unit, std::string_view how) {
   if (how == "exact") return say_value(value, unit);
   if (how == "difference") return say_difference(value, unit);
   if (how == "duration") return say_seconds(value);
@@ -34,7 +36,7 @@ struct Say {
   Language language;
 
   std::string operator()(double value) const {
-    std::string text = say(value, unit, how);
+    std::string text = value_text(value, unit, how);
     if (language == Language::chinese && text.ends_with(" %")) text.erase(text.size() - 2, 1);  // 95% there
     return text;
   }
@@ -120,7 +122,7 @@ std::string filled(const std::string& sentence, const Finding& finding, Language
   try {
     return fmt::vformat(sentence, store);
   } catch (const fmt::format_error& error) {
-    throw Error(Error::Kind::internal, "the sentence of the finding '" + finding.code + "': " + error.what());
+    throw Error(Error::Kind::internal, say("the sentence of the finding '{}': {}", finding.code, error.what()));
   }
 }
 
@@ -146,11 +148,58 @@ std::string severity_in(Language language, Finding::Severity severity) {
   return text_of(language, "terminal", keys[static_cast<std::size_t>(severity)]);
 }
 
-std::vector<std::string> errors_among(const Findings& findings) {
-  std::vector<std::string> problems;
+namespace {
+
+/// One value of a finding as its sentence has it, "{lost:sample}": a count with its noun is a sentence of its own.
+SentenceValue said_value(const Finding& finding, std::string_view field) {
+  using Kind = SentenceValue::Kind;
+  const std::string text = filled(std::string(field), finding);
+  const auto inner = field.substr(1, field.size() - 2);
+  const auto colon = std::min(inner.find(':'), inner.size());
+  const auto found = std::ranges::find(finding.values, inner.substr(0, colon), &FindingValue::name);
+  const std::size_t blank = text.find(' ');
+  const auto* count = found == finding.values.end() ? nullptr : std::get_if<long long>(&found->value);
+  if (count && colon < inner.size() && !inner.ends_with(":bytes") && blank != text.npos) {
+    Sentence nested;
+    nested.pattern = "{}" + text.substr(blank);
+    nested.values.push_back({Kind::number, text.substr(0, blank), static_cast<double>(*count), {}});
+    return {Kind::sentence, text, 0.0, {nested}};
+  }
+  if (found != finding.values.end() && std::holds_alternative<Phrase>(found->value))
+    return {Kind::sentence, text, 0.0, {Sentence(text.c_str())}};
+  const auto* number = found == finding.values.end() ? nullptr : std::get_if<double>(&found->value);
+  return {number ? Kind::number : Kind::name, text, number ? *number : 0.0, {}};
+}
+
+}  // namespace
+
+Sentence said_of(const Finding& finding) try {
+  const std::string pattern = text_of("finding", finding.code, finding.occurrences.count);
+  Sentence said;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const bool doubled = i + 1 < pattern.size() && pattern[i + 1] == pattern[i];
+    if (pattern[i] == '{' && !doubled) {
+      const auto end = pattern.find('}', i);
+      said.values.push_back(said_value(finding, std::string_view(pattern).substr(i, end + 1 - i)));
+      said.pattern += "{}";
+      i = end;
+    } else {
+      said.pattern += pattern[i];
+      if (doubled && (pattern[i] == '{' || pattern[i] == '}')) said.pattern += pattern[++i];
+    }
+  }
+  return said.text() == finding.message ? said : Sentence(finding.message);
+} catch (const Error&) {  // of a method of one's own, whose sentence no table has
+  return finding.message;
+}
+
+Problems errors_among(const Findings& findings) {
+  Problems problems;
   for (const Finding& finding : findings)
-    if (finding.severity == Finding::Severity::error)
-      problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+    if (finding.severity == Finding::Severity::error) {
+      const Problem problem = said_of(finding);
+      problems.push_back(finding.where.empty() ? problem : within(say("{}", Name{finding.where}), problem));
+    }
   return problems;
 }
 

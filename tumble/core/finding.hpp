@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -100,7 +101,10 @@ std::string sentence(const Finding& finding);
 /// Throws Error::internal if it names an absent value.
 std::string filled(const std::string& sentence, const Finding& finding);
 
+/// What a finding says as a sentence of its pattern and its values.
+Sentence said_of(const Finding& finding);
+
 /// The errors among them as the problems of a refusal: "where: message".
-std::vector<std::string> errors_among(const Findings& findings);
+Problems errors_among(const Findings& findings);
 
 }  // namespace tumble

@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
 
 /// Problem of one option given as this text, or empty.
 std::string problem_of(const Option& option, const std::string& text, bool command_line = false) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve({option}, {{option.name, text, "plan.toml:3", true, command_line}}, "method", problems);
   EXPECT_LE(problems.size(), 1u);
   return problems.empty() ? "" : problems.front();

@@ -7,39 +7,62 @@
 namespace tumble {
 namespace {
 
-std::string chinese(const std::string& english) { return said_in(Language::chinese, english); }
+std::string chinese(const Problem& problem) { return in_language(Language::chinese, problem); }
 
-TEST(Said, EnglishIsUnchanged) { EXPECT_EQ(said_in(Language::english, "cannot read 'x': y"), "cannot read 'x': y"); }
+std::string chinese_of_stored(const std::string& english) { return said_in(Language::chinese, english); }
 
-TEST(Said, AValueIsKeptAndASentenceInItIsTranslated) {
-  EXPECT_EQ(chinese("cannot read 'a b.csv': No such file or directory"), "无法读取“a b.csv”：没有该文件或文件夹");
-  EXPECT_EQ(chinese("cannot read 'x': Stale file handle"), "无法读取“x”：Stale file handle");
+const Name tricky_names[] = {
+    {"rig 3.csv"}, {"line 2.csv"}, {"model B.csv"}, {"limits of unit 4.csv"}, {"below 20 degC.csv"}};
+
+TEST(Said, EnglishIsUnchanged) {
+  EXPECT_EQ(in_language(Language::english, say("cannot read '{}': {}", Name{"x"}, "y")), "cannot read 'x': y");
+  EXPECT_EQ(said_in(Language::english, "cannot read 'x': y"), "cannot read 'x': y");
 }
 
-TEST(Said, WhatStandsBeforeASentenceIsKept) {
-  EXPECT_EQ(chinese("plan.toml:7: unknown key 'titel'; did you mean 'title'?"),
-            "plan.toml:7：无法识别的键“titel”，是否应为“title”？");
-  EXPECT_EQ(chinese("plan.toml:7: rig rate_table: must be above zero"), "plan.toml:7：测试设备 rate_table：应大于零");
+TEST(Said, ANameIsNeverTranslated) {
+  for (const Name& name : tricky_names) {
+    EXPECT_EQ(chinese(say("cannot read '{}': {}", name, "No such file or directory")),
+              "无法读取“" + name.text + "”：没有该文件或文件夹");
+    EXPECT_EQ(chinese(say("wrote {}", name)), "已写入 " + name.text);
+    EXPECT_EQ(chinese(within(say("{}", name), Problem("true or false is expected"))),
+              name.text + "：应为 true 或 false");
+    EXPECT_EQ(chinese_of_stored("wrote " + name.text), "已写入 " + name.text);
+  }
 }
 
-TEST(Said, ThePatternWithTheMostLettersIsTaken) {
-  EXPECT_EQ(chinese("wrote a.h5 (seed 3)"), "已写入 a.h5（随机种子 3）");
-  EXPECT_EQ(chinese("wrote a.h5"), "已写入 a.h5");
-}
-
-TEST(Said, ASentenceWithoutAPatternStaysEnglish) {
+TEST(Said, WhatCannotBeTranslatedWholeIsEnglishWhole) {
+  EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, "colourless ideas")), "cannot read 'x': colourless ideas");
+  EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, std::string("ideas sleep"))),
+            "cannot read 'x': ideas sleep");
+  EXPECT_EQ(chinese(within("colourless ideas", Problem("true or false is expected"))),
+            "colourless ideas: true or false is expected");
   EXPECT_EQ(chinese("colourless ideas: sleep"), "colourless ideas: sleep");
   EXPECT_EQ(chinese(""), "");
-  EXPECT_EQ(chinese("{} {0}"), "{} {0}");
+}
+
+TEST(Said, ASentenceInASentenceIsTranslated) {
+  EXPECT_EQ(chinese(say("unknown key '{}'{}", "titel", say("; did you mean '{}'?", "title"))),
+            "无法识别的键“titel”，是否应为“title”？");
+  EXPECT_EQ(chinese(within(say("line {}, column {} '{}'", 3, 2, Name{"gyro"}), say("'{}' is not a number", "x"))),
+            "第 3 行第 2 列“gyro”：“x”不是数值");
+  EXPECT_EQ(chinese(within(say("line {}", 3), say("{} cells instead of {}", 3, 2))),
+            "第 3 行：有 3 个单元格，应为 2 个");
 }
 
 TEST(Said, LinesAreTranslatedOneByOne) {
-  EXPECT_EQ(chinese("\nno question is open\n  reading\nx\n"), "\n没有待回答的问题\n  正在读取\nx\n");
+  EXPECT_EQ(chinese_of_stored("\nno question is open\n  reading\nx\n"), "\n没有待回答的问题\n  正在读取\nx\n");
+  EXPECT_EQ(chinese(say("\nwrote {}\n  wrote {}\nx y\n", Name{"a"}, Name{"b"})), "\n已写入 a\n  已写入 b\nx y\n");
 }
 
 TEST(Said, AFindingThatIsTheReasonOfARefusalIsTranslated) {
-  const Finding finding(Finding::Severity::error, "frames_uncertain", {{"declaration", "imu_x"}});
-  EXPECT_EQ(chinese("x.raw: " + finding.message), "x.raw：" + message_in(Language::chinese, finding));
+  const Finding finding(Finding::Severity::error, "frames_uncertain", {{"declaration", "imu_x"}}, "x.raw");
+  EXPECT_EQ(chinese(errors_among({finding}).at(0)), "x.raw：" + message_in(Language::chinese, finding));
+  EXPECT_EQ(errors_among({finding}).at(0).text(), "x.raw: " + finding.message);
+}
+
+TEST(Said, ACountOfAFindingLosesItsNoun) {
+  const Finding finding(Finding::Severity::error, "frames_lost", {{"byte", 7}, {"lost", 3}}, "", {.count = 1});
+  EXPECT_EQ(chinese(said_of(finding)), message_in(Language::chinese, finding));
 }
 
 std::string result(const std::string& english) {
@@ -76,7 +99,7 @@ TEST(ResultWords, AShortPatternIsNotTakenForAnythingBetweenTwoWords) {
   EXPECT_EQ(result("colourless ideas over sleep"), "nothing");
 }
 
-TEST(Said, BracesInAValueAreKept) { EXPECT_EQ(chinese("wrote {0}.h5"), "已写入 {0}.h5"); }
+TEST(Said, BracesInAValueAreKept) { EXPECT_EQ(chinese(say("wrote {}", Name{"{0}.h5"})), "已写入 {0}.h5"); }
 
 }  // namespace
 }  // namespace tumble

@@ -18,7 +18,7 @@ template <class Map>
 const auto& value_in(const Map& values, std::string_view name) {
   const auto found = values.find(name);
   if (found == values.end())
-    throw Error(Error::Kind::internal, "the setting '" + std::string(name) + "' was asked for but has no value");
+    throw Error(Error::Kind::internal, say("the setting '{}' was asked for but has no value", std::string(name)));
   return found->second;
 }
 
@@ -43,11 +43,11 @@ std::optional<int> whole_number(std::string_view text) {
   return value;
 }
 
-[[noreturn]] void refuse(std::string problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }
+[[noreturn]] void refuse(Sentence problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }
 
 /// "1,2,5-8", with or without brackets around.
 std::vector<int> integer_list(std::string_view text) {
-  const std::string shown = "'" + std::string(text) + "'";
+  const Name shown{std::string(text)};
   text = trimmed(text);
   if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
   std::vector<int> values;
@@ -58,13 +58,13 @@ std::vector<int> integer_list(std::string_view text) {
     const std::size_t dash = item.find('-', 1);
     const auto first = whole_number(item.substr(0, dash));
     const auto last = dash == item.npos ? first : whole_number(item.substr(dash + 1));
-    if (!first || !last) refuse(shown + ": integers expected, for example '1,2,5-8'");
-    if (*last < *first) refuse(shown + ": the range '" + std::string(item) + "' runs backwards");
+    if (!first || !last) refuse(say("'{}': integers expected, for example '1,2,5-8'", shown));
+    if (*last < *first) refuse(say("'{}': the range '{}' runs backwards", shown, std::string(item)));
     if (static_cast<std::size_t>(static_cast<long>(*last) - *first) + values.size() >= longest_list)
-      refuse(shown + ": more than " + std::to_string(longest_list) + " integers");
+      refuse(say("'{}': more than {} integers", shown, longest_list));
     for (int value = *first; value <= *last; ++value) values.push_back(value);
   }
-  if (values.empty()) refuse(shown + ": integers expected, for example '1,2,5-8'");
+  if (values.empty()) refuse(say("'{}': integers expected, for example '1,2,5-8'", shown));
   return values;
 }
 
@@ -75,10 +75,10 @@ bool inside(const Range& range, double value) {
          (range.most_open ? value < range.most : value <= range.most + rounding);
 }
 
-void refuse_outside(const Option& option, double value, const std::string& shown) {
+void refuse_outside(const Option& option, double value, const Name& shown) {
   if (inside(option.range, value)) return;
-  const std::string wanted = std::isfinite(value) ? name(option.range, option.unit) : "finite";
-  refuse(shown + ": the value must be " + wanted);
+  const Sentence wanted = std::isfinite(value) ? Sentence(name(option.range, option.unit)) : Sentence("finite");
+  refuse(say("'{}': the value must be {}", shown, wanted));
 }
 
 double quantity_of(const Option& option, const Given& given) {
@@ -90,43 +90,43 @@ double quantity_of(const Option& option, const Given& given) {
 
 /// Reads one value into `settings`, or throws Error::bad_input.
 void read_value(const Option& option, const Given& given, Settings& settings) {
-  const std::string shown = "'" + given.text + "'";
+  const Name shown{given.text};
   switch (option.type) {
     case Option::Type::quantity:
       settings.set_number(option.name, quantity_of(option, given), Unit::parse(option.unit));
       return refuse_outside(option, Unit::parse(option.unit).from_si(settings.number(option.name)), shown);
     case Option::Type::integer: {
       const auto value = whole_number(given.text);
-      if (!value) refuse(shown + ": an integer expected");
+      if (!value) refuse(say("'{}': an integer expected", shown));
       refuse_outside(option, *value, shown);
       return settings.set_integer(option.name, *value);
     }
     case Option::Type::flag:
-      if (given.text != "true" && given.text != "false") refuse(shown + ": true or false expected");
+      if (given.text != "true" && given.text != "false") refuse(say("'{}': true or false expected", shown));
       return settings.set_flag(option.name, given.text == "true");
     case Option::Type::integers:
       for (const int value : integer_list(given.text)) refuse_outside(option, value, shown);
       return settings.set_integers(option.name, integer_list(given.text));
     case Option::Type::word:
       if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())
-        refuse(shown + ": expected one of " + joined(option.words) + did_you_mean(given.text, option.words));
+        refuse(say("'{}': expected one of {}{}", shown, joined(option.words), did_you_mean(given.text, option.words)));
       return settings.set_word(option.name, given.text);
     case Option::Type::text:
       return settings.set_word(option.name, given.text);
   }
 }
 
-std::string unknown_key(const std::vector<Option>& options, const std::string& key) {
+Sentence unknown_key(const std::vector<Option>& options, const std::string& key) {
   std::vector<std::string> known;
   for (const Option& option : options) known.push_back(option.name);
-  const std::string advice = did_you_mean(key, known);
-  if (!advice.empty()) return "unknown key '" + key + "'" + advice;
-  if (known.empty()) return "unknown key '" + key + "'; none is accepted";
+  const Sentence advice = did_you_mean(key, known);
+  if (!advice.empty()) return say("unknown key '{}'{}", key, advice);
+  if (known.empty()) return say("unknown key '{}'; none is accepted", key);
   constexpr std::size_t most = 20;
   const std::size_t count = known.size();
-  if (count > most) known.resize(most);
-  const std::string rest = count > most ? ", ... (" + std::to_string(count) + " in all: `tumble list`)" : "";
-  return "unknown key '" + key + "'; known are " + joined(known) + rest;
+  if (count <= most) return say("unknown key '{}'; known are {}", key, Name{joined(known)});
+  known.resize(most);
+  return say("unknown key '{}'; known are {}, ... ({} in all: `tumble list`)", key, Name{joined(known)}, count);
 }
 
 }  // namespace
@@ -168,14 +168,19 @@ void Settings::set_integers(const std::string& name, std::vector<int> values) {
 }
 
 Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
-                 std::vector<std::string>& problems) {
+                 Problems& problems) {
   Settings settings;
+  const auto complain = [&](const Given& value, Problem problem) {
+    problem = within(Where{.table = std::string(what), .place = Sentence(std::string(what))}, std::move(problem));
+    problems.push_back(value.where.empty() ? std::move(problem)
+                                           : within(say("{}", Name{value.where}), std::move(problem)));
+  };
   const auto read = [&](const Option& option, const Given& value) {
-    const std::string where = (value.where.empty() ? "" : value.where + ": ") + std::string(what) + ": ";
     try {
       read_value(option, value, settings);
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(where + option.name + ": " + problem);
+      for (const auto& problem : error.problems)
+        complain(value, within(Where{.key = option.name, .place = say("{}", Name{option.name})}, problem));
     }
   };
   for (const Option& option : options)
@@ -183,18 +188,16 @@ Settings resolve(const std::vector<Option>& options, const std::vector<Given>& g
   for (const Given& value : given) {
     const auto option =
         std::find_if(options.begin(), options.end(), [&](const Option& o) { return o.name == value.key; });
-    if (option != options.end()) {
+    if (option != options.end())
       read(*option, value);
-      continue;
-    }
-    const std::string where = value.where.empty() ? "" : value.where + ": ";
-    problems.push_back(where + std::string(what) + ": " + unknown_key(options, value.key));
+    else
+      complain(value, unknown_key(options, value.key));
   }
   return settings;
 }
 
 Settings defaults(const std::vector<Option>& options) {
-  std::vector<std::string> problems;
+  Problems problems;
   Settings settings = resolve(options, {}, "defaults", problems);
   if (!problems.empty()) throw Error(Error::Kind::internal, problems);
   return settings;

@@ -7,6 +7,7 @@
 
 #include "tumble/core/option.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -53,7 +54,7 @@ class Settings {
 /// it stands; the returned settings are complete only if none was.
 /// `what` names the owner in messages: "method allan_noise", "rig thermal_chamber".
 Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
-                 std::vector<std::string>& problems);
+                 Problems& problems);
 
 /// The defaults alone.
 Settings defaults(const std::vector<Option>& options);

@@ -35,7 +35,7 @@ TEST(Settings, DefaultsAreFilledIn) {
 }
 
 TEST(Settings, GivenValuesOverrideAndTheLastWins) {
-  std::vector<std::string> problems;
+  Problems problems;
   const Settings settings = resolve(options(),
                                     {{"soak", "2 h", "plan.toml:3"},
                                      {"orders", "1, 3-5", "plan.toml:4"},
@@ -58,7 +58,7 @@ TEST(Settings, GivenValuesOverrideAndTheLastWins) {
 }
 
 TEST(Settings, AllProblemsAtOnce) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(options(),
           {{"sok", "2 h", "plan.toml:3"},
            {"soak", "2", "plan.toml:4", false},

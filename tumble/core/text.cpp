@@ -28,7 +28,7 @@ const toml::table& table_of(Language language) {
 
 [[noreturn]] void refuse_key(std::string_view language, std::string_view section, std::string_view key) {
   throw Error(Error::Kind::internal,
-              "text/" + std::string(language) + ".toml has no " + std::string(section) + "." + std::string(key));
+              say("text/{}.toml has no {}.{}", std::string(language), std::string(section), std::string(key)));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/text.hpp"
 #include "tumble/exchange/decision.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -112,11 +113,11 @@ struct Certificate {
 std::string iso_date(const Date& date);
 
 /// What nobody gave and a certificate must say: "lab.toml: [certificate] number is missing: ...", all of it.
-std::vector<std::string> missing_details(const CertificateDetails& details, const Estimate& estimate);
+Problems missing_details(const CertificateDetails& details, const Estimate& estimate);
 
 /// What is wrong with details that are given: dates out of order, equipment out of date at the end of the test without
 /// a reason, a country that ISO 3166-1 does not have.
-std::vector<std::string> wrong_details(const CertificateDetails& details);
+Problems wrong_details(const CertificateDetails& details);
 
 /// Applies the rule to the limits of the plan. `undermined` are parameters that an error finding names.
 ///

@@ -128,8 +128,8 @@ const CalibrationTerm& find_calibration_term(std::string_view name) {
   }
   std::string list;
   for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
-  throw Error(Error::Kind::bad_input, "there is no term '" + std::string(name) + "'" +
-                                          did_you_mean(std::string(name), known) + " (known: " + list + ")");
+  throw Error(Error::Kind::bad_input, say("there is no term '{}'{} (known: {})", std::string(name),
+                                          did_you_mean(std::string(name), known), list));
 }
 
 }  // namespace tumble

@@ -85,7 +85,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(
   require_contained(path);
   std::error_code ignored;
   const auto status = fs::status(target_, ignored);
-  if (fs::is_directory(status)) throw Error{Error::Kind::bad_file, "cannot write '" + path + "': it is a folder"};
+  if (fs::is_directory(status)) throw Error{Error::Kind::bad_file, say("cannot write '{}': it is a folder", path)};
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     temporary_ = target_;
     descriptor_ = open(target_.c_str(), O_WRONLY | O_CLOEXEC);
@@ -116,7 +116,7 @@ void unlink_unfinished() noexcept {
 }
 
 void AtomicFile::fail(int code) const {
-  throw Error{Error::Kind::bad_file, "cannot write '" + path_ + "': " + reason(code)};
+  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path_, reason(code))};
 }
 
 void AtomicFile::write(std::string_view bytes) {
@@ -149,7 +149,7 @@ std::string read_text_file(const std::string& path) {
   file::InputFile input(path);
   if (input.size() > most)
     throw Error{Error::Kind::bad_file,
-                "cannot read '" + path + "': it has more than 512 MB, which no plan or result has"};
+                say("cannot read '{}': it has more than 512 MB, which no plan or result has", path)};
   std::string content(input.size() + 1, '\0');  // the one more shows that the file did not grow
   std::size_t filled = 0;
   while (const std::size_t count = input.read(content.data() + filled, content.size() - filled)) {

@@ -90,7 +90,7 @@ std::string file_named_in(const fs::path& folder, const std::string& name) {
   const fs::path path = (folder / name).lexically_normal();
   if (may_be_named(path)) return path.string();
   throw Error(Error::Kind::bad_input,
-              "'" + name + "' lies outside of the folder of the workbench: copy it into the folder");
+              say("'{}' lies outside of the folder of the workbench: copy it into the folder", name));
 }
 
 void require_contained(const std::string& path) {
@@ -98,7 +98,7 @@ void require_contained(const std::string& path) {
   if (root.empty()) return;
   const fs::path whole = fs::absolute(path).lexically_normal();
   if (lies_below(whole, root) && !lies_below(with_links_followed(whole), root))
-    throw Error(Error::Kind::bad_file, "'" + path + "' is a link that leads out of the folder of the workbench");
+    throw Error(Error::Kind::bad_file, say("'{}' is a link that leads out of the folder of the workbench", path));
 }
 
 void require_own_journals(const std::string& database) {
@@ -107,7 +107,7 @@ void require_own_journals(const std::string& database) {
   for (const char* const end : {"-wal", "-shm", "-journal"}) {
     const auto status = fs::symlink_status((absent ? database : whole.string()) + end, none);
     if (fs::exists(status) && !fs::is_regular_file(status))
-      throw Error(Error::Kind::bad_file, "'" + database + end + "' is a link or a device, not a file: remove it");
+      throw Error(Error::Kind::bad_file, say("'{}{}' is a link or a device, not a file: remove it", database, end));
   }
 }
 

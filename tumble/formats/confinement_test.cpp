@@ -36,7 +36,7 @@ std::string problem_of(const fs::path& folder, const std::string& name) {
   try {
     return file_named_in(folder, name), "";
   } catch (const Error& error) {
-    return error.problems.front();
+    return error.problems.front().text();
   }
 }
 

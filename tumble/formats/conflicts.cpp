@@ -9,14 +9,14 @@
 
 namespace tumble {
 
-std::vector<std::string> unit_conflicts(const Recording& recording, const ReadOptions& options) {
-  std::vector<std::string> problems;
+Problems unit_conflicts(const Recording& recording, const ReadOptions& options) {
+  Problems problems;
   for (const auto& [column, unit] : options.units) {
     const auto* channel = find_channel(recording, column);
     if (channel && (channel->unit.factor() != unit.factor() || channel->unit.offset() != unit.offset() ||
                     channel->unit.dimension() != unit.dimension()))
-      problems.push_back(fmt::format("{}: column '{}' is in {} in the file, but {} was given; one is wrong",
-                                     recording.origin.file, column, channel->unit.text(), unit.text()));
+      problems.push_back(say("{}: column '{}' is in {} in the file, but {} was given; one is wrong",
+                             recording.origin.file, column, channel->unit.text(), unit.text()));
   }
   return problems;
 }

@@ -5,11 +5,12 @@
 
 #include "tumble/core/read_options.hpp"
 #include "tumble/core/recording.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
 /// What `options` say otherwise than the recording itself, a sentence for each unit.
-std::vector<std::string> unit_conflicts(const Recording& recording, const ReadOptions& options);
+Problems unit_conflicts(const Recording& recording, const ReadOptions& options);
 /// The sentence for a rate [Hz] that was said of a recording none of whose channels has it; empty where one has.
 std::string rate_conflict(const Recording& recording, double said);
 

@@ -59,18 +59,18 @@ void refuse_impossible_clocks(const Recording& recording, const std::string& pat
   constexpr double year = 8766.0 * hour;
   constexpr double fastest = 1e10, slowest = 1.0 / year;  // Hz
   constexpr double last = 1e6 * year;                     // some clocks begin with the calendar
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& channel : recording.channels)
     if (const double rate = mean_rate(channel); rate > fastest)
-      problems.push_back(fmt::format("'{}': channel '{}' has {:.2g} samples a second: in which unit is the time?", path,
-                                     channel.name, rate));
+      problems.push_back(
+          say("'{}': channel '{}' has {:.2g} samples a second: in which unit is the time?", path, channel.name, rate));
     else if (channel.values.size() > 1 && rate > 0.0 && rate < slowest)
-      problems.push_back(fmt::format("'{}': the samples of channel '{}' are {:.2g} s apart: in which unit is the time?",
-                                     path, channel.name, 1.0 / rate));
+      problems.push_back(say("'{}': the samples of channel '{}' are {:.2g} s apart: in which unit is the time?", path,
+                             channel.name, 1.0 / rate));
   for (const Mark& mark : recording.marks)
     if (std::abs(mark.begin) > last)
       problems.push_back(
-          fmt::format("'{}': the mark '{}' is at {:.2g} s: in which unit is its time?", path, mark.label, mark.begin));
+          say("'{}': the mark '{}' is at {:.2g} s: in which unit is its time?", path, mark.label, mark.begin));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -81,24 +81,23 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
   if (std::filesystem::is_directory(path, unknown))
     for (const Format* format : formats)
       if (format->folders && format->recognises(path)) return *format;
-  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, say("'{}' is empty", path)};
   if (const auto advice = file::advice_for_other_kind(path); !advice.empty())
-    throw Error{Error::Kind::bad_file, "'" + path + "' is " + advice};
+    throw Error{Error::Kind::bad_file, say("'{}' is {}", path, advice)};
   for (const bool last : {false, true})
     for (const Format* format : formats)
       if (format->asked_last == last && format->recognises(path)) return *format;
   if (const auto advice = file::advice_for_unread(path); !advice.empty())
-    throw Error{Error::Kind::bad_file, "'" + path + "' is " + advice};
+    throw Error{Error::Kind::bad_file, say("'{}' is {}", path, advice)};
   if (const Format* format = by_extension(path, formats)) return *format;
-  throw Error{Error::Kind::bad_file, "'" + path +
-                                         "' is not a recording that can be read: neither its content nor its "
-                                         "name says which; known are " +
-                                         extensions(formats, [](const Format&) { return true; })};
+  throw Error{Error::Kind::bad_file,
+              say("'{}' is not a recording that can be read: neither its content nor its name says which; known are {}",
+                  path, extensions(formats, [](const Format&) { return true; }))};
 }
 
 const Format& format_of(const std::string& path, const ReadOptions& options, const FormatList& formats) {
   if (options.frames.empty()) return format_of(path, formats);
-  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, say("'{}' is empty", path)};
   for (const std::string_view packed : {"gzip", "zip"})
     for (const Format* format : formats)
       if (packed == format->name && format->recognises(path)) return *format;
@@ -110,12 +109,12 @@ const Format& format_of(const std::string& path, const ReadOptions& options, con
 const Format& format_to_write(const std::string& path, const FormatList& formats) {
   const Format* format = by_extension(path == standard_output ? "stream.csv" : path, formats);
   if (!format)
-    throw Error{Error::Kind::bad_input, "'" + path + "': the name must say which format to write; known are " +
-                                            extensions(formats, can_be_written)};
+    throw Error{Error::Kind::bad_input, say("'{}': the name must say which format to write; known are {}", path,
+                                            extensions(formats, can_be_written))};
   if (!can_be_written(*format))
-    throw Error{Error::Kind::bad_input, "'" + path + "': files of format " + format->name +
-                                            " are read, but cannot be written; the formats that can be written are " +
-                                            written_formats(formats)};
+    throw Error{Error::Kind::bad_input,
+                say("'{}': files of format {} are read, but cannot be written; the formats that can be written are {}",
+                    path, format->name, written_formats(formats))};
   return *format;
 }
 

@@ -13,7 +13,7 @@ TemporaryFolder::TemporaryFolder(const std::string& failing) {
   std::error_code problem;
   std::string pattern = (std::filesystem::temp_directory_path(problem) / "tumble-XXXXXX").string();
   if (!problem && mkdtemp(pattern.data()) == nullptr) problem = {errno, std::system_category()};
-  if (problem) throw Error(Error::Kind::bad_file, failing + ": " + problem.message());
+  if (problem) throw Error(Error::Kind::bad_file, say("{}: {}", failing, problem.message()));
   path_ = pattern;
 }
 

@@ -144,7 +144,7 @@ TEST(Linear, ARateAndACurrentInOneFitAreRefused) {
 }
 
 TEST(Linear, ANegativeUncertaintyOfTheTorquerIsRefused) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(find_method("sdof_gyro_static").options(), {{"torquer_scale_factor_sd", "-100 ppm", "test"}}, "the method",
           problems);
   ASSERT_EQ(problems.size(), 1u);
@@ -343,7 +343,7 @@ TEST(Linear, AStatedBiasInstabilityFarTooSmallIsSaid) {
 }
 
 TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(linear::options("5 s", "10 s"), {{"averaging", "0 s", "--set", true}}, "method", problems);
   resolve({linear::bias_instability_option("deg/h")}, {{"bias_instability", "0 deg/h", "--set", true}}, "method",
           problems);

@@ -146,9 +146,9 @@ void LiveRecording::Inner::take(std::uint64_t size) {
   const std::uint64_t most = place + most_in_look;
   LiveHead head;
   while (place < most && store::read_at(file->descriptor, place, &head, sizeof head)) {
-    if (!head.plausible()) throw Error{Error::Kind::bad_file, "'" + path + "' is damaged"};
+    if (!head.plausible()) throw Error{Error::Kind::bad_file, say("'{}' is damaged", path)};
     if (head.length() > size - place) break;  // it is still being written
-    if (!take_record(head)) throw Error{Error::Kind::bad_file, "'" + path + "' is damaged"};
+    if (!take_record(head)) throw Error{Error::Kind::bad_file, say("'{}' is damaged", path)};
     place += head.length();
   }
 }
@@ -178,11 +178,11 @@ LiveRecording::LiveRecording(const std::string& path) : inner_(std::make_unique<
   inner_->file = std::make_shared<const store::OpenFile>(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
   if (inner_->file->descriptor < 0 || fstat(inner_->file->descriptor, &status) != 0 || !S_ISREG(status.st_mode))
-    throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read"};
+    throw Error{Error::Kind::bad_file, say("'{}' cannot be read", path)};
   char signature[8];
   if (!store::read_at(inner_->file->descriptor, 0, signature, 8) ||
       std::string_view(signature, 8) != std::string_view(store::live_signature, 8))
-    throw Error{Error::Kind::bad_file, "'" + path + "' does not hold the samples of a run"};
+    throw Error{Error::Kind::bad_file, say("'{}' does not hold the samples of a run", path)};
   inner_->place = 8;
 }
 
@@ -201,14 +201,14 @@ LiveRecording::State LiveRecording::look() {
   struct stat status {};
   const bool going_on = store::is_written(inner.file->descriptor);  // before the size: what was written last is seen
   if (fstat(inner.file->descriptor, &status) != 0)
-    throw Error{Error::Kind::bad_file, "'" + inner.path + "' cannot be read"};
+    throw Error{Error::Kind::bad_file, say("'{}' cannot be read", inner.path)};
   const auto size = static_cast<std::uint64_t>(status.st_size);
-  if (size < inner.place) throw Error{Error::Kind::bad_file, "'" + inner.path + "' was cut off: load the page again"};
+  if (size < inner.place) throw Error{Error::Kind::bad_file, say("'{}' was cut off: load the page again", inner.path)};
   const std::uint64_t before = inner.place;
   try {
     inner.take(size);
   } catch (const Json::exception&) {
-    throw Error{Error::Kind::bad_file, "'" + inner.path + "' is damaged"};
+    throw Error{Error::Kind::bad_file, say("'{}' is damaged", inner.path)};
   }
   const std::lock_guard lock(inner.showing);
   if (inner.place != before || !inner.state.pyramid) inner.state.pyramid = inner.pyramid();

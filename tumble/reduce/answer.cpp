@@ -64,7 +64,7 @@ void add_same(const Matrix& factor, Contribution& line) {
   }
   if (line.factor.columns != factor.columns)
     throw Error(Error::Kind::internal,
-                fmt::format("budget lines '{}' of key '{}' are not the same errors", line.source, line.key));
+                say("budget lines '{}' of key '{}' are not the same errors", line.source, line.key));
   for (std::size_t k = 0; k < factor.values.size(); ++k) line.factor.values[k] += factor.values[k];
 }
 
@@ -81,7 +81,7 @@ std::vector<Contribution> budget_of(const std::vector<ErrorLine>& lines, std::si
   std::vector<Contribution> budget;
   for (const auto& line : lines) {
     if (line.factor.rows != parameters)
-      throw Error(Error::Kind::internal, "budget line '" + line.source + "' has not one row a parameter");
+      throw Error(Error::Kind::internal, say("budget line '{}' has not one row a parameter", line.source));
     add_line(line.source, line.key, line.factor, budget);
   }
   return budget;
@@ -132,9 +132,9 @@ ErrorLine from_covariance(std::string source, const Matrix& covariance, const st
   split_endless(sound, endless);
   auto [factor, excess] = symmetric_factor(sound, scale);
   if (excess > rounding)
-    throw Error(Error::Kind::internal,
-                fmt::format("the covariance of '{}' is not positive semidefinite: {:.2g} of its scale remains", source,
-                            excess));
+    throw Error(
+        Error::Kind::internal,
+        say("the covariance of '{}' is not positive semidefinite: {:.2g} of its scale remains", source, excess));
   add_columns(endless, factor);
   return {std::move(source), std::move(factor), {}, {}};
 }
@@ -168,7 +168,7 @@ ErrorLine carried(const Matrix& gradients, ErrorLine inputs) {
     const double first = dof.front();
     if (std::ranges::any_of(dof, [first](double v) { return v != first; }))
       throw Error(Error::Kind::internal,
-                  "budget line '" + inputs.source + "' has inputs of several degrees of freedom");
+                  say("budget line '{}' has inputs of several degrees of freedom", inputs.source));
     dof.assign(gradients.rows, first);
   }
   return inputs;

@@ -112,16 +112,17 @@ void sort_terms(const Inputs& known, const Works& works, const Recording& record
 void set_parameter(const Estimate& estimate, const std::string& name, std::size_t& index, double& value) {
   if (name.empty()) return;
   index = index_of(estimate, name);
-  if (index == estimate.parameters.size()) throw Error(Error::Kind::bad_file, "the result has no parameter " + name);
+  if (index == estimate.parameters.size())
+    throw Error(Error::Kind::bad_file, say("the result has no parameter {}", name));
   value = estimate.parameters[index].value;
-  if (!std::isfinite(value)) throw Error(Error::Kind::bad_file, "the result's parameter '" + name + "' has no value");
+  if (!std::isfinite(value)) throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value", name));
 }
 
 void set_parameters(Work& work) {
   const ErrorModel& model = *work.model;
   set_parameter(*work.estimate, model.scale_factor, work.scale_parameter, work.scale_factor);
   if (work.scale_factor == 0.0)
-    throw Error(Error::Kind::bad_file, "the result's parameter '" + model.scale_factor + "' has no value");
+    throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value", model.scale_factor));
   set_parameter(*work.estimate, model.offset, work.offset_parameter, work.offset);
   if (const Parameter* spread = find_parameter(*work.estimate, model.spread))
     work.spread_variance = spread->value * spread->value;
@@ -266,7 +267,7 @@ void take_all(const Inputs& known, Works& works, Recording& recording) {
 }
 
 /// Whether the channel is in the unit of K times u: as it is, or for each sample (counts, increments).
-void add_unit_problem(const Work& work, const Channel& channel, std::vector<std::string>& problems) {
+void add_unit_problem(const Work& work, const Channel& channel, Problems& problems) {
   if (work.scale_parameter == SIZE_MAX) {
     if (work.model->scale == 1.0) compensation::require_dimension(&channel, work.model->unit, problems);
     return;
@@ -276,13 +277,13 @@ void add_unit_problem(const Work& work, const Channel& channel, std::vector<std:
   const auto each_second = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
   if (channel.unit.dimension() == wanted || each_second == wanted) return;
   problems.push_back(
-      fmt::format("channel {} is in {}, but the result's {} is in {}: the recording is of another kind of output",
-                  channel.name, channel.unit.text(), work.model->scale_factor, factor.text()));
+      say("channel {} is in {}, but the result's {} is in {}: the recording is of another kind of output", channel.name,
+          channel.unit.text(), work.model->scale_factor, factor.text()));
 }
 
 /// The channels of all outputs, sampled together. Throws Error::bad_data with all that is wrong.
 void set_places(const Recording& recording, Works& works) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (Work& work : works) {
     const auto place = compensation::output_of(*work.estimate, recording, work.model->role, problems);
     if (!place) continue;
@@ -290,8 +291,8 @@ void set_places(const Recording& recording, Works& works) {
     const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
     add_unit_problem(work, channel, problems);
     if (problems.empty() && !sampled_together(first, channel))
-      problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                     first.name, channel.name));
+      problems.push_back(
+          say("channels {} and {} are not sampled together: bring them to one clock first", first.name, channel.name));
   }
   compensation::refuse(recording, problems);
 }
@@ -307,7 +308,7 @@ void set_channels(Recording& recording, Work& work) {
 
 Settings settings_of(const Estimate& estimate, const std::vector<Option>& options) {
   std::vector<Given> given;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& option : options)
     if (const auto text = estimate.provenance.settings.find(option.name);
         text != estimate.provenance.settings.end() && !text->second.empty())

@@ -93,10 +93,10 @@ void refuse_pieces_far_apart(const std::vector<double>& stamps, double rate) {
   for (std::size_t i = 1; i < stamps.size(); ++i)
     if (stamps[i] - stamps[i - 1] > stamps[longest] - stamps[longest - 1]) longest = i;
   throw Error(Error::Kind::bad_data,
-              fmt::format("{} samples in {}, with a pause of {} at {}: the pieces are too far apart to be one "
-                          "record. Put each piece into a file of its own, or mark each as a run of its own",
-                          stamps.size(), say_seconds(length), say_seconds(stamps[longest] - stamps[longest - 1]),
-                          say_instant(stamps[longest - 1])));
+              say("{} samples in {}, with a pause of {} at {}: the pieces are too far apart to be one "
+                  "record. Put each piece into a file of its own, or mark each as a run of its own",
+                  stamps.size(), say_seconds(length), say_seconds(stamps[longest] - stamps[longest - 1]),
+                  say_instant(stamps[longest - 1])));
 }
 
 void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& signal) {
@@ -105,9 +105,9 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
   const Clock clock = clock_of(times);
   if (clock.backward > 0)
     throw Error(Error::Kind::bad_data,
-                fmt::format("the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
-                            "the samples as evenly spaced",
-                            say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
+                say("the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
+                    "the samples as evenly spaced",
+                    say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
   signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
   if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
   const FindingValue rms{"rms", clock.jitter_rms, "s"};
@@ -148,7 +148,7 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
     for (const Channel* channel : chosen(evidence, recording, wanted)) {
       if (!wanted.accepts(*channel))
         throw Error(Error::Kind::bad_data,
-                    fmt::format("{} is in {}: the method needs {}", channel->name, channel->unit.text(), wanted.what));
+                    say("{} is in {}: the method needs {}", channel->name, channel->unit.text(), wanted.what));
       const SampleRange range = samples_between(*channel, run.begin, run.end);
       ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
       const int number = ++runs[channel->name];
@@ -158,7 +158,7 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
   }
   if (all.empty())
     throw Error(Error::Kind::bad_data,
-                "no channel of " + wanted.what + "; the recordings hold " + described(evidence.recordings));
+                say("no channel of {}; the recordings hold {}", wanted.what, described(evidence.recordings)));
   return all;
 }
 
@@ -169,7 +169,7 @@ Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t 
   const auto first = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
   if (first == values.end()) return extremes;  // none is present
   const auto at = begin + static_cast<std::size_t>(first - values.begin());
-  throw Error(Error::Kind::bad_data, fmt::format("{}: infinite at {}", label, say_instant(channel.time(at))));
+  throw Error(Error::Kind::bad_data, say("{}: infinite at {}", label, say_instant(channel.time(at))));
 }
 
 EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing) {

@@ -167,16 +167,17 @@ SampleRange samples_between(const Channel& channel, double begin, double end) {
 
 namespace {
 
-void require(const Plan& plan, double rate, const StretchOptions& options, std::vector<std::string>& problems) {
+void require(const Plan& plan, double rate, const StretchOptions& options, Problems& problems) {
   const std::string where = plan.file.empty() ? "" : plan.file + ": ";
-  if (plan.rig_kind.empty()) problems.push_back(where + "the plan needs [rig] kind = \"...\" that says what was felt");
-  if (plan.schedule.empty()) problems.push_back(where + "the plan needs at least one [[schedule]]");
+  if (plan.rig_kind.empty())
+    problems.push_back(say("{}the plan needs [rig] kind = \"...\" that says what was felt", where));
+  if (plan.schedule.empty()) problems.push_back(say("{}the plan needs at least one [[schedule]]", where));
   if (options.needs_site && !plan.site)
     problems.push_back(
-        where +
-        "the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part "
-        "of what the instrument feels");
-  if (!(rate > 0.0)) problems.push_back(where + "the plan needs [instrument] rate = \"1 Hz\" or the like");
+        say("{}the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part of "
+            "what the instrument feels",
+            where));
+  if (!(rate > 0.0)) problems.push_back(say("{}the plan needs [instrument] rate = \"1 Hz\" or the like", where));
 }
 
 /// Whether a recording is the file of one segment, as [[recording]] says.
@@ -244,8 +245,8 @@ double checked_rate(const Recording& recording, const Channel& channel) {
   if (rate > 0.0 && std::isfinite(rate) && channel.values.size() > 1 && std::ranges::any_of(channel.values, finite))
     return rate;
   const auto& file = recording.origin.file;
-  throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds no evenly timed samples",
-                                                 file.empty() ? "" : file + ": ", channel.name));
+  throw Error(Error::Kind::bad_data,
+              say("{}channel '{}' holds no evenly timed samples", file.empty() ? "" : file + ": ", channel.name));
 }
 
 /// Whether any sample was taken from `begin` to `end` [s, recording's clock].
@@ -366,7 +367,7 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
   ConductedTest test;
   std::map<const Plan*, std::size_t> numbers;
   std::map<std::pair<const Plan*, bool>, SegmentPlaces> places;
-  std::vector<std::string> problems;
+  Problems problems;
   std::vector<NotPlanned> not_planned;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
@@ -403,7 +404,7 @@ ConductedTest stretches(const Plan& plan, const StretchOptions& options) {
   std::vector<const Plan*> plans{&plan};
   for (const auto& entry : plan.recordings)
     if (entry.plan && std::ranges::find(plans, entry.plan.get()) == plans.end()) plans.push_back(entry.plan.get());
-  std::vector<std::string> problems;
+  Problems problems;
   for (const Plan* each : plans) require(*each, each->sample_rate, options, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   ConductedTest test;

@@ -215,33 +215,31 @@ Estimate in_order_of(const Estimate& result, const Estimate& with_prior) {
 }
 
 void refuse_other_dimensions(const Estimate& result, const Estimate& population) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& parameter : population.parameters) {
     const auto* own = find_parameter(result, parameter.name);
     if (own && own->unit.dimension() != parameter.unit.dimension())
-      problems.push_back(fmt::format("{} is in {} [{}], but in {} [{}] in the population that is its prior",
-                                     parameter.name, own->unit.text(), name(own->unit.dimension()),
-                                     parameter.unit.text(), name(parameter.unit.dimension())));
+      problems.push_back(say("{} is in {} [{}], but in {} [{}] in the population that is its prior", parameter.name,
+                             own->unit.text(), name(own->unit.dimension()), parameter.unit.text(),
+                             name(parameter.unit.dimension())));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
 }  // namespace
 
-std::vector<std::string> problems_of_prior(const Estimate& population, const std::string& model,
-                                           const std::string& method) {
-  std::vector<std::string> problems;
+Problems problems_of_prior(const Estimate& population, const std::string& model, const std::string& method) {
+  Problems problems;
   if (!population.population) {
     problems.emplace_back(
         "is no population: `tumble population MODEL -o FILE` writes one, and a result with a prior holds one");
     return problems;
   }
   if (!model.empty() && population.instrument_model != model)
-    problems.push_back(
-        fmt::format("is of units of the model '{}', the plan is of a '{}'", population.instrument_model, model));
+    problems.push_back(say("is of units of the model '{}', the plan is of a '{}'", population.instrument_model, model));
   if (population.population->method != method)
     problems.push_back(
-        fmt::format("is made from results of {}, the plan's method is {}", population.population->method, method));
+        say("is made from results of {}, the plan's method is {}", population.population->method, method));
   if (population.parameters.empty()) problems.emplace_back("has no parameters");
   return problems;
 }

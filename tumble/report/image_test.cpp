@@ -25,7 +25,7 @@ std::string problem_of(const std::string& file) {
   try {
     data_uri_of_image_file(file);
   } catch (const Error& error) {
-    return error.problems.front();
+    return error.problems.front().text();
   }
   return "";
 }

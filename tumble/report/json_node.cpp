@@ -23,12 +23,12 @@ std::string joined(const std::vector<std::string>& words) {
 
 }  // namespace
 
-void Node::complain(const std::string& what) const {
-  problems_->push_back((path_.empty() ? "top" : path_) + ": " + what);
+void Node::complain(const Sentence& what) const {
+  problems_->push_back({Where{.key = path_, .place = say("{}", Name{path_.empty() ? "top" : path_})}, what});
 }
 
 bool Node::expect(bool right_type, const char* expected) const {
-  if (!right_type) complain(fmt::format("{} is expected, not {}", expected, json_of(value_).type_name()));
+  if (!right_type) complain(say("{} is expected, not {}", expected, json_of(value_).type_name()));
   return right_type;
 }
 
@@ -106,7 +106,7 @@ std::vector<double> Node::numbers() const {
   result.reserve(json_of(value_).size());
   for (const auto& item : json_of(value_)) {
     if (!item.is_number() && !item.is_null()) {
-      complain(fmt::format("[{}]: a number (or null) is expected, not {}", result.size(), item.type_name()));
+      complain(say("[{}]: a number (or null) is expected, not {}", result.size(), item.type_name()));
     }
     result.push_back(item.is_number() ? number_of(item, NAN) : NAN);
   }
@@ -129,7 +129,7 @@ std::size_t Node::one_of(const std::vector<std::string>& words) const {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == word) return i;
   }
-  complain(fmt::format("'{}' is not one of {}", word, joined(words)));
+  complain(say("'{}' is not one of {}", word, joined(words)));
   return 0;
 }
 

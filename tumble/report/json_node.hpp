@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// A place in a JSON document that is being read. What is missing or of the wrong type is written down with its path
@@ -10,7 +12,7 @@ namespace tumble {
 class Node {
  public:
   /// `value` points to an nlohmann::json that outlives the node, or is null.
-  Node(const void* value, std::string path, std::vector<std::string>* problems)
+  Node(const void* value, std::string path, Problems* problems)
       : value_(value), path_(std::move(path)), problems_(problems) {}
 
   /// A member that must be there.
@@ -33,14 +35,14 @@ class Node {
   bool flag() const;
   std::size_t one_of(const std::vector<std::string>& words) const;
 
-  void complain(const std::string& what) const;
+  void complain(const Sentence& what) const;
 
  private:
   bool expect(bool right_type, const char* expected) const;
 
   const void* value_;  ///< a nlohmann::json: headers do not name the library
   std::string path_;
-  std::vector<std::string>* problems_;
+  Problems* problems_;
 };
 
 }  // namespace tumble

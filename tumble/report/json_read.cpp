@@ -32,7 +32,7 @@ void to_si(std::vector<double>& values, const Unit& unit) {
 
 void expect_size(const Node& node, std::size_t size, std::size_t expected, const std::string& why) {
   if (!node.absent() && size != expected) {
-    node.complain(fmt::format("{} values are expected ({}), not {}", expected, why, size));
+    node.complain(say("{} values are expected ({}), not {}", expected, why, size));
   }
 }
 
@@ -79,9 +79,9 @@ void check_sd(const std::vector<Node>& parameters, const Matrix& covariance) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto node = parameters[i]["sd"];
     const double sd = node.number(NAN), variance = covariance.empty() ? NAN : covariance(i, i);
-    if (variance < 0.0) node.complain(fmt::format("covariance[{0}][{0}] is negative", i));
+    if (variance < 0.0) node.complain(say("covariance[{0}][{0}] is negative", i));
     if (variance >= 0.0 && std::abs(sd - std::sqrt(variance)) > 1e-6 * std::sqrt(variance)) {
-      node.complain(fmt::format("is {}, but covariance[{}][{}] gives {}", sd, i, i, std::sqrt(variance)));
+      node.complain(say("is {}, but covariance[{}][{}] gives {}", sd, i, i, std::sqrt(variance)));
     }
   }
 }
@@ -93,11 +93,9 @@ void check_pairs(const Node& node, const Matrix& covariance) {
       const double one = covariance(i, j), other = covariance(j, i);
       const double most = std::sqrt(covariance(i, i)) * std::sqrt(covariance(j, j));
       if (std::abs(one - other) > 1e-6 * most)
-        return node.complain(
-            fmt::format("is not symmetric: [{0}][{1}] is {2}, but [{1}][{0}] is {3}", i, j, one, other));
+        return node.complain(say("is not symmetric: [{0}][{1}] is {2}, but [{1}][{0}] is {3}", i, j, one, other));
       if (std::abs(one) > (1.0 + 1e-6) * most)
-        return node.complain(
-            fmt::format("[{}][{}] is {}, beyond the {} that a correlation of 1 gives", i, j, one, most));
+        return node.complain(say("[{}][{}] is {}, beyond the {} that a correlation of 1 gives", i, j, one, most));
     }
 }
 
@@ -106,7 +104,7 @@ void check_names(const std::vector<Node>& nodes, const std::vector<Parameter>& p
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (!names.insert(parameters[i].name).second)
-      nodes[i]["name"].complain("another parameter is called '" + parameters[i].name + "'");
+      nodes[i]["name"].complain(say("another parameter is called '{}'", parameters[i].name));
 }
 
 void covariance_to_si(Matrix& covariance, const std::vector<Parameter>& parameters) {
@@ -155,8 +153,8 @@ void check_factors(const Node& node, const Estimate& estimate) {
   for (std::size_t i = 0; i < c.rows; ++i)
     for (std::size_t j = 0; j <= i; ++j)
       if (std::abs(sum(i, j) - c(i, j)) > 1e-6 * std::sqrt(c(i, i)) * std::sqrt(c(j, j))) {
-        node.complain(fmt::format("factors give the covariance {0} of {2} and {3}, not {1}", sum(i, j), c(i, j),
-                                  estimate.parameters[i].name, estimate.parameters[j].name));
+        node.complain(say("factors give the covariance {0} of {2} and {3}, not {1}", sum(i, j), c(i, j),
+                          estimate.parameters[i].name, estimate.parameters[j].name));
         return;
       }
 }
@@ -357,23 +355,24 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     if (!file.ends_with(".json") && file.find('.') != std::string::npos)
-      throw Error{Error::Kind::bad_file, fmt::format("{}: not JSON: a result of identify is expected here", file)};
-    throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: no valid value here, or the file ends too early",
-                                                   file, line_and_column(text, error.byte))};
+      throw Error{Error::Kind::bad_file, say("{}: not JSON: a result of identify is expected here", file)};
+    throw Error{Error::Kind::bad_file, say("{}:{}: not JSON: no valid value here, or the file ends too early", file,
+                                           line_and_column(text, error.byte))};
   } catch (const nlohmann::json::exception&) {
-    throw Error{Error::Kind::bad_file, file + ": a number is too large for a double"};
+    throw Error{Error::Kind::bad_file, say("{}: a number is too large for a double", file)};
   }
 }
 
 /// Each problem once, in the order of the document, the first fifty of them.
-std::vector<std::string> for_people(const std::vector<std::string>& problems, const std::string& file) {
+Problems for_people(const Problems& problems, const std::string& file) {
   constexpr std::size_t most = 50;
-  std::vector<std::string> result;
+  const Where where{.file = file, .place = say("{}", Name{file})};
+  Problems result;
   std::set<std::string> seen;
   for (const auto& problem : problems) {
-    if (seen.insert(problem).second && seen.size() <= most) result.push_back(file + ": " + problem);
+    if (seen.insert(problem.text()).second && seen.size() <= most) result.push_back(within(where, problem));
   }
-  if (seen.size() > most) result.push_back(fmt::format("{}: and {} more", file, seen.size() - most));
+  if (seen.size() > most) result.push_back(within(where, say("and {} more", seen.size() - most)));
   return result;
 }
 
@@ -381,7 +380,7 @@ std::vector<std::string> for_people(const std::vector<std::string>& problems, co
 
 Estimate estimate_from_json(const std::string& text, const std::string& file) {
   const auto document = parsed(text, file);
-  std::vector<std::string> problems;
+  Problems problems;
   auto estimate = estimate_of(Node{&document, "", &problems});
   if (!problems.empty()) throw Error{Error::Kind::bad_file, for_people(problems, file)};
   return estimate;
@@ -389,7 +388,7 @@ Estimate estimate_from_json(const std::string& text, const std::string& file) {
 
 Findings findings_from_json(const std::string& text, const std::string& file) {
   const auto document = parsed(text, file);
-  std::vector<std::string> problems;
+  Problems problems;
   Findings findings;
   for (const auto& node : Node{&document, "", &problems}.elements()) findings.push_back(finding_of(node));
   if (!problems.empty()) throw Error{Error::Kind::bad_file, for_people(problems, file)};

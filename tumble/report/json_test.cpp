@@ -23,7 +23,7 @@ std::vector<std::string> problems_of(const std::string& text) {
     estimate_from_json(text, "result.json");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_file);
-    return error.problems;
+    return texts_of(error.problems);
   }
   return {};
 }

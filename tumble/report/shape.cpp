@@ -7,15 +7,14 @@
 namespace tumble {
 
 void require_shape(const Estimate& estimate) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto expect = [&](const std::string& what, std::size_t size, std::size_t expected) {
-    if (size != expected) problems.push_back(fmt::format("{} has {} values, not {}", what, size, expected));
+    if (size != expected) problems.push_back(say("{} has {} values, not {}", what, size, expected));
   };
   const auto count = estimate.parameters.size();
   const auto& covariance = estimate.covariance;
   if (covariance.rows != count || covariance.columns != count || covariance.values.size() != count * count) {
-    problems.push_back(
-        fmt::format("covariance is {} x {} for {} parameters", covariance.rows, covariance.columns, count));
+    problems.push_back(say("covariance is {} x {} for {} parameters", covariance.rows, covariance.columns, count));
   }
   for (const auto& part : estimate.budget) {
     expect("budget contribution '" + part.source + "'", part.factor.rows, count);

@@ -6,6 +6,7 @@
 
 #include "tumble/math/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -213,8 +214,8 @@ Reference reference(const RigRun& run) {
   return out;
 }
 
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems;
+Problems refusals(const Schedule& schedule, const Settings& options) {
+  Problems problems;
   check_order(options, "tremor_lowest", "tremor_highest", problems);
   if (!check_axes(mount_axes(), schedule, problems)) return problems;
   const auto list = errors(options, {});
@@ -223,8 +224,8 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
     for (const Rest& rest : rests_of(run, ErrorValues(list, none)))
       if (const Segment& segment = run[rest.segment];
           rest.angle != 0.0 && segment.duration < options.number("move_time"))
-        problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, but the move of the instrument takes {:.4g} s",
-                                       segment.label, segment.duration, options.number("move_time")));
+        problems.push_back(say("segment '{}' lasts {:.4g} s, but the move of the instrument takes {:.4g} s",
+                               segment.label, segment.duration, options.number("move_time")));
   }
   return problems;
 }

@@ -12,6 +12,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/math/rotation.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -98,7 +99,7 @@ struct Rig {
   std::vector<RigError> (*errors)(const Settings& options, const std::optional<Site>& site);
   Reference (*reference)(const RigRun& run);
   /// Everything in the schedule the rig cannot do, and every option out of bounds, as messages; empty: it can.
-  std::vector<std::string> (*refusals)(const Schedule& schedule, const Settings& options);
+  Problems (*refusals)(const Schedule& schedule, const Settings& options);
 };
 
 /// The entry of that name, or Error::unsupported with the nearest known name.

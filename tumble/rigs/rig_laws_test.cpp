@@ -11,6 +11,7 @@
 #include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -267,7 +268,7 @@ TEST_P(RigLaws, IdealRigHasNoErrors) {
 TEST_P(RigLaws, StandardDeviationsAreNotNegative) {
   for (const auto& option : GetParam()->options()) {
     if (!option.name.ends_with("_sd")) continue;
-    std::vector<std::string> problems;
+    Problems problems;
     resolve({option}, {{option.name, "-1 " + option.unit, "test"}}, "rig", problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
     EXPECT_NE(problems[0].find(option.name + ": '-1 " + option.unit + "': the value must be at least 0"),

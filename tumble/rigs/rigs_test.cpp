@@ -10,6 +10,7 @@
 #include "tumble/math/rotation.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -45,7 +46,7 @@ TEST(ThermalChamber, InstrumentLiesStillOnTheEarth) {
 TEST(Rigs, NothingIsColderThanAbsoluteZero) {
   for (const Rig* rig : rig_catalogue()) {
     const char* option = std::string(rig->name) == "thermal_chamber" ? "lowest" : "temperature";
-    std::vector<std::string> problems;
+    Problems problems;
     resolve(rig->options(), {{option, "-300 degC", "test"}}, "rig", problems);
     ASSERT_EQ(problems.size(), 1u) << rig->name;
     EXPECT_TRUE(problems[0].ends_with("the value must be above -273.15 degC")) << problems[0];

@@ -9,6 +9,7 @@
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/chain/encoder.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -121,9 +122,9 @@ bool spectrum_is_sound(const Motion& motion) {
 }
 
 /// What one segment asks beyond the shaker.
-void check(const Segment& segment, const Motion& motion, const Settings& options, std::vector<std::string>& problems) {
+void check(const Segment& segment, const Motion& motion, const Settings& options, Problems& problems) {
   const auto refuse = [&](const std::string& text) {
-    problems.push_back(fmt::format("segment '{}': {}", segment.label, text));
+    problems.push_back(say("segment '{}': {}", segment.label, text));
   };
   if (motion.kind == Kind::hold) {
     if (motion.value != 0.0) refuse("shake cannot hold an acceleration: only 0, at rest");
@@ -138,8 +139,8 @@ void check(const Segment& segment, const Motion& motion, const Settings& options
   const auto limit = [&](const char* option, const char* unit, double value, const char* what) {
     if (value <= options.number(option) * slack) return;
     const Unit shown = Unit::parse(unit);
-    refuse(fmt::format("{} {:.4g} {} is more than the shaker's {} of {:.4g} {}", what, shown.from_si(value), unit,
-                       option, shown.from_si(options.number(option)), unit));
+    refuse(say("{} {:.4g} {} is more than the shaker's {} of {:.4g} {}", what, shown.from_si(value), unit, option,
+               shown.from_si(options.number(option)), unit));
   };
   limit("max_acceleration", "g", needed.acceleration, "an acceleration of");
   if (motion.kind == Kind::random) limit("max_rms", "g", needed.acceleration / 3.0, "a standard deviation of");
@@ -147,18 +148,16 @@ void check(const Segment& segment, const Motion& motion, const Settings& options
   limit("stroke", "mm", needed.stroke, "a way of");
   if (needed.lowest * slack < options.number("lowest_frequency") ||
       needed.highest > options.number("highest_frequency") * slack)
-    refuse(fmt::format("{} not within the shaker's {:.4g} to {:.4g} Hz",
-                       needed.lowest == needed.highest
-                           ? fmt::format("{:.4g} Hz is", needed.lowest)
-                           : fmt::format("{:.4g} to {:.4g} Hz are", needed.lowest, needed.highest),
-                       options.number("lowest_frequency"), options.number("highest_frequency")));
+    refuse(say("{} not within the shaker's {:.4g} to {:.4g} Hz",
+               needed.lowest == needed.highest ? fmt::format("{:.4g} Hz is", needed.lowest)
+                                               : fmt::format("{:.4g} to {:.4g} Hz are", needed.lowest, needed.highest),
+               options.number("lowest_frequency"), options.number("highest_frequency")));
   if (motion.kind != Kind::random && 2.0 / motion.frequency > segment.duration)
-    refuse(fmt::format("two periods of {:.4g} Hz, in which the shake fades in, are longer than the segment",
-                       motion.frequency));
+    refuse(say("two periods of {:.4g} Hz, in which the shake fades in, are longer than the segment", motion.frequency));
 }
 
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems;
+Problems refusals(const Schedule& schedule, const Settings& options) {
+  Problems problems;
   if (!check_axes(axes(), schedule, problems)) return problems;
   for (const auto& segment : schedule)
     if (const auto shake = segment.axes.find("shake"); shake != segment.axes.end())

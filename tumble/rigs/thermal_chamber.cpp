@@ -50,16 +50,16 @@ std::vector<Option> options() {
           quantity("sensor_quantum", "K").at_least(0).otherwise("0.0625 K").says("step of the readings; 0: none")};
 }
 
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems;
+Problems refusals(const Schedule& schedule, const Settings& options) {
+  Problems problems;
   check_order(options, "lowest", "highest", problems);
   const double lowest = options.number("lowest"), highest = options.number("highest");
   const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
   const auto check_temperature = [&](const Segment& segment, double temperature) {
     if (temperature < lowest || temperature > highest)
-      problems.push_back(fmt::format("segment '{}': {:.6g} degC is outside of the chamber's {:.6g} to {:.6g} degC",
-                                     segment.label, celsius.from_si(temperature), celsius.from_si(lowest),
-                                     celsius.from_si(highest)));
+      problems.push_back(say("segment '{}': {:.6g} degC is outside of the chamber's {:.6g} to {:.6g} degC",
+                             segment.label, celsius.from_si(temperature), celsius.from_si(lowest),
+                             celsius.from_si(highest)));
   };
   int run = 0;
   for (const auto& segment : schedule) {
@@ -68,19 +68,19 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
     run = segment.run;
     if (found == segment.axes.end()) {
       if (first)
-        problems.push_back(fmt::format("segment '{}' begins run {} without a chamber temperature", segment.label, run));
+        problems.push_back(say("segment '{}' begins run {} without a chamber temperature", segment.label, run));
       continue;
     }
     const Motion& motion = found->second;
     if (motion.kind == Kind::ramp) {
       check_temperature(segment, motion.to);
       if (first)
-        problems.push_back(fmt::format("segment '{}' begins run {} with a ramp: dwell at the start temperature first",
-                                       segment.label, run));
+        problems.push_back(
+            say("segment '{}' begins run {} with a ramp: dwell at the start temperature first", segment.label, run));
       if (motion.value > options.number("ramp_limit") * (1 + 1e-12))
-        problems.push_back(fmt::format(
-            "segment '{}': {:.6g} K/min is more than the chamber's ramp_limit of {:.6g} K/min", segment.label,
-            ramp_unit.from_si(motion.value), ramp_unit.from_si(options.number("ramp_limit"))));
+        problems.push_back(say("segment '{}': {:.6g} K/min is more than the chamber's ramp_limit of {:.6g} K/min",
+                               segment.label, ramp_unit.from_si(motion.value),
+                               ramp_unit.from_si(options.number("ramp_limit"))));
     } else {
       check_temperature(segment, motion.value);
     }

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-[[noreturn]] void refuse_name(const std::string& why) { throw Error{Error::Kind::bad_input, "file: " + why}; }
+[[noreturn]] void refuse_name(const Sentence& why) { throw Error{Error::Kind::bad_input, say("file: {}", why)}; }
 
 }  // namespace
 
@@ -37,24 +37,25 @@ fs::path inside(const fs::path& root, const std::string& name) {
   if (name.empty()) refuse_name("a name is missing");
   if (!is_plain_name(name)) refuse_name("the name has characters that cannot be shown");
   const fs::path path(name);
-  if (path.is_absolute()) refuse_name("'" + name + "': a name inside of the folder is expected");
+  if (path.is_absolute()) refuse_name(say("'{}': a name inside of the folder is expected", name));
   for (const auto& part : path)
     if (part.empty() || part.string().starts_with('.'))
-      refuse_name("'" + name + "': a part begins with a dot or is empty");
+      refuse_name(say("'{}': a part begins with a dot or is empty", name));
   std::error_code failed;
   const fs::path whole = fs::canonical(root / path, failed);
-  if (failed) throw Error{Error::Kind::bad_file, "there is no '" + name + "' in the folder"};
+  if (failed) throw Error{Error::Kind::bad_file, say("there is no '{}' in the folder", name)};
   const fs::path base = fs::canonical(root);
   if (std::mismatch(base.begin(), base.end(), whole.begin(), whole.end()).first != base.end())
-    refuse_name("'" + name + "': a link leads out of the folder");
+    refuse_name(say("'{}': a link leads out of the folder", name));
   return root / path;
 }
 
 void require_file_name(const std::string& name) {
   if (name.empty() || name.size() > 200) refuse_name("a name of 1 to 200 bytes is expected");
   if (!is_plain_name(name)) refuse_name("the name has characters that cannot be shown");
-  if (name.find_first_of("/\\") != std::string::npos) refuse_name("'" + name + "': a name without folders is expected");
-  if (name.front() == '.' || name.front() == '-') refuse_name("'" + name + "': the name begins with a dot or a dash");
+  if (name.find_first_of("/\\") != std::string::npos)
+    refuse_name(say("'{}': a name without folders is expected", name));
+  if (name.front() == '.' || name.front() == '-') refuse_name(say("'{}': the name begins with a dot or a dash", name));
 }
 
 double modified_of(const fs::path& path) {
@@ -71,15 +72,15 @@ fs::path own_folder(const fs::path& path) {
   }, folder{};
   const bool made = mkdir(path.c_str(), S_IRWXU) == 0 || errno == EEXIST;
   if (!made || lstat(path.c_str(), &link) != 0 || stat(path.c_str(), &folder) != 0 || !S_ISDIR(folder.st_mode))
-    throw Error{Error::Kind::bad_file, "cannot make the folder '" + path.string() + "': " +
-                                           std::generic_category().message(S_ISREG(folder.st_mode) ? ENOTDIR : errno)};
+    throw Error{Error::Kind::bad_file, say("cannot make the folder '{}': {}", path.string(),
+                                           std::generic_category().message(S_ISREG(folder.st_mode) ? ENOTDIR : errno))};
   if (link.st_uid != geteuid() || folder.st_uid != geteuid())
-    throw Error{Error::Kind::bad_file,
-                "'" + path.string() +
-                    "' belongs to another user: remove it, or name another place (HOME, XDG_CACHE_HOME, "
-                    "XDG_STATE_HOME)"};
+    throw Error{
+        Error::Kind::bad_file,
+        say("'{}' belongs to another user: remove it, or name another place (HOME, XDG_CACHE_HOME, XDG_STATE_HOME)",
+            path.string())};
   if ((folder.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, "others may write into '" + path.string() + "': chmod 700 " + path.string()};
+    throw Error{Error::Kind::bad_file, say("others may write into '{}': chmod 700 {}", path.string(), path.string())};
   return path;
 }
 
@@ -88,7 +89,7 @@ FolderClaim::FolderClaim(const fs::path& folder)
   if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   close(descriptor_);
   throw Error{Error::Kind::bad_input,
-              "another workbench serves '" + folder.string() + "': use its link, or end it with Ctrl+C"};
+              say("another workbench serves '{}': use its link, or end it with Ctrl+C", folder.string())};
 }
 
 FolderClaim::~FolderClaim() {

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/serve/jobs/folder_below.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/units/error.hpp"
@@ -29,8 +30,15 @@ const std::vector<std::string> state_names{"waiting", "running", "done", "failed
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json json_of(const Job& job) {
-  return {{"id", job.id},       {"kind", job.kind},         {"title", job.title}, {"state", name(job.state)},
-          {"doing", job.doing}, {"progress", job.progress}, {"begun", job.begun}, {"problems", job.problems},
+  return {{"id", job.id},
+          {"kind", job.kind},
+          {"title", job.title},
+          {"state", name(job.state)},
+          {"doing", job.doing},
+          {"progress", job.progress},
+          {"begun", job.begun},
+          {"problems", texts_of(job.problems)},
+          {"errors", Json::parse(problems_to_json("failed", job.problems, Language::english))},
           {"files", job.files}};
 }
 
@@ -47,7 +55,10 @@ Job read_job(const fs::path& file) {
   job.state = static_cast<Job::State>(state - state_names.begin());
   job.progress = json.at("progress").get<double>();
   job.begun = json.at("begun").get<double>();
-  job.problems = json.at("problems").get<std::vector<std::string>>();
+  if (json.contains("errors"))
+    job.problems = problems_from_json(json.at("errors").dump());
+  else  // a job of an earlier version
+    for (const auto& text : json.at("problems")) job.problems.emplace_back(text.get<std::string>());
   job.files = json.at("files").get<std::vector<std::string>>();
   job.scratch = json.at("scratch").get<std::string>();
   job.owner = json.at("owner").get<std::string>();
@@ -76,20 +87,21 @@ Job::Step in_folder(Job::Step step, const std::string& folder) {
 
 }  // namespace
 
-/// "error: a\n       b\n" are the problems a and b.
-std::vector<std::string> problems_of_messages(std::string messages, const std::string& root) {
-  std::vector<std::string> problems;
-  const std::string prefix = root + "/";
-  for (auto place = messages.find(prefix); !root.empty() && place != std::string::npos; place = messages.find(prefix))
-    messages.erase(place, prefix.size());
-  std::istringstream lines(messages);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("tumble: ") || line.empty()) continue;
-    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
-    problems.push_back(line.substr(begin == std::string::npos ? 0 : begin));
-  }
+namespace {
+
+/// Why a program has failed: what it has handed on, or else all that it said (a fault of memory, a signal).
+Problems problems_of(const jobs::Outcome& outcome, const std::string& root) {
+  Problems problems;
+  if (!outcome.problems.empty())
+    for (const Problem& problem : problems_from_json(outcome.problems)) problems.push_back(named_from(root, problem));
+  else if (!outcome.messages.empty())
+    problems.push_back(
+        named_from(root, Problem(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1))));
+  if (problems.empty()) problems.push_back("the program ended without a message");
   return problems;
 }
+
+}  // namespace
 
 std::string name(Job::State state) { return state_names[static_cast<std::size_t>(state)]; }
 
@@ -134,7 +146,7 @@ void Jobs::restore() {
       if (job.id != id) continue;
       const bool unfinished = job.state == Job::State::running || job.state == Job::State::waiting;
       if (unfinished) job.state = has_its_folder(job) ? Job::State::waiting : Job::State::failed;
-      if (job.state == Job::State::failed && unfinished) job.problems = {another_folder};
+      if (job.state == Job::State::failed && unfinished) job.problems = {Problem(another_folder)};
       jobs_[id] = std::move(job);
     } catch (const std::exception&) {
       continue;  // of another version, or damaged
@@ -160,9 +172,8 @@ void Jobs::require_room(const Job& job) const {
     return other.state == Job::State::waiting && other.kept == job.kept && other.owner == job.owner;
   }));
   if (waiting >= (job.kept ? most_waiting : most_unkept))
-    throw Error{
-        Error::Kind::bad_input,
-        fmt::format("{} jobs of yours wait already: cancel some, or start this one when they have ended", waiting)};
+    throw Error{Error::Kind::bad_input,
+                say("{} jobs of yours wait already: cancel some, or start this one when they have ended", waiting)};
 }
 
 std::string Jobs::start(Job job) {
@@ -279,7 +290,7 @@ void Jobs::run_jobs() {
     } catch (const std::exception& error) {  // no memory for what it says
       if (!lock.owns_lock()) lock.lock();
       jobs_[id].state = Job::State::failed;
-      jobs_[id].problems = {error.what()};
+      jobs_[id].problems = {Problem(error.what())};
     }
     processes_.erase(id);
   }
@@ -317,8 +328,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    job.problems = problems_of_messages(outcome.messages, options_.root);
-    if (job.problems.empty()) job.problems.push_back("the program ended without a message");
+    job.problems = problems_of(outcome, options_.root);
   }
   if (!ended_) settle(jobs_[id]);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tumble/serve/event_feed.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -24,15 +25,15 @@ struct Job {
   std::string title;
   std::vector<Step> steps;  ///< {folder} stands for the folder of the job
   State state = State::waiting;
-  double progress = 0.0;              ///< [1] 0 to 1 of all steps
-  std::string doing;                  ///< what is being done
-  std::vector<std::string> problems;  ///< what the program said where it failed
-  double begun = 0.0;                 ///< [s] since 1970-01-01, when it was asked for
-  bool kept = true;                   ///< false: has no folder, and is forgotten with the server
-  std::string owner;                  ///< user who asked for it; empty: who has the link
-  std::uint64_t folder = 0;           ///< number of its folder, by which a folder of somebody else is known
-  std::vector<std::string> files;     ///< names of results in its folder
-  std::string scratch;                ///< name of a file in its folder that only the steps need; empty: none
+  double progress = 0.0;           ///< [1] 0 to 1 of all steps
+  std::string doing;               ///< what is being done
+  Problems problems;               ///< what the program said where it failed
+  double begun = 0.0;              ///< [s] since 1970-01-01, when it was asked for
+  bool kept = true;                ///< false: has no folder, and is forgotten with the server
+  std::string owner;               ///< user who asked for it; empty: who has the link
+  std::uint64_t folder = 0;        ///< number of its folder, by which a folder of somebody else is known
+  std::vector<std::string> files;  ///< names of results in its folder
+  std::string scratch;             ///< name of a file in its folder that only the steps need; empty: none
 };
 
 std::string name(Job::State state);
@@ -97,9 +98,6 @@ class Jobs {
   bool ended_ = false;
   std::vector<std::thread> runners_;
 };
-
-/// What the program said on standard error, problem by problem, without its notes. Files are named from `root` on.
-std::vector<std::string> problems_of_messages(std::string messages, const std::string& root);
 
 /// A job as one line of JSON.
 std::string to_json(const Job& job);

@@ -87,7 +87,7 @@ std::string LiveRuns::ask_once(const std::string& run) {
   constexpr auto pause = std::chrono::seconds(2);
   const auto asked = asked_of(run);
   const std::lock_guard lock(asked->mutex);
-  if (Clock::now() < asked->silent_until) throw Error{Error::Kind::bad_file, "the run '" + run + "' has not answered"};
+  if (Clock::now() < asked->silent_until) throw Error{Error::Kind::bad_file, say("the run '{}' has not answered", run)};
   try {
     return ask_desk(run, R"({"ask":"state"})", patience);
   } catch (const Error& error) {

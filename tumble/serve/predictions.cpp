@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 
 #include "tumble/formats/checksum.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/units/error.hpp"
@@ -16,23 +16,12 @@ constexpr std::size_t most_waiting = 20, most_waiting_of_link = 100, most_kept =
 
 std::string key_of(const Predictions::Question& question) { return sha256_of(question.path + '\n' + question.text); }
 
-/// "error: a\n       b\n" as a and b.
-std::vector<std::string> lines_said(const std::string& messages) {
-  std::vector<std::string> lines;
-  std::istringstream stream(messages);
-  for (std::string line; std::getline(stream, line);) {
-    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
-    if (begin != std::string::npos && begin < line.size()) lines.push_back(line.substr(begin));
-  }
-  return lines;
-}
-
 Predictions::Answer answer_of(const jobs::Outcome& outcome, const std::string& output) {
   if (outcome.status != 0) {
-    auto problems = lines_said(outcome.messages);
-    if (problems.empty())
-      problems.emplace_back("the prediction takes too long while you write: save the plan and use `tumble predict`");
-    return {true, std::move(problems), nullptr};
+    if (!outcome.problems.empty()) return {true, problems_from_json(outcome.problems), nullptr};
+    return {true,
+            {Problem("the prediction takes too long while you write: save the plan and use `tumble predict`")},
+            nullptr};
   }
   try {
     return {true, {}, std::make_shared<const Estimate>(estimate_from_json(output, "prediction"))};

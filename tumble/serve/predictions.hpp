@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -23,7 +24,7 @@ class Predictions {
   };
   struct Answer {
     bool ready = false;
-    std::vector<std::string> problems;                   ///< why there is no prediction
+    Problems problems;                                   ///< why there is no prediction
     std::shared_ptr<const Estimate> estimate = nullptr;  ///< null: not ready, or problems
   };
 

@@ -30,7 +30,7 @@ std::string key_of(const std::string& recording, const Sets& sets) {
   std::string text = fs::absolute(recording).lexically_normal().string();
   const auto add = [&](const fs::path& path) {
     struct stat status {};
-    if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, "'" + path.string() + "' cannot be read"};
+    if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, say("'{}' cannot be read", path.string())};
     text += fmt::format("\n{} {} {} {}.{}", path.string(), status.st_ino, status.st_size, status.st_mtim.tv_sec,
                         status.st_mtim.tv_nsec);
   };
@@ -43,7 +43,7 @@ std::string key_of(const std::string& recording, const Sets& sets) {
 /// Of a file that grows: its place and number.
 std::string key_of_file(const std::string& path) {
   struct stat status {};
-  if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read"};
+  if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, say("'{}' cannot be read", path)};
   return fmt::format("live {} {}", status.st_ino,
                      sha256_of(fs::absolute(path).lexically_normal().string()).substr(0, 24));
 }
@@ -78,7 +78,7 @@ SampleReader opened_when_asked(const std::string& recording, const Sets& sets) {
   auto opened = std::make_shared<Opened>();
   return [opened, recording, sets](std::size_t channel, std::size_t first, std::size_t count, std::vector<double>& to) {
     std::call_once(opened->once, [&] { opened->reader = sample_reader(recording, read_options(sets)); });
-    if (!opened->reader) throw Error{Error::Kind::bad_file, "'" + recording + "' changed: load the page again"};
+    if (!opened->reader) throw Error{Error::Kind::bad_file, say("'{}' changed: load the page again", recording)};
     opened->reader(channel, first, count, to);
   };
 }
@@ -123,7 +123,7 @@ void prepare_recording(
       report(progress, 0.6 * done, "preparing the view");
     });
     if (key_of(recording, sets) != key)
-      throw Error{Error::Kind::bad_file, "'" + recording + "' changed while it was read"};
+      throw Error{Error::Kind::bad_file, say("'{}' changed while it was read", recording)};
     names = Names{key, ""};  // it can be looked at before its checksum is known
     fs::rename(building, cache / (key + ".pyr"));
     write_names(cache, key, *names);

@@ -14,6 +14,7 @@
 #include "tumble/pyramid/pyramid.hpp"
 #include "tumble/serve/jobs.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
@@ -43,7 +44,7 @@ struct PreparedRecording {
 struct RecordingState {
   std::shared_ptr<const PreparedRecording> prepared;  ///< null: not yet
   std::string job;                                    ///< that prepares it; empty: none
-  std::vector<std::string> problems;                  ///< why it cannot be read
+  Problems problems;                                  ///< why it cannot be read
 };
 
 /// Whether it is the file of a recording that is being made.

@@ -31,7 +31,7 @@ std::set<Right> roles_in(Section& section) {
   for (const auto& word : section.texts("roles")) {
     const auto found = std::ranges::find_if(all_rights(), [&](Right right) { return name(right) == word; });
     if (found == all_rights().end())
-      section.problem_at("roles", fmt::format("'{}' is no role: read, operate or approve is expected", word));
+      section.problem_at("roles", say("'{}' is no role: read, operate or approve is expected", word));
     else
       roles.insert(*found);
   }
@@ -44,7 +44,7 @@ User user_in(Section& section) {
     section.missing("name", "\"Li Wei\"");
   else if (user.name.empty() || user.name.size() > longest_name || !is_plain_name(user.name) ||
            user.name.front() == ' ' || user.name.back() == ' ')
-    section.problem_at("name", fmt::format("a name of 1 to {} bytes is expected", longest_name));
+    section.problem_at("name", say("a name of 1 to {} bytes is expected", longest_name));
   if (!section.find("roles")) section.missing("roles", "[\"read\", \"operate\"]");
   if (!section.find("password"))
     section.problem("the password is missing: tumble serve --users FILE --password-of NAME");
@@ -72,7 +72,7 @@ std::vector<User> users_of(const std::string& text, const std::string& path) {
     Section section(*table, "[[user]]", problems);
     User user = user_in(section);
     if (std::ranges::find(users, user.name, &User::name) != users.end())
-      section.problem_at("name", fmt::format("'{}' is there twice", user.name));
+      section.problem_at("name", say("'{}' is there twice", user.name));
     section.close();
     users.push_back(std::move(user));
   }
@@ -85,7 +85,7 @@ std::vector<User> users_of(const std::string& text, const std::string& path) {
 void require_private(const std::string& path) {
   struct stat state {};
   if (stat(path.c_str(), &state) == 0 && (state.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, path + ": others may write this file of users: chmod 600 " + path};
+    throw Error{Error::Kind::bad_file, say("{}: others may write this file of users: chmod 600 {}", path, path)};
 }
 
 std::string entry_of(const User& user) {
@@ -124,7 +124,7 @@ void add_user(const std::string& path, const User& user) {
 void change_password(const std::string& path, const std::string& user, const std::string& hash) {
   const auto users = read_users(path);
   const auto found = std::ranges::find(users, user, &User::name);
-  if (found == users.end()) throw Error{Error::Kind::bad_input, fmt::format("{}: there is no user '{}'", path, user)};
+  if (found == users.end()) throw Error{Error::Kind::bad_input, say("{}: there is no user '{}'", path, user)};
   const PlanPath place{"user", std::to_string(found - users.begin()), "password"};
   write_private(path, with_value(read_text_file(path), path, place, toml_text(hash)));
 }

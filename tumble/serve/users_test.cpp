@@ -126,7 +126,8 @@ TEST(Users, SayAllThatIsWrongWithTheirFile) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.problems.size(), 6u) << error.what();
-    for (const auto& problem : error.problems) EXPECT_EQ(problem.find("secret"), std::string::npos) << problem;
+    for (const std::string& problem : texts_of(error.problems))
+      EXPECT_EQ(problem.find("secret"), std::string::npos) << problem;
   }
 }
 

@@ -81,7 +81,7 @@ struct Workbench::State {
     for (const Route& route : routes)
       if (route.path == request.path) allowed += (allowed.empty() ? "" : ", ") + route.method;
     if (allowed.empty()) return routes::problem_response(404, "there is nothing at this address");
-    auto response = routes::problem_response(405, "this address is asked by " + allowed);
+    auto response = routes::problem_response(405, say("this address is asked by {}", allowed));
     response.headers.emplace_back("Allow", allowed);
     return response;
   }
@@ -97,8 +97,7 @@ struct Workbench::State {
       return routes::problem_response(
           401, context.guard.users ? "sign in first" : "open the workbench by the link that the program printed");
     const Right needed = routes::role_of(*route);
-    if (!session->may(needed))
-      return routes::problem_response(403, fmt::format("this needs the role '{}'", name(needed)));
+    if (!session->may(needed)) return routes::problem_response(403, say("this needs the role '{}'", name(needed)));
     return std::nullopt;
   }
 
@@ -169,7 +168,7 @@ struct Workbench::State {
   /// Names in refusals are those of the folder: where it lies on the computer is not said.
   HttpResponse refusal_of_error(const Error& error) const {
     auto problems = error.problems;
-    for (auto& problem : problems) problem = routes::named_from_folder(context, problem);
+    for (auto& problem : problems) problem = named_from(context.options.folder.string(), problem);
     return routes::problem_response(Error{error.kind, problems});
   }
 
@@ -187,11 +186,11 @@ struct Workbench::State {
     } catch (const Error& error) {
       response = refusal_of_error(error);
     } catch (const fs::filesystem_error& error) {
-      response = routes::problem_response(507, "the folder cannot be written: " + error.code().message());
+      response = routes::problem_response(507, say("the folder cannot be written: {}", error.code().message()));
     } catch (const std::bad_alloc&) {
       response = routes::problem_response(503, "there is not enough memory for this answer");
     } catch (const std::exception& error) {
-      response = routes::problem_response(500, fmt::format("internal: {}", error.what()));
+      response = routes::problem_response(500, say("internal: {}", error.what()));
     }
     routes::say_refusal(request, response);
     add_safety(response);
@@ -218,7 +217,7 @@ void Workbench::set_port(unsigned port) { state_->context.guard.port = port; }
 
 std::vector<std::string> workbench_routes() {
   std::vector<std::string> all;
-  for (const Route& route : all_routes()) all.push_back(route.method + " " + route.path);
+  for (const Route& route : all_routes()) all.push_back(say("{} {}", route.method, route.path));
   return all;
 }
 

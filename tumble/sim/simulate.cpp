@@ -15,7 +15,7 @@ namespace {
 constexpr double most_samples = 1e12;  ///< a channel: 8 TB
 
 /// What the instrument's model finds wrong with its terms, physics and electronics.
-void append_truth_problems(const Plan& plan, const Participant& participant, std::vector<std::string>& problems) {
+void append_truth_problems(const Plan& plan, const Participant& participant, Problems& problems) {
   const auto& [prefix, model, truth, mount] = participant;
   const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
   const std::size_t before = problems.size();
@@ -28,18 +28,18 @@ void append_truth_problems(const Plan& plan, const Participant& participant, std
     attempt(problems, [&] { return model.record(truth, 0, step, RandomStream(0)); });
   if (!prefix.empty())
     for (std::size_t k = before; k < problems.size(); ++k)
-      if (problems[k].starts_with("[truth] ")) problems[k].replace(0, 7, where);
+      if (problems[k].what.pattern.starts_with("[truth] ")) problems[k].what.pattern.replace(0, 7, where);
 }
 
 /// All instruments make their steps together.
-void append_oversampling_problems(const Plan& plan, std::vector<std::string>& problems) {
+void append_oversampling_problems(const Plan& plan, Problems& problems) {
   const int oversampling = oversampling_of(plan);
   for (const auto& one : plan.beside)
     if (const int own = one.truth.integer("oversampling"); own != 0 && own != oversampling)
       problems.push_back(
-          fmt::format("[beside.{}.truth] oversampling = {}, but all instruments make their steps "
-                      "together: write it in [truth], where it is {}",
-                      one.name, own, oversampling));
+          say("[beside.{}.truth] oversampling = {}, but all instruments make their steps "
+              "together: write it in [truth], where it is {}",
+              one.name, own, oversampling));
 }
 
 /// The fastest that a motion is [Hz]; 0: it does not oscillate.
@@ -57,7 +57,7 @@ double highest_frequency(const Motion& motion) {
 }
 
 /// Motion that the steps of the simulation cannot follow, and more or fewer samples than can be.
-void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) {
+void append_rate_problems(const Plan& plan, Problems& problems) {
   const double rate = plan.sample_rate * oversampling_of(plan);
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes) {
@@ -65,24 +65,24 @@ void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) 
       const bool sine = motion.kind == Motion::Kind::sine;
       if (sine ? 2.0 * highest >= rate : 2.0 * highest > rate)
         problems.push_back(
-            fmt::format("segment '{}': {} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
-                        "{:.6g}: raise [truth] oversampling",
-                        segment.label, axis, highest, 2.0 * highest, rate));
+            say("segment '{}': {} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
+                "{:.6g}: raise [truth] oversampling",
+                segment.label, axis, highest, 2.0 * highest, rate));
     }
   double samples = 0.0;
   for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;
   if (!(samples <= most_samples)) {
-    problems.push_back(fmt::format("the schedule makes {:.3g} samples a channel at {:.6g} Hz; {:.0e} are possible",
-                                   samples, plan.sample_rate, most_samples));
+    problems.push_back(say("the schedule makes {:.3g} samples a channel at {:.6g} Hz; {:.0e} are possible", samples,
+                           plan.sample_rate, most_samples));
     return;
   }
   for (const auto& run : power_ups(plan.schedule, plan.sample_rate))
     if (run.samples == 0)
-      problems.push_back(fmt::format("run {} is shorter than a sample at {:.6g} Hz", run.run, plan.sample_rate));
+      problems.push_back(say("run {} is shorter than a sample at {:.6g} Hz", run.run, plan.sample_rate));
 }
 
 void refuse_incomplete(const Plan& plan) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.instrument_model.empty()) problems.push_back("to simulate, the plan needs [instrument] model = \"...\"");
   if (plan.rig_kind.empty()) problems.push_back("to simulate, the plan needs [rig] kind = \"...\"");
   if (!(plan.sample_rate > 0.0))
@@ -97,7 +97,9 @@ void refuse_incomplete(const Plan& plan) {
     for (const auto& participant : participants_of(plan)) append_truth_problems(plan, participant, problems);
     append_rate_problems(plan, problems);
   }
-  for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
+  if (!plan.file.empty())
+    for (auto& problem : problems)
+      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

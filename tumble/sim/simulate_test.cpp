@@ -159,7 +159,8 @@ TEST(Simulate, WhatIsWrongWithAnInstrumentBesideIsSaidWithItsName) {
     FAIL();
   } catch (const Error& error) {
     ASSERT_EQ(error.problems.size(), 2u) << error.what();
-    for (const auto& problem : error.problems) EXPECT_TRUE(problem.starts_with("[beside.S2.truth] ")) << problem;
+    for (const std::string& problem : texts_of(error.problems))
+      EXPECT_TRUE(problem.starts_with("[beside.S2.truth] ")) << problem;
   }
 }
 

@@ -71,7 +71,7 @@ std::vector<std::string> problems_of(const Plan& plan) {
     simulate(plan, 1, {});
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    return error.problems;
+    return texts_of(error.problems);
   }
   return {};
 }

@@ -89,9 +89,8 @@ std::string sealed_file(const std::string& run, const Facts& facts, const std::s
     if (may_be_named(place) && fs::is_regular_file(place, absent) && sha256_of_file(place.string()) == sha256)
       return place.string();
   }
-  throw Error(
-      Error::Kind::bad_file,
-      fmt::format("the recording of the run '{0}' that was sealed is not there any more, or has changed; `tumble "
+  throw Error(Error::Kind::bad_file,
+              say("the recording of the run '{0}' that was sealed is not there any more, or has changed; `tumble "
                   "seal {0}` makes it again",
                   run));
 }
@@ -137,7 +136,7 @@ std::vector<FileDeposit> recordings_of(const std::string& run, const Story& stor
     recordings.push_back({.path = path, .name = fs::path(path).filename().string(), .role = "recording", .slot = slot});
   }
   if (recordings.empty())
-    throw Error(Error::Kind::bad_file, fmt::format("the run '{0}' is not sealed: `tumble seal {0}`", run));
+    throw Error(Error::Kind::bad_file, say("the run '{0}' is not sealed: `tumble seal {0}`", run));
   return recordings;
 }
 

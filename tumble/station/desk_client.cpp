@@ -66,13 +66,13 @@ DeskConnection connected_to(const std::string& run, double patience) {
 }
 
 [[noreturn]] void refuse_silent(const std::string& run) {
-  throw Error(Error::Kind::bad_file, "the run '" + run + "' has not answered");
+  throw Error(Error::Kind::bad_file, say("the run '{}' has not answered", run));
 }
 
 int connection_to(const std::string& run, double patience) {
   const auto [socket, full] = connected_to(run, patience);
   if (full) refuse_silent(run);
-  if (socket < 0) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  if (socket < 0) throw Error(Error::Kind::unsupported, say("the run '{}' does not go on", run));
   return socket;
 }
 
@@ -157,17 +157,16 @@ void stop_run(const std::string& run, const std::string& who, double patience) {
   }
   auto process = process_at_desk(run);
   if (!process) process = process_with_lease(run);
-  if (!process) throw Error(Error::Kind::unsupported, "the run '" + run + "' does not go on");
+  if (!process) throw Error(Error::Kind::unsupported, say("the run '{}' does not go on", run));
   if (*process <= 0 || kill(static_cast<pid_t>(*process), SIGTERM) != 0 ||
       kill(static_cast<pid_t>(*process), SIGCONT) != 0)
-    throw Error(Error::Kind::bad_file, "the run '" + run + "' cannot be stopped from here: go to the rig");
+    throw Error(Error::Kind::bad_file, say("the run '{}' cannot be stopped from here: go to the rig", run));
   try {
     ask_desk(run, order, patience);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) return;  // it has ended, or is about to
-    throw Error(
-        Error::Kind::bad_file,
-        fmt::format("the run '{}' does not answer; its process {} has got the signal to stop: watch the rig, and "
+    throw Error(Error::Kind::bad_file,
+                say("the run '{}' does not answer; its process {} has got the signal to stop: watch the rig, and "
                     "press its emergency stop if it moves on",
                     run, *process));
   }

@@ -25,8 +25,7 @@ struct Disk::Inner {
 namespace {
 
 [[noreturn]] void refuse_disk_call(const std::string& what, const std::string& path, int code) {
-  throw Error(Error::Kind::bad_file,
-              fmt::format("cannot {} '{}': {}", what, path, std::system_category().message(code)));
+  throw Error(Error::Kind::bad_file, say("cannot {} '{}': {}", what, path, std::system_category().message(code)));
 }
 
 void require_done(disk::Outcome outcome, const std::string& what, const std::string& path) {
@@ -62,7 +61,7 @@ void Disk::allocate(const std::string& path, std::uint64_t bytes) {
   });
   if (code == 0) return;
   unlink(path.c_str());
-  refuse_disk_call(fmt::format("keep {} bytes free in", bytes), path, code);
+  refuse_disk_call(say("keep {} bytes free in", bytes), path, code);
 }
 
 void Disk::produce(const std::string& path, const std::function<void()>& write) {

@@ -80,10 +80,10 @@ std::string utc_text(const std::string& seconds) {
 }
 
 /// Closes `note`, where it is open.
-[[noreturn]] void refuse_guard(const std::string& what, int note) {
+[[noreturn]] void refuse_guard(const Sentence& what, int note) {
   const std::string why = std::strerror(errno);
   if (note >= 0) close(note);
-  throw Error(Error::Kind::bad_file, fmt::format("the guard of the run cannot be started: {}: {}", what, why));
+  throw Error(Error::Kind::bad_file, say("the guard of the run cannot be started: {}: {}", what, why));
 }
 
 /// The folder of a run may come from anywhere: what leads elsewhere, or is no file, is not the note. -1: there is none.
@@ -251,8 +251,7 @@ void relieve_guard(const std::string& run) {
   }
   close(file);
   if (!ended)
-    throw Error(Error::Kind::bad_file,
-                fmt::format("the guard of the run '{}' has not ended: is the run going on?", run));
+    throw Error(Error::Kind::bad_file, say("the guard of the run '{}' has not ended: is the run going on?", run));
 }
 
 std::string words_of_guard(const std::string& run) {

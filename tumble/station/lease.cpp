@@ -41,7 +41,7 @@ struct Lease::Inner {
 };
 
 Lease::Lease(const Station& station, const std::string& run) : inner_(std::make_unique<Inner>()) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [name, device] : names_of(station)) {
     lease::Claim claim(name);
     if (!claim.holds()) {

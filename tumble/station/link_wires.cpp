@@ -36,7 +36,7 @@ struct LinkWires::Inner {
 
   Inner(std::function<double()> time, double scale) : links(time), clock(std::move(time)), speed(scale) {}
 
-  void add(const std::string& name, const std::string& link, std::vector<std::string>& problems) {
+  void add(const std::string& name, const std::string& link, Problems& problems) {
     Wire wire{name, {}, {}};
     try {
       if (!link.empty()) {
@@ -46,7 +46,7 @@ struct LinkWires::Inner {
         if (const auto peer = links.peer(*wire.link); !peer.empty()) wire.address->host = peer;
       }
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(name + ": " + problem);
+      for (const auto& problem : error.problems) problems.push_back(say("{}: {}", name, problem));
     }
     all.push_back(std::move(wire));
   }
@@ -89,7 +89,7 @@ struct LinkWires::Inner {
 
 LinkWires::LinkWires(const Station& station, std::function<double()> clock, double speed)
     : inner_(std::make_unique<Inner>(std::move(clock), speed)) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const StationDevice& device : station.devices) inner_->add(device.name, device.link, problems);
   for (const StationInstrument& instrument : station.instruments)
     inner_->add(instrument.slot, instrument.link, problems);

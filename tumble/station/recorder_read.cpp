@@ -57,7 +57,7 @@ StoreReading::StoreReading(const StoreFile& store, const std::string& path, cons
     slots_.push_back(std::move(slots[i]));
   }
   if (slots_.empty())
-    throw Error(Error::Kind::bad_data, fmt::format("'{}' holds {} items, but no sample", path, content_.items));
+    throw Error(Error::Kind::bad_data, say("'{}' holds {} items, but no sample", path, content_.items));
   report(progress, 0.3, "reading the live store");
 }
 
@@ -125,9 +125,9 @@ std::uint64_t write_raw(const std::string& run, const std::string& file) {
     StoreContent content = recorder::describe(store);
     for (const StoreLink& link : content.links)
       if (link.name != content.links.front().name)
-        throw Error(Error::Kind::bad_data, fmt::format("'{}' holds the bytes of several links ({}, {}): a file of raw "
-                                                       "bytes is that of one",
-                                                       path, content.links.front().name, link.name));
+        throw Error(Error::Kind::bad_data, say("'{}' holds the bytes of several links ({}, {}): a file of raw "
+                                               "bytes is that of one",
+                                               path, content.links.front().name, link.name));
     AtomicFile output(file);
     std::uint64_t written = 0;
     recorder::visit(store, content, [&](const StoreItem& item) {

@@ -126,8 +126,7 @@ void verify_sealed(const BlockSource& source, const std::string& path) {
     hand_out(block, sealed_at_once, [&](const Recording& part) { verification.compare(part); });
   });
   if (!verification.holds())
-    throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' does not read back as it was written; the live store is kept", path));
+    throw Error(Error::Kind::bad_file, say("'{}' does not read back as it was written; the live store is kept", path));
 }
 
 /// The file under a name of its own, before it is read back.
@@ -146,8 +145,8 @@ std::vector<Finding> write_part(const BlockSource& source, const std::string& pa
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) throw;
     auto problems = error.problems;
-    for (std::string& problem : problems)
-      problem = fmt::format("'{}' was not written, and the live store is kept: {}", target.string(), problem);
+    for (Problem& problem : problems)
+      problem = within(say("'{}' was not written, and the live store is kept", target.string()), problem);
     throw Error(Error::Kind::bad_file, problems);
   }
   return findings;
@@ -166,7 +165,7 @@ SealedRecording write_sealed(const BlockSource& source, const fs::path& target, 
   sealed.path = target.string();
   if (sha256_of_file(sealed.path) != sealed.sha256)
     throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' has changed while it was sealed; the live store is kept", target.string()));
+                say("'{}' has changed while it was sealed; the live store is kept", target.string()));
   return sealed;
 }
 
@@ -197,7 +196,7 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
     fs::remove(fs::path(folder_of_file(path)) / live_samples_name, ignored);
     return sealed;
   } catch (const recorder::Refusal& refusal) {
-    throw Error(Error::Kind::bad_file, fmt::format("'{}' cannot be sealed: {}", path, refusal.text));
+    throw Error(Error::Kind::bad_file, say("'{}' cannot be sealed: {}", path, refusal.text));
   }
 }
 

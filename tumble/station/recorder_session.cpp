@@ -41,10 +41,10 @@ DeclaredInstrument instrument_to_record(const RecordRequest& request) {
   instrument.codec.name = choice.name;
   if (!instrument.codec.unchosen.empty())
     throw Error(Error::Kind::bad_input,
-                fmt::format("the frames of {} do not say what their numbers mean ({}); name the variant of the device, "
-                            "for example {}:{} (variants: {})",
-                            choice.name, fmt::join(instrument.codec.unchosen, ", "), choice.name,
-                            instrument.codec.variants.front(), fmt::join(instrument.codec.variants, ", ")));
+                say("the frames of {} do not say what their numbers mean ({}); name the variant of the device, "
+                    "for example {}:{} (variants: {})",
+                    choice.name, fmt::join(instrument.codec.unchosen, ", "), choice.name,
+                    instrument.codec.variants.front(), fmt::join(instrument.codec.variants, ", ")));
   return instrument;
 }
 
@@ -53,9 +53,9 @@ void check_start(const RecordRequest& request, const FrameLink& declared) {
   if (!request.start || declared.start.empty() || request.link.kind != LinkAddress::Kind::udp) return;
   if (!request.link.host.empty()) return;
   throw Error(Error::Kind::bad_input,
-              fmt::format("'{}' only listens, and {} is started by commands; give its address, udp:HOST:{}, or use "
-                          "--no-start for an instrument that streams already",
-                          text_of(request.link), request.instrument, request.link.port));
+              say("'{}' only listens, and {} is started by commands; give its address, udp:HOST:{}, or use "
+                  "--no-start for an instrument that streams already",
+                  text_of(request.link), request.instrument, request.link.port));
 }
 
 LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
@@ -64,20 +64,20 @@ LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
   if (address.framing.empty()) address.framing = declared.format.empty() ? "8N1" : declared.format;
   if (address.baud == 0)
     throw Error(Error::Kind::bad_input,
-                fmt::format("'{}': the declaration has no rate of the line; give it, for example {}:115200",
-                            text_of(address), "serial:" + address.device));
+                say("'{}': the declaration has no rate of the line; give it, for example {}:115200", text_of(address),
+                    "serial:" + address.device));
   return address;
 }
 
 void check_output_is_free(const RecordRequest& request, const std::string& folder) {
   if (fs::exists(request.output))
-    throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' is there already; a recording does not replace another: choose another name",
-                            request.output));
+    throw Error(
+        Error::Kind::bad_file,
+        say("'{}' is there already; a recording does not replace another: choose another name", request.output));
   if (fs::exists(fs::path(folder) / live_store_name))
     throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder,
-                            folder, request.output));
+                say("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder, folder,
+                    request.output));
 }
 
 /// A recording while it runs.
@@ -113,8 +113,7 @@ class Session {
   void open_store() {
     std::error_code refused;
     const bool made = fs::create_directory(folder_, refused);
-    if (refused)
-      throw Error(Error::Kind::bad_file, fmt::format("cannot make the folder '{}': {}", folder_, refused.message()));
+    if (refused) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder_, refused.message()));
     try {
       RecorderOptions options;
       options.clock = world_.clock;
@@ -185,9 +184,9 @@ class Session {
       if (world_.ended() || !receive(look_interval)) return;
       if (line_.answered() || now() <= line_.next()) continue;
       throw Error(Error::Kind::bad_data,
-                  fmt::format("{}: {}; compare the declaration and the rate of the line, or use --no-start for an "
-                              "instrument that streams already",
-                              instrument_.link.name, line_.at(now())));
+                  say("{}: {}; compare the declaration and the rate of the line, or use --no-start for an "
+                      "instrument that streams already",
+                      instrument_.link.name, line_.at(now())));
     }
   }
 
@@ -199,13 +198,13 @@ class Session {
     const std::string& link = instrument_.link.name;
     if (received_ == 0)
       throw Error(Error::Kind::bad_data,
-                  fmt::format("{}: {}", link, outcome_.whole ? "nothing was received" : outcome_.ending));
-    std::vector<std::string> problems;
+                  say("{}: {}", link, outcome_.whole ? "nothing was received" : outcome_.ending));
+    Problems problems;
     if (!outcome_.whole) problems.push_back(outcome_.ending);
     problems.push_back(
-        fmt::format("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
-                    "line (the bytes: `tumble seal {} --raw FILE.raw`)",
-                    link, instrument_.codec.name, received_, folder_));
+        say("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
+            "line (the bytes: `tumble seal {} --raw FILE.raw`)",
+            link, instrument_.codec.name, received_, folder_));
     throw Error(Error::Kind::bad_data, problems);
   }
 

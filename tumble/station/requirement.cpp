@@ -160,9 +160,9 @@ class RequirementParser {
     return text;
   }
 
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw Error(Error::Kind::bad_input, fmt::format("'{}': at character {}: {}", requirement_.text,
-                                                    requirement_.text.size() - rest_.size() + 1, why));
+  [[noreturn]] void refuse(const Sentence& why) const {
+    throw Error(Error::Kind::bad_input,
+                say("'{}': at character {}: {}", requirement_.text, requirement_.text.size() - rest_.size() + 1, why));
   }
 
   Requirement requirement_;

@@ -60,7 +60,7 @@ TEST(Requirement, SaysWhereItCannotBeRead) {
     parse_requirement("input.door == closed but why");
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.problems.front(),
+    EXPECT_EQ(error.problems.front().text(),
               "'input.door == closed but why': at character 22: 'and', 'or' or the end is expected");
   }
   EXPECT_THROW(parse_requirement(std::string(100'000, '(')), Error);

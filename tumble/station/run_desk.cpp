@@ -183,15 +183,14 @@ std::string RunDesk::Inner::take_order(const Json& request) {
   if (!ending.empty()) return problem("the run has ended");
   const std::lock_guard lock(mutex);
   if (const auto kind = kinds.find(order); kind != kinds.end()) return take_order(kind->second, who);
-  if (order != "answer")
-    return problem(fmt::format("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
+  if (order != "answer") return problem(say("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
   const int number = request.value("prompt", 0);
   const auto choice = request.value("choice", "");
-  if (!open_prompt || open_prompt->id != number) return problem(fmt::format("question {} is closed", number));
+  if (!open_prompt || open_prompt->id != number) return problem(say("question {} is closed", number));
   if (std::ranges::find(open_prompt->choices, choice) == open_prompt->choices.end()) {
     std::string choices;
     for (const auto& one : open_prompt->choices) choices += (choices.empty() ? "" : ", ") + one;
-    return problem(fmt::format("'{}' is no answer to question {} (answers: {})", choice, number, choices));
+    return problem(say("'{}' is no answer to question {} (answers: {})", choice, number, choices));
   }
   orders.push_back(PromptAnswer{number, choice, who});
   open_prompt.reset();
@@ -290,7 +289,7 @@ void RunDesk::open(const std::string& folder, const RunFacts& facts, double spee
   if (!code) inner.acceptor.listen(64, code);
   if (code)
     throw Error(Error::Kind::bad_file,
-                fmt::format("the run cannot be watched from elsewhere: {}: {}", inner.socket_path, code.message()));
+                say("the run cannot be watched from elsewhere: {}: {}", inner.socket_path, code.message()));
   inner.accept();
   inner.thread = quiet_thread([&inner] { inner.context.run(); });
 }

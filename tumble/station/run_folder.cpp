@@ -20,18 +20,19 @@ void forget_run(const std::string& folder) {
 
 Error not_begun(const Error& error, bool resume) {
   auto problems = error.problems;
-  for (std::string& problem : problems)
-    problem =
-        (resume ? "the run does not go on, and what it has recorded is kept: " : "the run was not begun: ") + problem;
+  for (Problem& problem : problems)
+    problem = within(resume ? Sentence("the run does not go on, and what it has recorded is kept")
+                            : Sentence("the run was not begun"),
+                     problem);
   return Error(error.kind, problems);
 }
 
 void make_run_folder(const std::string& folder, const Plan& plan, const Station& station) {
   std::error_code problem;
   if (fs::exists(folder, problem))
-    throw Error(Error::Kind::bad_input, "'" + folder + "' is there already: a run is never written over another one");
+    throw Error(Error::Kind::bad_input, say("'{}' is there already: a run is never written over another one", folder));
   if (!fs::create_directories(folder, problem))
-    throw not_begun(Error(Error::Kind::bad_file, "cannot make the folder '" + folder + "': " + problem.message()),
+    throw not_begun(Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, problem.message())),
                     false);
   try {
     if (plan.text) write_in_run(folder, "plan.toml", *plan.text);
@@ -56,7 +57,7 @@ std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station
 
 void check_carried_on(const std::map<std::string, std::string>& facts, const Plan& plan, const Station& station,
                       bool named) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto differs = [&](const char* name, const std::string& now) {
     const auto then = facts.find(name);
     return then != facts.end() && then->second != now;
@@ -64,8 +65,9 @@ void check_carried_on(const std::map<std::string, std::string>& facts, const Pla
   if (differs("plan_sha256", plan.sha256))
     problems.push_back("the plan in the folder of the run has been changed since the run began: begin a new run");
   if (!named && differs("station_sha256", station.sha256))
-    problems.push_back("the station file '" + station.file +
-                       "' has been changed since the run began: name it with --station to use it as it is now");
+    problems.push_back(
+        say("the station file '{}' has been changed since the run began: name it with --station to use it as it is now",
+            station.file));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
 }
 

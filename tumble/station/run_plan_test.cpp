@@ -139,7 +139,7 @@ TEST(RunPlan, WithoutRoomIsNotBegunAndSaysWhichFileHasNone) {
     try {
       run_plan(run);
     } catch (const Error& error) {
-      return error.problems.front();
+      return error.problems.front().text();
     }
     return "";
   };
@@ -157,11 +157,11 @@ TEST(RunPlan, WithoutRoomIsNotBegunAndSaysWhichFileHasNone) {
       FAIL() << "the file has no room";
     } catch (const Error& error) {
       const std::string file = run.folder + "/recording.h5";
-      EXPECT_TRUE(error.problems.front().starts_with("'" + file +
-                                                     "' was not written, and the live store is kept: cannot "
-                                                     "write '" +
-                                                     file))
-          << error.problems.front();
+      EXPECT_TRUE(error.problems.front().text().starts_with("'" + file +
+                                                            "' was not written, and the live store is kept: cannot "
+                                                            "write '" +
+                                                            file))
+          << error.problems.front().text();
     }
   }
   Disk disk;

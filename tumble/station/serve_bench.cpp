@@ -35,12 +35,12 @@ struct BenchServer::Inner {
   Inner(VirtualBench& served, std::function<double()> time, double scale)
       : bench(served), clock(time), speed(scale), links(std::move(time)) {}
 
-  void add(const std::string& name, const std::string& link, std::vector<std::string>& problems) {
+  void add(const std::string& name, const std::string& link, Problems& problems) {
     Door door;
     try {
       if (!link.empty()) open(door, parse_link(link));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(name + ": " + problem);
+      for (const auto& problem : error.problems) problems.push_back(say("{}: {}", name, problem));
     }
     addresses.push_back(door.address);
     doors.push_back(std::move(door));
@@ -89,7 +89,7 @@ struct BenchServer::Inner {
 
 BenchServer::BenchServer(VirtualBench& bench, const Station& station, std::function<double()> clock, double speed)
     : inner_(std::make_unique<Inner>(bench, std::move(clock), speed)) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const StationDevice& device : station.devices) inner_->add(device.name, device.link, problems);
   for (const StationInstrument& instrument : station.instruments)
     inner_->add(instrument.slot, instrument.link, problems);

@@ -72,7 +72,7 @@ std::vector<std::string> problems_of_station(const std::string& text) {
     read_station(text, "bench.toml");
     return {};
   } catch (const Error& error) {
-    return error.problems;
+    return texts_of(error.problems);
   }
 }
 

@@ -24,14 +24,14 @@ struct Asked {
   double need(const std::string& name) {
     const auto found = request.values.find(name);
     if (found != request.values.end() && std::isfinite(found->second)) return found->second;
-    refuse(fmt::format("{} needs a value of {}", request.verb, name));
+    refuse(say("{} needs a value of {}", request.verb, name));
     return 0.0;
   }
   double value_or(const std::string& name, double otherwise) const {
     const auto found = request.values.find(name);
     return found == request.values.end() ? otherwise : found->second;
   }
-  void refuse(const std::string& why) {
+  void refuse(const Sentence& why) {
     if (why.empty()) return;
     reply.refused = true;
     reply.text += (reply.text.empty() ? "" : "; ") + why;
@@ -195,9 +195,9 @@ ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, cons
   const auto verb = verbs().find(request.verb);
   const auto axis = static_cast<std::size_t>(request.axis - 1);
   if (verb == verbs().end()) {
-    asked.refuse(fmt::format("{} does not know '{}'", device.name, request.verb));
+    asked.refuse(say("{} does not know '{}'", device.name, request.verb));
   } else if (request.axis < 1 || axis >= device.axes.size()) {
-    asked.refuse(fmt::format("{} has no axis {}", device.name, request.axis));
+    asked.refuse(say("{} has no axis {}", device.name, request.axis));
   } else {
     asked.axis = device.axes[axis];
     if (asked.axis == "power")

@@ -42,10 +42,10 @@ std::string hundredths(int i, const char* separator) {
 Sets advised_by(const Error& error) {
   static const std::regex setting(R"re(--set ([\w.]+)=("[^"]*"|[^\s,;)]+))re");
   std::string text;
-  for (const auto& problem : error.problems)
+  for (const std::string& problem : texts_of(error.problems))
     if (const auto copy = problem.find("to copy"); copy != problem.npos) text += problem.substr(copy);
   if (text.empty())
-    for (const auto& problem : error.problems) text += problem + "\n";
+    for (const std::string& problem : texts_of(error.problems)) text += problem + "\n";
   Sets sets;
   for (std::sregex_iterator at(text.begin(), text.end(), setting), end; at != end; ++at) {
     std::string value = (*at)[2];

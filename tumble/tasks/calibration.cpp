@@ -16,8 +16,8 @@ void refuse_other_instrument(const Plan& plan, const Estimate& result) {
   if (!result.instrument_serial.empty() && !plan.instrument_serial.empty() &&
       result.instrument_serial != plan.instrument_serial)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{}: the calibration {} is of the instrument with serial '{}', the plan's has '{}'",
-                            plan.file, file, result.instrument_serial, plan.instrument_serial));
+                say("{}: the calibration {} is of the instrument with serial '{}', the plan's has '{}'", plan.file,
+                    file, result.instrument_serial, plan.instrument_serial));
 }
 
 }  // namespace
@@ -34,7 +34,10 @@ void read_calibration(Plan& plan) {
     auto problems = error.problems;
     const std::string where = plan.file.empty() ? "--set calibration" : plan.file;
     for (auto& problem : problems)
-      problem = fmt::format("{}: the calibration must be a result that `tumble identify -o` wrote: {}", where, problem);
+      problem = within(
+          Where{.file = plan.file,
+                .place = say("{}: the calibration must be a result that `tumble identify -o` wrote", Name{where})},
+          problem);
     throw Error(error.kind, problems);
   }
   refuse_other_instrument(plan, result);

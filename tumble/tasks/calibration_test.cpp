@@ -50,7 +50,7 @@ class CalibrationFile : public testing::Test {
       read_calibration(plan);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind, kind);
-      return error.problems.front();
+      return error.problems.front().text();
     }
     return "";
   }
@@ -105,9 +105,9 @@ TEST_F(CalibrationFile, AMethodThatBuildsOnNoneRefusesIt) {
     ADD_FAILURE();
   } catch (const Error& error) {
     ASSERT_EQ(error.problems.size(), 1u);
-    EXPECT_NE(error.problems[0].find("plan.toml:2: calibration: static_bias does not use a calibration"),
+    EXPECT_NE(error.problems[0].text().find("plan.toml:2: calibration: static_bias does not use a calibration"),
               std::string::npos)
-        << error.problems[0];
+        << error.problems[0].text();
   }
   EXPECT_THROW(plan_for_method("static_bias", {{"calibration", "result.json"}}), Error);
 }

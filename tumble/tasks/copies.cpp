@@ -84,7 +84,7 @@ double log_chance_of_equal(const Recording& recording) {
 
 void look_at_copies(std::vector<Recording>& recordings) {
   const double least = std::log(1e-6);
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t a = 0; a < recordings.size(); ++a)
     for (std::size_t b = 0; b < a; ++b) {
       const auto sum = sha256_of(recordings[a].origin);
@@ -93,8 +93,7 @@ void look_at_copies(std::vector<Recording>& recordings) {
       if (file != other && log_chance_of_equal(recordings[a]) > least)
         recordings[a].findings.push_back({Finding::Severity::info, "equal_to_another_recording", {{"other", other}}});
       else
-        problems.push_back(
-            fmt::format("{} holds the same bytes as {}: a recording can be used only once", file, other));
+        problems.push_back(say("{} holds the same bytes as {}: a recording can be used only once", file, other));
     }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

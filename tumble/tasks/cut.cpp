@@ -81,11 +81,11 @@ void require_channels(const std::string& path, ReadOptions options) {
                      {});
   } catch (const Seen&) {
   }
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& name : wanted)
     if (std::ranges::find(names, name) == names.end())
-      problems.push_back(fmt::format("'{}' has no channel '{}'{} (channels: {})", path, name, did_you_mean(name, names),
-                                     fmt::join(names, ", ")));
+      problems.push_back(say("'{}' has no channel '{}'{} (channels: {})", path, name, did_you_mean(name, names),
+                             fmt::join(names, ", ")));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -110,8 +110,7 @@ void cut(const std::string& from, const std::string& to, const ReadOptions& opti
       },
       progress);
   if (!written)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("'{}' has no sample from {:g} s to {:g} s", from, span.from, span.to));
+    throw Error(Error::Kind::bad_data, say("'{}' has no sample from {:g} s to {:g} s", from, span.from, span.to));
   writer.commit();
 }
 

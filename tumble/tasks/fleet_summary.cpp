@@ -36,12 +36,12 @@ constexpr const char* no_date = "2000-01-01T00:00:00Z";
 /// The folder with the results of a fleet: those of the version that fleet.json names, or the folder itself.
 fs::path folder_of_results(const std::string& folder) {
   std::error_code failed;
-  if (!fs::is_directory(folder, failed)) throw Error(Error::Kind::bad_input, folder + ": is not a folder");
+  if (!fs::is_directory(folder, failed)) throw Error(Error::Kind::bad_input, say("{}: is not a folder", folder));
   const fs::path document = fs::path(folder) / "fleet.json";
   if (!fs::exists(document)) return folder;
   const Json json = Json::parse(read_text_file(document.string()), nullptr, false);
   if (!json.is_object() || !json.contains("tumble") || !json["tumble"].is_string())
-    throw Error(Error::Kind::bad_file, document.string() + ": is not what tumble fleet run writes");
+    throw Error(Error::Kind::bad_file, say("{}: is not what tumble fleet run writes", document.string()));
   return fs::path(folder) / "results" / json["tumble"].get<std::string>();
 }
 
@@ -107,10 +107,9 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   const Json json = Json::parse(text);
   const auto method = json.at("method").get<std::string>();
   if (!fleet.method.empty() && method != fleet.method)
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{}: is a result of {}, and others are of {}: results of one method "
-                            "are expected",
-                            file, method, fleet.method));
+    throw Error(Error::Kind::bad_input, say("{}: is a result of {}, and others are of {}: results of one method "
+                                            "are expected",
+                                            file, method, fleet.method));
   fleet.method = method;
   const auto& instrument = json.at("instrument");
   UnitName unit{instrument.value("model", ""), instrument.value("serial", "")};
@@ -118,7 +117,7 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   fleet.model = unit.model;
   if (unit.serial.empty())
     throw Error(Error::Kind::bad_input,
-                file + ": has no serial number: tumble fleet run takes it from the file's name");
+                say("{}: has no serial number: tumble fleet run takes it from the file's name", file));
   if (const auto inputs = inputs_of(json); !inputs.empty() && !recordings.insert(inputs).second) {
     fleet.same_recording.push_back(unit.serial);
     return std::nullopt;
@@ -130,7 +129,7 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   ++fleet.units;
   return ResultDeposit{.json = std::move(text), .file = file, .unit = unit};
 } catch (const Json::exception&) {
-  throw Error(Error::Kind::bad_file, file + ": is not a result of tumble identify");
+  throw Error(Error::Kind::bad_file, say("{}: is not a result of tumble identify", file));
 }
 
 FleetResults put_into(Archive& archive, const std::vector<std::string>& files, const ArchiveAct& act) {
@@ -149,10 +148,10 @@ FleetResults put_into(Archive& archive, const std::vector<std::string>& files, c
 /// The parameters asked for, in their order. Throws Error::bad_input with all that no result has.
 std::vector<std::string> chosen(const FleetResults& fleet, const std::vector<std::string>& wanted,
                                 const fleet::LimitsByName& limits) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto check = [&](const std::string& name) {
     if (std::ranges::find(fleet.parameters, name) == fleet.parameters.end())
-      problems.push_back(fmt::format("no result has the parameter '{}'{}", name, did_you_mean(name, fleet.parameters)));
+      problems.push_back(say("no result has the parameter '{}'{}", name, did_you_mean(name, fleet.parameters)));
   };
   std::set<std::string> asked(wanted.begin(), wanted.end());
   for (const auto& [name, both] : limits) asked.insert(name);
@@ -167,9 +166,8 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
   const auto limits = fleet::limits_by_name(sets);
   const auto files = results_in(folder);
   if (files.empty())
-    throw Error(Error::Kind::bad_input, folder +
-                                            ": holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes "
-                                            "them");
+    throw Error(Error::Kind::bad_input,
+                say("{}: holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes them", folder));
   const TemporaryFolder temporary;
   const std::string address = (temporary.path() / "fleet.db").string();
   const ArchiveAct act{.who = "fleet summary", .when = no_date, .why = {}};
@@ -182,9 +180,9 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
   all.title = fmt::format("{} units: {}", found.units, found.method);
   all.instrument_model = found.model == found.method ? "" : found.model;
   if (found.units < fewest_units)
-    throw Error(Error::Kind::bad_data, fmt::format("{}: {} units have a result of their own, and a summary needs {} or "
-                                                   "more",
-                                                   folder, found.units, fewest_units));
+    throw Error(Error::Kind::bad_data, say("{}: {} units have a result of their own, and a summary needs {} or "
+                                           "more",
+                                           folder, found.units, fewest_units));
   fleet::Overview overview;
   for (const auto& name : names) try {
       const Unit shown = parameter_over_units(archive, name, found.model).shown;
@@ -196,7 +194,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
     }
   if (all.parameters.empty())
     throw Error(Error::Kind::bad_data,
-                folder + ": no parameter can be summarised: of each there are fewer than three units");
+                say("{}: no parameter can be summarised: of each there are fewer than three units", folder));
   fleet::finish(overview, all);
   if (!found.same_recording.empty())
     all.findings.push_back({Severity::warning,

@@ -157,7 +157,7 @@ struct MissingRole {
 
 /// A problem for each, and at the end what the names of the columns propose for all roles.
 void report_missing(const Plan& plan, const std::vector<Role>& roles, const std::vector<MissingRole>& missing,
-                    const Recording& recording, const ReadOptions& options, std::vector<std::string>& problems) {
+                    const Recording& recording, const ReadOptions& options, Problems& problems) {
   if (missing.empty()) return;
   const auto columns = columns_in(recording, options);
   const auto names = names_of(columns);
@@ -168,8 +168,8 @@ void report_missing(const Plan& plan, const std::vector<Role>& roles, const std:
       proposal += plan.file.empty() ? fmt::format(" --set channels.{}={}", role, channel)
                                     : fmt::format("{}{} = \"{}\"", proposal.empty() ? " " : "; ", role, channel);
   if (!proposal.empty())
-    problems.push_back(fmt::format("{}: by the names of its columns{}:{}", recording.origin.file,
-                                   plan.file.empty() ? "" : ", in [channels] of " + plan.file, proposal));
+    problems.push_back(say("{}: by the names of its columns{}:{}", recording.origin.file,
+                           plan.file.empty() ? "" : ", in [channels] of " + plan.file, proposal));
 }
 
 /// What is wrong with the unit of a channel in a role, or empty.
@@ -215,7 +215,7 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
 
 /// `read_by`: how each recording was read.
 void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const std::vector<ReadOptions>& read_by) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const auto& recording = evidence.recordings[r];
     const auto& options = read_by[r];
@@ -242,7 +242,7 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
 
 /// What the command line says of reading must be of use for some file.
 void check_reading(const ReadOptions& said, const Evidence& evidence, const std::vector<ReadOptions>& read_by) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [column, unit] : said.units) {
     std::vector<std::string> known;
     for (std::size_t r = 0; r < evidence.recordings.size(); ++r)
@@ -256,7 +256,7 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       used = is_clock_column(column, evidence.recordings[r].origin.file, read_by[r]);
     if (!used)
       problems.push_back(
-          fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
+          say("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }
   for (const auto& recording : evidence.recordings)
     if (said.rate)
@@ -275,7 +275,7 @@ void select_channels(const std::vector<std::string>& only, Recording& recording)
 Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
                     const Progress& progress) {
   if (plan.method.empty())
-    throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
+    throw Error(Error::Kind::bad_input, say("{}: names no method: method = \"...\" at the top", plan.file));
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles);
   auto entries = plan.recordings;
@@ -288,7 +288,7 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   read_prior(plan);
   Evidence evidence{std::move(plan), {}};
   std::vector<ReadOptions> read_by;
-  std::vector<std::string> problems;
+  Problems problems;
   auto kind = Error::Kind::bad_file;
   const auto accept = [&](Recording recording, const RecordingEntry& entry) {
     evidence.recordings.push_back(std::move(recording));
@@ -346,9 +346,9 @@ Recording header_of(const Recording& block, const Plan& plan, const RecordingEnt
   mark_from_schedule(plan, entry, header);
   if (const auto runs = runs_of({header}).size(); runs > 1)
     throw Error(Error::Kind::unsupported,
-                fmt::format("{} holds {} power-ups and is too large for memory: only a single power-up can be "
-                            "processed in blocks; write each power-up to its own file, or raise --memory-limit",
-                            entry.file, runs));
+                say("{} holds {} power-ups and is too large for memory: only a single power-up can be "
+                    "processed in blocks; write each power-up to its own file, or raise --memory-limit",
+                    entry.file, runs));
   check_roles({plan, {header}, {nullptr}}, find_method(plan.method).roles(), {options});
   return header;
 }

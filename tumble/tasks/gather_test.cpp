@@ -50,7 +50,7 @@ class Gather : public testing::Test {
       gather(plan, {}, {});
     } catch (const Error& error) {
       EXPECT_EQ(error.kind, kind) << error.what();
-      return error.problems;
+      return texts_of(error.problems);
     }
     return {};
   }

@@ -112,7 +112,8 @@ Estimate reduce(const std::function<Estimate()>& work, const std::string& file) 
   if (error.kind != Error::Kind::bad_data) throw;
   auto problems = error.problems;
   for (auto& problem : problems)
-    if (!file.empty() && problem.find(file) == std::string::npos) problem.insert(0, file + ": ");
+    if (!file.empty() && problem.text().find(file) == std::string::npos)
+      problem = within(Where{.file = file, .place = say("{}", Name{file})}, problem);
   throw Error(error.kind, problems);
 }
 
@@ -230,7 +231,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   const auto& method = find_method(estimate.method);
   if (!method.compensate)
     throw Error(Error::Kind::unsupported,
-                estimate.method + " identifies no error model that could be subtracted from a recording");
+                say("{} identifies no error model that could be subtracted from a recording", estimate.method));
   Compensation compensation = method.compensate(estimate, recording, plan);
   for (const Check* check : check_catalogue())
     if (std::ranges::find(checks_of_samples, std::string_view(check->name)) != checks_of_samples.end())

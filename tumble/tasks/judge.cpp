@@ -60,10 +60,10 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
   for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
   const Findings about_answer = findings;  // what is found below is about a limit
   std::vector<Verdict> verdicts;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& limit : limits) {
-    const auto complain = [&](const std::string& message) {
-      problems.push_back(fmt::format("{}{}[[limit]]: {}", limit.where, limit.where.empty() ? "" : ": ", message));
+    const auto complain = [&](const Sentence& message) {
+      problems.push_back(say("{}{}[[limit]]: {}", limit.where, limit.where.empty() ? "" : ": ", message));
     };
     const auto* parameter = find_parameter(estimate, limit.parameter);
     const auto hidden = find_upper_limit(estimate, limit.parameter);

@@ -161,7 +161,7 @@ void read_certificate(Section& section, CertificateDetails& details) {
     if (auto text = trimmed(remark); !text.empty()) details.remarks.push_back(std::move(text));
   const auto place = text_in(section, "signatures");
   if (!place.empty() && place != "archive" && place != "hand")
-    section.problem_at("signatures", "'" + place + "' is not known: archive or hand is expected");
+    section.problem_at("signatures", say("'{}' is not known: archive or hand is expected", place));
   details.signed_in_archive = place == "archive";
   if (const auto rule = section.text("rule")) try {
       details.rule = parse_decision_rule(*rule);
@@ -172,7 +172,7 @@ void read_certificate(Section& section, CertificateDetails& details) {
   const auto& codes = language_codes();
   const auto found = std::ranges::find(codes, language);
   if (found == codes.end())
-    section.problem_at("language", "'" + language + "' is not known: en or zh is expected");
+    section.problem_at("language", say("'{}' is not known: en or zh is expected", language));
   else
     details.language = static_cast<Language>(found - codes.begin());
 }
@@ -185,7 +185,7 @@ void override_values(toml::table& document, const Sets& sets, Problems& problems
     if (dot == std::string::npos ||
         (section != "laboratory" && section != "customer" && section != "item" && section != "certificate")) {
       problems.all.push_back(
-          fmt::format("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected", key));
+          say("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected", key));
       continue;
     }
     auto* table = document.get_as<toml::table>(section);
@@ -202,13 +202,13 @@ auto list_of(Section& root, const char* name, Problems& problems, const Read& re
   if (!node) return all;
   const auto* array = node->as_array();
   if (!array) {
-    root.problem_at(name, fmt::format("a list is expected: [[{}]]", name));
+    root.problem_at(name, say("a list is expected: [[{}]]", name));
     return all;
   }
   for (const auto& element : *array) {
     const auto* table = element.as_table();
     if (!table) {
-      root.problem_at(name, fmt::format("a list of tables is expected: [[{}]]", name));
+      root.problem_at(name, say("a list of tables is expected: [[{}]]", name));
       continue;
     }
     Section section(*table, fmt::format("[[{}]]", name), problems);

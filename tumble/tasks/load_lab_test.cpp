@@ -25,7 +25,7 @@ struct LabFile : ::testing::Test {
     try {
       load_lab(file, sets);
     } catch (const Error& error) {
-      return error.problems;
+      return texts_of(error.problems);
     }
     return {};
   }

@@ -188,7 +188,7 @@ void read_beside(Reading& reading, const toml::table& tables, const toml::table&
   for (const auto& set : reading.sets.beside) {
     const auto known = [&](const Beside& one) { return set.key.starts_with(one.name + ".truth."); };
     if (std::none_of(reading.plan.beside.begin(), reading.plan.beside.end(), known))
-      reading.problems.all.push_back(fmt::format("--set beside.{}: the plan has no such [beside.NAME.truth]", set.key));
+      reading.problems.all.push_back(say("--set beside.{}: the plan has no such [beside.NAME.truth]", set.key));
   }
 }
 
@@ -203,9 +203,9 @@ std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section
     auto plan = load(file, {}, true);
     if (plan.instrument_model == model || (reading.method && reading.method->several_instruments))
       return std::make_shared<const Plan>(std::move(plan));
-    section.problem_at(
-        "plan", fmt::format("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", file,
-                            plan.instrument_model, model));
+    section.problem_at("plan",
+                       say("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", file,
+                           plan.instrument_model, model));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) reading.problems.all.push_back(problem);
   }
@@ -230,12 +230,12 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     }
     const auto labels = labels_of(entry.plan ? entry.plan->schedule : reading.plan.schedule);
     if (!entry.segment.empty() && std::find(labels.begin(), labels.end(), entry.segment) == labels.end()) {
-      section.problem_at("segment", fmt::format("the schedule has no segment '{}'{}", entry.segment,
-                                                did_you_mean(entry.segment, labels)));
+      section.problem_at("segment",
+                         say("the schedule has no segment '{}'{}", entry.segment, did_you_mean(entry.segment, labels)));
     }
     section.close();
     const auto files = files_like(entry.file);
-    if (files.empty()) section.problem_at("file", "no file is called like " + entry.file);
+    if (files.empty()) section.problem_at("file", say("no file is called like {}", entry.file));
     for (const auto& one : files) {
       entry.file = one;
       reading.plan.recordings.push_back(entry);
@@ -249,7 +249,7 @@ const toml::array* tables(Section& root, const char* key) {
   if (!node) return nullptr;
   const auto* array = node->as_array();
   const bool good = array && std::all_of(array->begin(), array->end(), [](const auto& one) { return one.is_table(); });
-  if (!good) root.problem_at(key, fmt::format("is a list of tables, each headed [[{}]]", key));
+  if (!good) root.problem_at(key, say("is a list of tables, each headed [[{}]]", key));
   return good ? array : nullptr;
 }
 
@@ -266,15 +266,15 @@ void read_channel_sets(Reading& reading) {
     for (const auto& role : reading.method->roles()) roles.push_back(role.name);
   for (const auto& [role, text] : reading.sets.channels) try {
       if (reading.method && std::find(roles.begin(), roles.end(), role) == roles.end())
-        throw Error(Error::Kind::bad_input, fmt::format("{} has no such role{} (roles: {})", reading.plan.method,
-                                                        did_you_mean(role, roles), fmt::join(roles, ", ")));
+        throw Error(Error::Kind::bad_input, say("{} has no such role{} (roles: {})", reading.plan.method,
+                                                did_you_mean(role, roles), fmt::join(roles, ", ")));
       auto choices = parse_choices(text);
       if (choices.size() > 1 && !takes_several(reading, role))
         throw Error(Error::Kind::bad_input, "only one channel can have this role");
       reading.plan.channels[role] = std::move(choices);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
-        reading.problems.all.push_back(fmt::format("--set channels.{}: {}", role, problem));
+        reading.problems.all.push_back(say("--set channels.{}: {}", role, problem));
     }
 }
 
@@ -287,7 +287,7 @@ void read_calibration(Reading& reading, Section& root) {
   if (set) reading.plan.calibration.file = *set;
   if ((!text && !set) || !reading.method || reading.method->takes_calibration) return;
   const auto problem = fmt::format("{} does not use a calibration", reading.plan.method);
-  if (set) reading.problems.all.push_back("--set calibration: " + problem);
+  if (set) reading.problems.all.push_back(say("--set calibration: {}", problem));
   if (text) root.problem_at("calibration", problem);
 }
 
@@ -310,7 +310,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (reading.sets.prior) {
     reading.plan.prior.from = *reading.sets.prior;
     if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : ""; !refusal.empty())
-      reading.problems.all.push_back("--set prior: " + refusal);
+      reading.problems.all.push_back(say("--set prior: {}", refusal));
   }
   read_instrument(reading, section("instrument"));
   if (const auto& site = section("site"); given("site"))
@@ -328,7 +328,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
   if (given("beside") || !reading.sets.beside.empty()) read_beside(reading, section("beside"), truth);
   if (!reading.sets.rig.empty() && !given("rig"))
-    reading.problems.all.push_back("--set rig." + reading.sets.rig.front().key + ": the plan has no [rig]");
+    reading.problems.all.push_back(say("--set rig.{}: the plan has no [rig]", reading.sets.rig.front().key));
   root.close();
 }
 
@@ -372,7 +372,7 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   const auto& method = find_method(name);
   if (method.needs_plan)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", name));
+                say("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", name));
   Reading reading;
   reading.plan.method = name;
   for (const auto& [key, value] : sets) reading.plan.command_line[key] = value;
@@ -381,16 +381,16 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   reading.plan.reading = reading.sets.reading;
   reading.plan.settings = resolve(method.options(), settings_given(reading), "method " + name, reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)
-    reading.problems.all.push_back(fmt::format("--set calibration: {} does not use a calibration", name));
+    reading.problems.all.push_back(say("--set calibration: {} does not use a calibration", name));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");
   if (const auto refusal = plan_file::refusal_of_prior(method); reading.sets.prior && !refusal.empty())
-    reading.problems.all.push_back("--set prior: " + refusal);
+    reading.problems.all.push_back(say("--set prior: {}", refusal));
   reading.plan.prior.from = reading.sets.prior.value_or("");
   const std::pair<const char*, const std::vector<Given>*> of_plans[]{
       {"truth.", &reading.sets.truth}, {"rig.", &reading.sets.rig}, {"beside.", &reading.sets.beside}};
   for (const auto& [prefix, sets_of_plan] : of_plans)
     for (const auto& given : *sets_of_plan)
-      reading.problems.all.push_back("--set " + (prefix + given.key) + ": there is no plan that it could change");
+      reading.problems.all.push_back(say("--set {}: there is no plan that it could change", (prefix + given.key)));
   read_channel_sets(reading);
   if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
   return reading.plan;

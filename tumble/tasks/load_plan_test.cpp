@@ -35,7 +35,7 @@ class LoadPlan : public testing::Test {
       load(text, sets);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind, Error::Kind::bad_input);
-      auto all = error.problems;
+      auto all = texts_of(error.problems);
       for (auto& problem : all)
         if (problem.starts_with(folder_.string())) problem.erase(0, folder_.string().size() + 1);
       return all;
@@ -378,7 +378,7 @@ TEST(Judge, RefusesLimitsInTheWrongUnit) {
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
     ASSERT_EQ(error.problems.size(), 2u);
-    EXPECT_EQ(error.problems[1], "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
+    EXPECT_EQ(error.problems[1].text(), "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
   }
 }
 

@@ -19,7 +19,8 @@ Streamed stream_of(const Plan& plan, const std::string& file, const Progress& pr
   Plan alone = plan;
   alone.recordings.clear();
   auto streamed = open_stream(alone, {file}, 0, progress);
-  if (!streamed) throw Error(Error::Kind::bad_data, file + ": holds no samples, or cannot be read block after block");
+  if (!streamed)
+    throw Error(Error::Kind::bad_data, say("{}: holds no samples, or cannot be read block after block", file));
   return std::move(*streamed);
 }
 
@@ -52,21 +53,21 @@ Clock clock_of(const std::vector<RecordPiece>& pieces) {
 }
 
 /// What of a file does not fit to the first.
-std::vector<std::string> misfits(const RecordPiece& piece, const RecordPiece& first) {
+Problems misfits(const RecordPiece& piece, const RecordPiece& first) {
   if (piece.channels.size() != first.channels.size())
     return {fmt::format("{}: has {} channels, and {} has {}: all files of a record must have the same", piece.file,
                         piece.channels.size(), first.file, first.channels.size())};
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t k = 0; k < piece.channels.size(); ++k) {
     const ChannelExtent &mine = piece.channels[k], &wanted = first.channels[k];
     if (mine.label != wanted.label)
       problems.push_back(
-          fmt::format("{}: channel '{}' stands where {} has '{}'", piece.file, mine.label, first.file, wanted.label));
+          say("{}: channel '{}' stands where {} has '{}'", piece.file, mine.label, first.file, wanted.label));
     else if (!(std::abs(mine.rate / wanted.rate - 1.0) < 1e-3))
       problems.push_back(
-          fmt::format("{}: {} has {:.6g} Hz, and in {} {:.6g} Hz: write --set rate=... if one of them is "
-                      "wrong",
-                      piece.file, mine.label, mine.rate, first.file, wanted.rate));
+          say("{}: {} has {:.6g} Hz, and in {} {:.6g} Hz: write --set rate=... if one of them is "
+              "wrong",
+              piece.file, mine.label, mine.rate, first.file, wanted.rate));
   }
   return problems;
 }
@@ -107,7 +108,7 @@ RecordPiece measure_piece(const Plan& plan, const std::string& file, const Progr
 }
 
 RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const RecordPiece& piece : pieces)
     for (auto& problem : misfits(piece, pieces.front())) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
@@ -122,9 +123,9 @@ RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
         if (step.lost > step.tolerance) place.lost_before = static_cast<std::size_t>(std::round(step.lost));
         if (step.lost < -step.tolerance && k == 0)
           problems.push_back(
-              fmt::format("{}: begins {} before {} ends: give the files in the order of their times, each "
-                          "once",
-                          pieces[i].file, say_seconds(-step.lost / pieces[i].channels[k].rate), pieces[i - 1].file));
+              say("{}: begins {} before {} ends: give the files in the order of their times, each "
+                  "once",
+                  pieces[i].file, say_seconds(-step.lost / pieces[i].channels[k].rate), pieces[i - 1].file));
       }
       lost += place.lost_before;
       gaps += place.lost_before > 0 ? 1 : 0;
@@ -162,8 +163,8 @@ ReducedPiece reduce_piece(const Plan& plan, const std::string& file, const Recor
   const auto channels = extent.channels();
   for (std::size_t k = 0; k < channels.size(); ++k)
     if (channels[k].samples != piece.channels[k].samples)
-      throw Error(Error::Kind::bad_data, fmt::format("{}: has changed since it was measured: {} samples, before {}",
-                                                     piece.file, channels[k].samples, piece.channels[k].samples));
+      throw Error(Error::Kind::bad_data, say("{}: has changed since it was measured: {} samples, before {}", piece.file,
+                                             channels[k].samples, piece.channels[k].samples));
   reduced.sha256 = streamed.checksum();
   return reduced;
 }

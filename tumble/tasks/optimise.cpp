@@ -86,7 +86,7 @@ bool same_motions(const Segment& a, const Segment& b) {
 }
 
 void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto collect = [&](auto check) {
     try {
       check();
@@ -101,9 +101,8 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes)
       if (motion.kind == Motion::Kind::ramp || motion.kind == Motion::Kind::random)
-        problems.push_back(fmt::format("segment '{}': {} {}: only holds, rates and oscillations are optimised",
-                                       segment.label, axis,
-                                       motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
+        problems.push_back(say("segment '{}': {} {}: only holds, rates and oscillations are optimised", segment.label,
+                               axis, motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
   if (!plan.instrument_model.empty())
     for (auto& problem : problems_of_terms(plan, options.terms)) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -145,9 +144,8 @@ Work prepare(const Plan& plan, const OptimiseOptions& options) {
     return one.setup + work.settling + std::max(one.least, shortest_dwell) > 0.5 * work.time;
   });
   if (work.all.empty())
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{}: {} is too short for any two motions of the rig {} with its settling", plan.file,
-                            say_seconds(work.time), plan.rig_kind));
+    throw Error(Error::Kind::bad_input, say("{}: {} is too short for any two motions of the rig {} with its settling",
+                                            plan.file, say_seconds(work.time), plan.rig_kind));
   bool others = false;
   work.terms = terms_told(work, others);
   if (others && !work.from_terms) {  // the method's parameters are not the terms of which the information is known
@@ -327,7 +325,7 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
   const Plan& plan = work.plan;
   if (!chosen.estimate)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
+                say("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
   Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
   if (work.instead_of_method)
     out.estimate.findings.push_back({Finding::Severity::warning,

@@ -97,7 +97,7 @@ TEST_F(Predict, RefusesToPredictWithoutNoise) {
     predict(plan);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_NE(error.problems.front().find("angle_random_walk"), std::string::npos);
+    EXPECT_NE(error.problems.front().text().find("angle_random_walk"), std::string::npos);
   }
 }
 
@@ -109,7 +109,7 @@ TEST_F(Predict, RefusesToPredictAMethodsPlanWithoutNoise) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    EXPECT_NE(error.problems.front().find("angle_random_walk"), std::string::npos);
+    EXPECT_NE(error.problems.front().text().find("angle_random_walk"), std::string::npos);
   }
 }
 

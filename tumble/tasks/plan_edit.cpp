@@ -45,8 +45,8 @@ class Text {
     }
     return byte;
   }
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw Error(Error::Kind::bad_input, fmt::format("{}: {}: change it in the text", file_, what));
+  [[noreturn]] void refuse(const Sentence& what) const {
+    throw Error(Error::Kind::bad_input, say("{}: {}: change it in the text", file_, what));
   }
   std::string replaced(std::size_t begin, std::size_t end, const std::string& by) const {
     return text_.substr(0, begin) + by + text_.substr(end);
@@ -97,7 +97,7 @@ toml::table value_table(const Text& text, const std::string& value) {
   } catch (const toml::parse_error&) {
     // said below
   }
-  text.refuse("'" + value + "' is not a value of TOML");
+  text.refuse(say("'{}' is not a value of TOML", value));
 }
 
 std::string key_text(const std::string& key) {
@@ -236,10 +236,10 @@ struct Lines {
 
 const toml::array& list_of(const Text& text, const PlanList& which) {
   const auto* array = text.document()[which.name].as_array();
-  if (!array || which.index >= array->size()) text.refuse(fmt::format("there is no such [[{}]]", which.name));
+  if (!array || which.index >= array->size()) text.refuse(say("there is no such [[{}]]", which.name));
   for (const auto& node : *array)
     if (!node.is_table() || node.as_table()->is_inline())
-      text.refuse(fmt::format("{} is not written as [[{}]]", which.name, which.name));
+      text.refuse(say("{} is not written as [[{}]]", which.name, which.name));
   return *array;
 }
 
@@ -278,12 +278,12 @@ std::string with_value(const std::string& plan, const std::string& file, const P
   else if (!old && path.size() == 2)
     wanted.insert(path.front(), toml::table{}), wanted[path.front()].as_table()->insert(key, *parsed.get("value"));
   else
-    text.refuse(fmt::format("there is no place for {}", fmt::join(path, ".")));
+    text.refuse(say("there is no place for {}", fmt::join(path, ".")));
   const auto* parent = find_node<const toml::node>(text.document(), parents);
   if (!parent) return text.checked(with_new_section(text, path.front(), key, value), wanted);
   const auto& table = *parent->as_table();
   if (const auto* node = table.get(key)) {
-    if (node->is_table() && !node->as_table()->is_inline()) text.refuse(key + " is a section");
+    if (node->is_table() && !node->as_table()->is_inline()) text.refuse(say("{} is a section", key));
     return text.checked(text.replaced(text.place(node->source().begin), text.place(node->source().end), value), wanted);
   }
   return text.checked(table.is_inline() ? inserted_inline(text, table, key, value)

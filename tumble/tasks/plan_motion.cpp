@@ -16,7 +16,7 @@ Schedule segments_of_run(const Plan& plan, int run) {
   Schedule segments;
   for (const auto& segment : plan.schedule)
     if (segment.run == run) segments.push_back(segment);
-  if (segments.empty()) throw Error(Error::Kind::bad_input, fmt::format("the schedule has no power-up number {}", run));
+  if (segments.empty()) throw Error(Error::Kind::bad_input, say("the schedule has no power-up number {}", run));
   return segments;
 }
 

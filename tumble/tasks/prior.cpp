@@ -26,9 +26,9 @@ Estimate of_file(const Plan& plan, std::string& sha256) {
 Estimate of_archive(const Plan& plan, const Archive* archive) {
   if (!archive)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{}: prior = \"archive\" needs the archive: --archive ARCHIVE or the environment variable "
-                            "TUMBLE_ARCHIVE; or name a file that `tumble population` wrote",
-                            where(plan)));
+                say("{}: prior = \"archive\" needs the archive: --archive ARCHIVE or the environment variable "
+                    "TUMBLE_ARCHIVE; or name a file that `tumble population` wrote",
+                    where(plan)));
   return population_of(*archive, {plan.instrument_model, plan.method, plan.instrument_serial});
 }
 

@@ -52,8 +52,8 @@ const ReadyPlan& find_ready_plan(const std::string& name_or_method) {
   auto meant = known;  // a method is accepted too
   for (const auto& plan : plans)
     if (std::ranges::find(meant, plan.method) == meant.end()) meant.push_back(plan.method);
-  throw Error(Error::Kind::unsupported, fmt::format("there is no plan '{}'{} (plans: {})", name_or_method,
-                                                    did_you_mean(name_or_method, meant), fmt::join(known, ", ")));
+  throw Error(Error::Kind::unsupported, say("there is no plan '{}'{} (plans: {})", name_or_method,
+                                            did_you_mean(name_or_method, meant), fmt::join(known, ", ")));
 }
 
 }  // namespace tumble

@@ -96,28 +96,28 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
 
 SortedSets sorted(const Sets& sets) {
   SortedSets result;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [key, value] : sets) try {
       sort_in(result, key, value);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
-        problems.push_back(fmt::format("--set {}={}: {}", key, value, problem));
+        problems.push_back(within(Where{.key = key, .place = say("--set {}={}", Name{key}, Name{value})}, problem));
     }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return result;
 }
 
 ReadOptions read_options(const Sets& sets) {
-  std::vector<std::string> problems;
+  Problems problems;
   Sets known;
   for (const auto& set : sets)
     if (for_reading(set.first))
       known.push_back(set);
     else
-      problems.push_back(fmt::format(
-          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, time, date, encoding, "
-          "skip, topic, frames and unit.<column>",
-          set.first));
+      problems.push_back(
+          say("--set {}: reading a file takes rate, missing, columns, segment_column, decimal, time, date, encoding, "
+              "skip, topic, frames and unit.<column>",
+              set.first));
   try {
     const auto reading = sorted(known).reading;
     if (problems.empty()) return reading;
@@ -129,14 +129,13 @@ ReadOptions read_options(const Sets& sets) {
 
 char parse_decimal(const std::string& text) {
   if (text != "comma" && text != "point")
-    throw Error(Error::Kind::bad_input, fmt::format("the decimal mark is comma or point, not '{}'", text));
+    throw Error(Error::Kind::bad_input, say("the decimal mark is comma or point, not '{}'", text));
   return text == "comma" ? ',' : '.';
 }
 
 std::string parse_date_order(const std::string& text) {
   if (text != "dmy" && text != "mdy" && text != "ymd")
-    throw Error(Error::Kind::bad_input,
-                fmt::format("the order of a date is dmy (day first), mdy or ymd, not '{}'", text));
+    throw Error(Error::Kind::bad_input, say("the order of a date is dmy (day first), mdy or ymd, not '{}'", text));
   return text;
 }
 
@@ -144,7 +143,7 @@ std::size_t parse_skip(const std::string& text) {
   std::size_t lines = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), lines);
   if (problem != std::errc() || end != text.data() + text.size() || lines > 100'000)
-    throw Error(Error::Kind::bad_input, fmt::format("a number of lines up to 100000 is expected, not '{}'", text));
+    throw Error(Error::Kind::bad_input, say("a number of lines up to 100000 is expected, not '{}'", text));
   return lines;
 }
 
@@ -152,7 +151,7 @@ ChannelChoice parse_choice(const std::string& text) {
   const auto open = text.find('[');
   if (open == std::string::npos) return {text, std::nullopt};
   if (open == 0 || text.back() != ']')
-    throw Error(Error::Kind::bad_input, fmt::format("\"{}\" is no channel; write \"name\" or \"name[unit]\"", text));
+    throw Error(Error::Kind::bad_input, say("\"{}\" is no channel; write \"name\" or \"name[unit]\"", text));
   return {text.substr(0, open), Unit::parse(text.substr(open + 1, text.size() - open - 2))};
 }
 
@@ -162,7 +161,7 @@ std::vector<ChannelChoice> parse_choices(const std::string& text) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::size_t first = text.find_first_not_of(' ', begin), last = text.find_last_not_of(' ', end - 1);
     if (end == begin || first >= end)
-      throw Error(Error::Kind::bad_input, fmt::format("\"{}\" lacks a channel; write \"S1, S2\"", text));
+      throw Error(Error::Kind::bad_input, say("\"{}\" lacks a channel; write \"S1, S2\"", text));
     choices.push_back(parse_choice(text.substr(first, last - first + 1)));
     begin = end + 1;
   }

@@ -12,9 +12,9 @@ namespace tumble {
 StoppingRule parse_stopping_rule(std::string_view text, double at_least) {
   const auto refuse = [&]() -> StoppingRule {
     throw Error(Error::Kind::bad_input,
-                fmt::format("'{}' is not a stopping rule: sd(PARAMETER) <= QUANTITY is expected, for example "
-                            "sd(bias) <= 0.002 deg/h",
-                            text));
+                say("'{}' is not a stopping rule: sd(PARAMETER) <= QUANTITY is expected, for example "
+                    "sd(bias) <= 0.002 deg/h",
+                    text));
   };
   const auto close = text.find(')'), sign = text.find("<=");
   if (!text.starts_with("sd(") || close == std::string_view::npos || close <= 3 || sign == std::string_view::npos)
@@ -44,8 +44,7 @@ std::map<std::string, StoppingRule> stopping_rules(const Plan& plan) {
     const auto [known, is_new] = ruled.emplace(label, rule.has_value());
     if (is_new && rule) rules.emplace(label, *rule);
     if (!is_new && (known->second != rule.has_value() || (rule && !(rules.at(label) == *rule))))
-      section.problem(
-          fmt::format("the segments '{}' have different stopping rules: give them different labels", label));
+      section.problem(say("the segments '{}' have different stopping rules: give them different labels", label));
   }
   if (!problems.all.empty()) throw Error(Error::Kind::bad_input, problems.sorted());
   return rules;

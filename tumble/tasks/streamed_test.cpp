@@ -127,7 +127,7 @@ std::vector<std::string> refused(const std::string& file, Error::Kind kind, cons
     found(file, nothing, sets);
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, kind) << error.what();
-    return error.problems;
+    return texts_of(error.problems);
   }
   return {};
 }

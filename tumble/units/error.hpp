@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// A request that cannot be carried out. Front ends catch it once and turn `kind` into an exit status (CLI) or a
@@ -18,17 +20,17 @@ class Error : public std::runtime_error {
     internal      ///< a promise of ours was broken (CLI exit 4)
   };
 
-  Error(Kind what, std::string problem) : Error(what, std::vector<std::string>{std::move(problem)}) {}
-  Error(Kind what, std::vector<std::string> found)
-      : std::runtime_error(joined(found)), kind(what), problems(std::move(found)) {}
+  Error(Kind what, Problem problem) : Error(what, Problems{std::move(problem)}) {}
+  Error(Kind what, const std::vector<std::string>& texts) : Error(what, Problems(texts.begin(), texts.end())) {}
+  Error(Kind what, Problems found) : std::runtime_error(joined(found)), kind(what), problems(std::move(found)) {}
 
   Kind kind;
-  std::vector<std::string> problems;
+  Problems problems;
 
  private:
-  static std::string joined(const std::vector<std::string>& lines) {
+  static std::string joined(const Problems& found) {
     std::string text;
-    for (const auto& problem : lines) text += (text.empty() ? "" : "\n") + problem;
+    for (const auto& problem : found) text += (text.empty() ? "" : "\n") + problem.text();
     return text;
   }
 };

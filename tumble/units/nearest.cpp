@@ -61,9 +61,9 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
   return best.empty() ? holding(mistyped, known, false) : best;
 }
 
-std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
+Sentence did_you_mean(std::string_view name, const std::vector<std::string>& known) {
   const std::string near = nearest(name, known);
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
+  return near.empty() ? Sentence() : say("; did you mean '{}'?", near);
 }
 
 }  // namespace tumble

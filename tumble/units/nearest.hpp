@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// The known name nearest to a mistyped one, or empty when none is near. Distance: insertions, deletions, substitutions
@@ -13,6 +15,6 @@ namespace tumble {
 std::string nearest(std::string_view name, const std::vector<std::string>& known);
 
 /// "; did you mean 'x'?" or nothing, to be put behind a message about `name`.
-std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
+Sentence did_you_mean(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace tumble

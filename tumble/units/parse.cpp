@@ -24,16 +24,16 @@ class Parser {
   Meaning whole() {
     Meaning meaning = unit(0);
     if (at_ < text_.size())
-      fail(at_, peek(")") ? "')' without '('" : "'/' or '*' expected before '" + std::string(text_.substr(at_)) + "'");
+      fail(at_, peek(")") ? Sentence("')' without '('")
+                          : say("'/' or '*' expected before '{}'", std::string(text_.substr(at_))));
     if (!alone_) meaning.offset = 0.0;
     return meaning;
   }
 
-  [[noreturn]] void fail(std::size_t at, const std::string& problem) const {
+  [[noreturn]] void fail(std::size_t at, const Sentence& problem) const {
     std::size_t position = 1;  // in characters, not bytes
     for (const char c : text_.substr(0, at)) position += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-    throw Error(Error::Kind::bad_input,
-                "unit '" + std::string(text_) + "', position " + std::to_string(position) + ": " + problem);
+    throw Error(Error::Kind::bad_input, say("unit '{}', position {}: {}", std::string(text_), position, problem));
   }
 
  private:
@@ -116,7 +116,7 @@ class Parser {
       return to_the(inner, 1, begin);
     }
     if (const auto meaning = meaning_of(found)) return *meaning;
-    fail(begin, "unknown unit '" + std::string(found) + "'" + advice_on(found));
+    fail(begin, say("unknown unit '{}'{}", std::string(found), advice_on(found)));
   }
 
   std::string_view word() {

@@ -50,7 +50,7 @@ std::string shortest(double value, double value_si, const Unit& unit) {
   return "";
 }
 
-[[noreturn]] void refuse(std::string problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }
+[[noreturn]] void refuse(Sentence problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }
 
 }  // namespace
 
@@ -77,12 +77,12 @@ Quantity parse_quantity(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   Quantity quantity;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), quantity.value);
-  const std::string shown = "'" + std::string(whole) + "'";
-  if (problem == std::errc::result_out_of_range) refuse(shown + ": the number is out of range");
+  const Name shown{std::string(whole)};
+  if (problem == std::errc::result_out_of_range) refuse(say("'{}': the number is out of range", shown));
   if (problem != std::errc{} || !std::isfinite(quantity.value))
-    refuse(shown + ": a number with a unit expected, for example '1.5 deg/h'");
+    refuse(say("'{}': a number with a unit expected, for example '1.5 deg/h'", shown));
   std::string_view rest = text.substr(static_cast<std::size_t>(end - text.data()));
-  if (rest.starts_with(',')) refuse(shown + ": write a decimal point, not a comma");
+  if (rest.starts_with(',')) refuse(say("'{}': write a decimal point, not a comma", shown));
   while (!rest.empty() && blank(rest.front())) rest.remove_prefix(1);
   quantity.bare = rest.empty();
   if (!quantity.bare) quantity.unit = Unit::parse(rest);
@@ -92,12 +92,12 @@ Quantity parse_quantity(std::string_view text) {
 double parse_si(std::string_view text, const Unit& expected) {
   const Quantity quantity = parse_quantity(text);
   if (quantity.bare && expected.dimension() == Dimension{} && expected.factor() == 1.0) return quantity.value;
-  const std::string shown = "'" + std::string(text) + "'";
+  const Name shown{std::string(text)};
   if (quantity.bare)
-    refuse(shown + " has no unit: write for example '" + digits(quantity.value, 15) + " " + expected.text() + "'");
+    refuse(say("'{}' has no unit: write for example '{} {}'", shown, digits(quantity.value, 15), expected.text()));
   if (quantity.unit.dimension() != expected.dimension())
-    refuse(shown + " is in " + name(quantity.unit.dimension()) + ", but a quantity in " + expected.text() + " (" +
-           name(expected.dimension()) + ") is expected");
+    refuse(say("'{}' is in {}, but a quantity in {} ({}) is expected", shown, name(quantity.unit.dimension()),
+               expected.text(), name(expected.dimension())));
   return expected.offset() != 0.0 ? quantity.unit.to_si(quantity.value)
                                   : quantity.unit.difference_to_si(quantity.value);
 }

@@ -164,15 +164,16 @@ std::vector<UnitWord> unit_words() {
   return all;
 }
 
-std::string advice_on(std::string_view text) {
+Sentence advice_on(std::string_view text) {
   for (const auto& word : refused)
-    if (word.text == text) return std::string(word.advice);
+    if (word.text == text) return std::string(word.advice).c_str();
   std::vector<std::string> known;
   for (const Word& word : words) known.emplace_back(word.text);
   for (const Word& word : words)
     for (const char prefix : word.prefixes) known.push_back(prefix + std::string(word.text));
-  const std::string advice = did_you_mean(text, known);
-  return advice.empty() ? "; known are for example deg rad arcsec h s Hz m g kg K degC V A pulse ppm" : advice;
+  const Sentence advice = did_you_mean(text, known);
+  return advice.empty() ? Sentence("; known are for example deg rad arcsec h s Hz m g kg K degC V A pulse ppm")
+                        : advice;
 }
 
 }  // namespace tumble

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tumble/units/factor.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -29,6 +30,6 @@ struct UnitWord {
 std::vector<UnitWord> unit_words();
 
 /// What to write instead of a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
-std::string advice_on(std::string_view word);
+Sentence advice_on(std::string_view word);
 
 }  // namespace tumble

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 #include "tumble/wire/frames.hpp"
 
@@ -207,7 +208,7 @@ Controller read_controller(std::string_view toml, const std::string& file,
                            const std::map<std::string, std::string>& settings = {});
 
 /// What the test vectors do not confirm, as host and as device; empty: all hold.
-std::vector<std::string> problems_of_vectors(const Controller& controller);
+Problems problems_of_vectors(const Controller& controller);
 
 /// [SI] by how much a value may change on its way through the template of this verb: half a step of its format.
 double resolution_of(const Controller& controller, const std::string& verb, const std::string& value, double si);
@@ -315,7 +316,7 @@ class ControllerDevice {
   std::string output();
 
   /// What was wrong with the bytes since the last call: checksums, unknown commands.
-  std::vector<std::string> problems();
+  Problems problems();
 
  private:
   struct Slot {

@@ -38,9 +38,8 @@ const ShippedController& find_controller(const std::string& name) {
   if (const auto found = std::ranges::find(all, name, &ShippedController::name); found != all.end()) return *found;
   std::vector<std::string> known;
   for (const auto& shipped : all) known.emplace_back(shipped.name);
-  throw Error(
-      Error::Kind::unsupported,
-      fmt::format("there is no declaration of a controller '{}'{} (shipped are {}; a declaration of your own is "
+  throw Error(Error::Kind::unsupported,
+              say("there is no declaration of a controller '{}'{} (shipped are {}; a declaration of your own is "
                   "given by its file, which ends in .toml)",
                   name, did_you_mean(name, known), fmt::join(known, ", ")));
 }

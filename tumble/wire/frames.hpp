@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -228,7 +229,7 @@ struct FrameCodec {
 FrameCodec read_frames(std::string_view text, const std::string& file, const std::vector<std::string>& variants = {});
 
 /// What the test vectors of a codec do not confirm, decoded and encoded again; empty: all hold.
-std::vector<std::string> problems_of_vectors(const FrameCodec& codec);
+Problems problems_of_vectors(const FrameCodec& codec);
 
 /// Something that happened in a stream: how often, and the first byte of the first.
 struct FrameIncident {

@@ -38,9 +38,8 @@ const ShippedInstrument& find_instrument(const std::string& name) {
   if (const auto found = std::ranges::find(all, name, &ShippedInstrument::name); found != all.end()) return *found;
   std::vector<std::string> known;
   for (const auto& instrument : all) known.emplace_back(instrument.name);
-  throw Error(
-      Error::Kind::unsupported,
-      fmt::format("there is no declaration of frames '{}'{} (shipped are {}; a declaration of your own is given "
+  throw Error(Error::Kind::unsupported,
+              say("there is no declaration of frames '{}'{} (shipped are {}; a declaration of your own is given "
                   "by its file, which ends in .toml)",
                   name, did_you_mean(name, known), fmt::join(known, ", ")));
 }

@@ -1,5 +1,7 @@
 #include "tumble/archive/database/database.hpp"
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble::database {
 
 namespace {
@@ -64,9 +66,9 @@ void Database::transact(const std::function<void()>& work) {
   }
 }
 
-std::vector<std::string> Database::damage() {
+Problems Database::damage() {
   Sqlite* const file = std::get_if<Sqlite>(&engine_);
-  return file ? file->damage() : std::vector<std::string>{};
+  return file ? file->damage() : Problems{};
 }
 
 }  // namespace tumble::database

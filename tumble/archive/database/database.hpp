@@ -8,6 +8,7 @@
 #include "tumble/archive/database/postgres.hpp"
 #include "tumble/archive/database/sqlite.hpp"
 #include "tumble/archive/database/value.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::database {
 
@@ -34,7 +35,7 @@ class Database {
   /// Does `work` in one transaction: all of it or nothing. Work that another writer came before is done again.
   void transact(const std::function<void()>& work);
   /// What is wrong with the file of the database itself; empty on a server.
-  std::vector<std::string> damage();
+  Problems damage();
 
  private:
   std::variant<Sqlite, Postgres> engine_;

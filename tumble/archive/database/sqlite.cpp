@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "tumble/formats/confinement.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::database {
 
@@ -106,8 +107,8 @@ void Sqlite::script(const std::string& sql) try {
 
 std::int64_t Sqlite::changed() const { return sqlite3_changes64(handle_.get()); }
 
-std::vector<std::string> Sqlite::damage() {
-  std::vector<std::string> problems;
+Problems Sqlite::damage() {
+  Problems problems;
   rows("PRAGMA integrity_check", {}, [&](const Row& row) {
     if (text(row, 0) != "ok") problems.push_back(text(row, 0));
   });

@@ -5,6 +5,7 @@
 
 #include "tumble/archive/database/value.hpp"
 #include "tumble/formats/sqlite.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::database {
 
@@ -17,7 +18,7 @@ class Sqlite {
   void script(const std::string& sql);
   std::int64_t changed() const;  ///< rows that the last INSERT wrote
   /// What is wrong with the file itself; empty: nothing.
-  std::vector<std::string> damage();
+  Problems damage();
 
  private:
   SqliteHandle handle_;

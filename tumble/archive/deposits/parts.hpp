@@ -8,6 +8,7 @@
 #include "tumble/archive/deposit.hpp"
 #include "tumble/archive/schema/chain.hpp"
 #include "tumble/core/estimate.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::deposits {
 
@@ -29,10 +30,10 @@ struct ReadInput {
 std::vector<ReadInput> inputs_of(const Estimate& estimate);
 
 /// What is wrong with a model and serial number, whose indexes have limits.
-std::vector<std::string> problems_of_name(const UnitName& unit);
+Problems problems_of_name(const UnitName& unit);
 
 /// Reads it. Adds to `problems` what is wrong.
-ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems);
+ReadResult read_result(const ResultDeposit& deposit, Problems& problems);
 
 /// Number of a unit; its row and its first event are appended where it is new.
 std::int64_t unit_row(schema::Change& change, const UnitName& unit);

@@ -43,20 +43,19 @@ std::vector<ReadInput> inputs_of(const Estimate& estimate) {
   return inputs;
 }
 
-std::vector<std::string> problems_of_name(const UnitName& unit) {
+Problems problems_of_name(const UnitName& unit) {
   constexpr std::size_t longest = 1000;  // indexes of PostgreSQL hold no more than 2704 bytes
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [what, text] :
        {std::pair<const char*, const std::string&>{"model", unit.model}, {"serial number", unit.serial}}) {
     if (text.size() > longest)
-      problems.push_back(fmt::format("the {} has {} bytes: up to {} are accepted", what, text.size(), longest));
-    if (text.find('\0') != std::string::npos)
-      problems.push_back(fmt::format("the {} has a character of value 0", what));
+      problems.push_back(say("the {} has {} bytes: up to {} are accepted", what, text.size(), longest));
+    if (text.find('\0') != std::string::npos) problems.push_back(say("the {} has a character of value 0", what));
   }
   return problems;
 }
 
-ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& problems) {
+ReadResult read_result(const ResultDeposit& deposit, Problems& problems) {
   ReadResult result;
   result.deposit = &deposit;
   try {
@@ -71,18 +70,18 @@ ReadResult read_result(const ResultDeposit& deposit, std::vector<std::string>& p
                  deposit.unit.serial.empty() ? result.estimate.instrument_serial : deposit.unit.serial};
   if (result.unit.serial.empty() || result.unit.model.empty())
     problems.push_back(
-        fmt::format("{}: the result does not say which unit it is of: give --unit MODEL/SERIAL, or [instrument] model "
-                    "and serial in the plan",
-                    deposit.file));
-  for (auto& problem : problems_of_name(result.unit)) problems.push_back(deposit.file + ": " + problem);
+        say("{}: the result does not say which unit it is of: give --unit MODEL/SERIAL, or [instrument] model "
+            "and serial in the plan",
+            deposit.file));
+  for (auto& problem : problems_of_name(result.unit)) problems.push_back(say("{}: {}", deposit.file, problem));
   result.begun = deposit.begun;
   result.ended = deposit.ended;
   if (result.begun.empty() && result.ended.empty()) times_of(result.estimate, result.begun, result.ended);
   if (result.ended.empty()) result.ended = result.begun;
   for (const auto& time : std::set{result.begun, result.ended})
     if (!time.empty() && !parse_iso_time(time))
-      problems.push_back(fmt::format("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z",
-                                     deposit.file, time));
+      problems.push_back(
+          say("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z", deposit.file, time));
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/archive/schema/chain.hpp"
 #include "tumble/archive/schema/shape.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::schema {
 
@@ -149,9 +150,9 @@ void third_schema(database::Database& database, const Migration& migration) {
 }  // namespace
 
 /// Version 1 has no event: its note must be there, and those of later versions as their events say.
-std::vector<std::string> problems_of_versions(database::Database& database) {
+Problems problems_of_versions(database::Database& database) {
   std::map<std::int64_t, std::string> noted;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& row : database.ask("SELECT version, applied, program FROM schema_version ORDER BY version"))
     noted[database::integer(row, 0)] = database::text(row, 1) + ", Tumble " + database::text(row, 2);
   std::map<std::int64_t, std::string> happened;
@@ -162,14 +163,14 @@ std::vector<std::string> problems_of_versions(database::Database& database) {
   for (std::int64_t version = 1; version <= newest_version(); ++version) {
     const auto note = noted.find(version);
     if (note == noted.end())
-      problems.push_back(fmt::format("table schema_version: the note of version {} is missing", version));
+      problems.push_back(say("table schema_version: the note of version {} is missing", version));
     else if (version > 1 && note->second != happened[version])
-      problems.push_back(fmt::format("table schema_version: version {} is noted as of {}, and its event says {}",
-                                     version, note->second, happened[version].empty() ? "nothing" : happened[version]));
+      problems.push_back(say("table schema_version: version {} is noted as of {}, and its event says {}", version,
+                             note->second, happened[version].empty() ? "nothing" : happened[version]));
     noted.erase(version);
   }
   for (const auto& [version, note] : noted)
-    problems.push_back(fmt::format("table schema_version: version {} is no version of an archive", version));
+    problems.push_back(say("table schema_version: version {} is no version of an archive", version));
   return problems;
 }
 
@@ -185,10 +186,10 @@ std::vector<std::string> problems_of_triggers(database::Database& database) {
       there = found.erase(text.substr(0, end)) == 1 && there;
       text.erase(0, end + 2);
     }
-    if (!there) problems.push_back(fmt::format("table {}: the trigger that refuses changes is missing", table));
+    if (!there) problems.push_back(say("table {}: the trigger that refuses changes is missing", table));
   }
   for (const auto& other : found)
-    problems.push_back(fmt::format("a trigger that is no part of an archive: {}", other.substr(0, 80)));
+    problems.push_back(say("a trigger that is no part of an archive: {}", other.substr(0, 80)));
   return problems;
 }
 

@@ -41,7 +41,7 @@ auto guarded(const std::string& address, const Work& work) {
   try {
     return work();
   } catch (const database::Refusal& refusal) {
-    throw Error(Error::Kind::bad_file, fmt::format("archive '{}': {}", shown_address(address), refusal.text));
+    throw Error(Error::Kind::bad_file, say("archive '{}': {}", shown_address(address), refusal.text));
   }
 }
 

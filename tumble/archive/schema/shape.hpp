@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/archive/database/database.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::schema {
 
@@ -39,7 +40,7 @@ std::int64_t newest_version();
 
 /// What is wrong with the versions that the tables were made and brought up to date by, as the chain of the archive
 /// knows them.
-std::vector<std::string> problems_of_versions(database::Database& database);
+Problems problems_of_versions(database::Database& database);
 
 /// What is wrong with the triggers that refuse changes of rows: missing, switched off, or others beside them.
 std::vector<std::string> problems_of_triggers(database::Database& database);

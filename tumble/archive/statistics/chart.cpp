@@ -72,9 +72,9 @@ Charted charted(const Archive& archive, const ChartRequest& request, Findings& f
   const std::size_t count = out.occasions.size();
   const char* const points = what.unit.serial.empty() && !request.every_day ? "units" : "days";
   if (count < fewest_points)
-    throw Error(Error::Kind::bad_data, fmt::format("a chart of {} needs {} {} with a result or more, and the archive "
-                                                   "has {}",
-                                                   what.parameter, fewest_points, points, count));
+    throw Error(Error::Kind::bad_data, say("a chart of {} needs {} {} with a result or more, and the archive "
+                                           "has {}",
+                                           what.parameter, fewest_points, points, count));
   out.baseline = request.settings.baseline;
   if (out.baseline == 0) out.baseline = std::clamp<std::size_t>(count / 2, 3, usual_baseline);
   for (const auto& occasion : out.occasions) out.points.push_back({occasion.value, occasion.private_sd, 0.0});

@@ -44,8 +44,8 @@ ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, F
   if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});
   past.units = first_of_each_unit(past.occasions, past.over.units.size()).size();
   if (past.units < fewest_units)
-    throw Error(Error::Kind::bad_data, fmt::format("a summary of {} needs {} units or more, and the archive has {}",
-                                                   what.parameter, fewest_units, past.units));
+    throw Error(Error::Kind::bad_data, say("a summary of {} needs {} units or more, and the archive has {}",
+                                           what.parameter, fewest_units, past.units));
   past.errors = shared_errors(archive, what.parameter, past.occasions);
   return past;
 }

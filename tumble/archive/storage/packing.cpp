@@ -25,8 +25,8 @@ constexpr std::size_t block = 1 << 18, hex_digits = 64, part_bytes = 1 << 20;
 constexpr std::string_view trailer_head("\x50\x2A\x4D\x18\x40\x00\x00\x00", 8);
 constexpr std::size_t trailer_bytes = 8 + hex_digits;
 
-[[noreturn]] void damaged(const std::string& what) {
-  throw Error(Error::Kind::bad_file, what + ": its bytes have changed since it was archived");
+[[noreturn]] void damaged(const Sentence& what) {
+  throw Error(Error::Kind::bad_file, say("{}: its bytes have changed since it was archived", what));
 }
 
 struct Unpacker {
@@ -79,7 +79,7 @@ void pieces_of(std::istream& stream, const std::string& path,
     stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     sink({bytes.data(), static_cast<std::size_t>(stream.gcount())}, stream.eof());
   }
-  if (!stream.eof()) throw Error(Error::Kind::bad_file, "cannot read '" + path + "' to its end");
+  if (!stream.eof()) throw Error(Error::Kind::bad_file, say("cannot read '{}' to its end", path));
 }
 
 /// Packs a stream, sealed at its end. Throws where its bytes have not this SHA-256.
@@ -95,7 +95,7 @@ void pack(std::istream& stream, const std::string& path, const std::string& sha2
     content.add(bytes);
     packer.add(bytes, last, write);
   });
-  if (content.hex() != sha256) throw Error(Error::Kind::bad_file, "'" + path + "' has changed while it was archived");
+  if (content.hex() != sha256) throw Error(Error::Kind::bad_file, say("'{}' has changed while it was archived", path));
   sink(std::string(trailer_head) + stored.hex());
 }
 
@@ -131,7 +131,7 @@ class SealedBytes {
 
 std::ifstream opened_file(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
+  if (!stream) throw Error(Error::Kind::bad_file, say("cannot read '{}'", path));
   return stream;
 }
 
@@ -139,8 +139,7 @@ std::ifstream opened_file(const std::string& path) {
 void make_folder(const fs::path& folder) {
   std::error_code problem;
   if (!fs::create_directories(folder, problem) && problem)
-    throw Error(Error::Kind::bad_file,
-                fmt::format("cannot make the folder '{}': {}", folder.string(), problem.message()));
+    throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder.string(), problem.message()));
   synchronise_folder(folder.parent_path().string());
 }
 
@@ -227,7 +226,7 @@ void unpack(const Place& place, const std::string& sha256, const std::function<v
   const std::string file = place.folder.empty() ? "the file " + sha256 : place_of(place.folder, sha256);
   SealedBytes sealed("'" + file + "'", sink);
   const auto missing = [&] {
-    throw Error(Error::Kind::bad_file, "'" + file + "' is missing: it holds the file of SHA-256 " + sha256);
+    throw Error(Error::Kind::bad_file, say("'{}' is missing: it holds the file of SHA-256 {}", file, sha256));
   };
   if (place.folder.empty()) {
     for (std::int64_t part = 0;; ++part) {

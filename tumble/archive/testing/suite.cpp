@@ -13,6 +13,7 @@
 #include "tumble/archive/testing/suite_helpers.hpp"
 #include "tumble/archive/verify.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::testing {
 

@@ -21,7 +21,9 @@ void refuse_deep_keys(const std::string& text, const std::string& file) {
     const auto content = std::string_view(text).substr(begin, end - begin);
     const auto key = content.substr(0, content.find_first_of("=#"));
     if (std::ranges::count(key, '.') > most)
-      throw Error(Error::Kind::bad_input, fmt::format("{}:{}: a key of more than {} parts", file, line, most));
+      throw Error(Error::Kind::bad_input,
+                  within(Where{.file = file, .line = line, .place = say("{}:{}", Name{file}, line)},
+                         say("a key of more than {} parts", most)));
     begin = end + 1;
   }
 }
@@ -31,8 +33,8 @@ void refuse_long_text(const std::string& text, const std::string& file) {
   constexpr std::size_t most = 16'000'000;
   if (text.size() > most)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{}: has {} MB; a plan or a declaration may have {} MB: is this a recording?", file,
-                            text.size() / 1'000'000, most / 1'000'000));
+                say("{}: has {} MB; a plan or a declaration may have {} MB: is this a recording?", file,
+                    text.size() / 1'000'000, most / 1'000'000));
 }
 
 }  // namespace
@@ -44,8 +46,11 @@ toml::table document_of(const std::string& text, const std::string& file) {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
     const auto at = error.source().begin;
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{}:{}:{}: not TOML: {}", file, at.line, at.column, error.description()));
+    throw Error(Error::Kind::bad_input, within(Where{.file = file,
+                                                     .line = at.line,
+                                                     .column = at.column,
+                                                     .place = say("{}:{}:{}", Name{file}, at.line, at.column)},
+                                               say("not TOML: {}", std::string(error.description()).c_str())));
   }
 }
 

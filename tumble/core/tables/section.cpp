@@ -16,25 +16,29 @@ std::string Problems::place(const toml::source_region& at) const {
   return at.begin.line == 0 ? file : fmt::format("{}:{}", file, at.begin.line);  // 0: given on the command line
 }
 
-void Problems::add(const toml::source_region& at, const std::string& message) {
-  const auto problem = place(at) + ": " + message;
+Where Problems::where(const toml::source_region& at) const {
+  return {.file = file, .line = at.begin.line, .place = say("{}", Name{place(at)})};
+}
+
+void Problems::add(const toml::source_region& at, Problem problem) {
+  problem = within(where(at), std::move(problem));
   constexpr std::size_t most = 200;
   if (all.size() > most || std::find(all.begin(), all.end(), problem) != all.end())
     return;  // a segment of many runs: once
-  all.push_back(all.size() < most ? problem
-                                  : fmt::format("there are more than {} problems: correct these first", most));
+  if (all.size() < most)
+    all.push_back(std::move(problem));
+  else
+    all.push_back(say("there are more than {} problems: correct these first", most));
 }
 
-std::vector<std::string> Problems::sorted() const {
-  const auto line = [this](const std::string& problem) {
-    unsigned number = std::numeric_limits<unsigned>::max();
-    if (problem.starts_with(file + ":"))
-      std::from_chars(problem.data() + file.size() + 1, problem.data() + problem.size(), number);
-    return number;
+tumble::Problems Problems::sorted() const {
+  const auto line = [this](const Problem& problem) {
+    const bool here = problem.where.file == file && problem.where.line > 0;
+    return here ? problem.where.line : std::numeric_limits<std::size_t>::max();
   };
   auto all_sorted = all;
   std::stable_sort(all_sorted.begin(), all_sorted.end(),
-                   [&](const std::string& a, const std::string& b) { return line(a) < line(b); });
+                   [&](const Problem& a, const Problem& b) { return line(a) < line(b); });
   return all_sorted;
 }
 
@@ -46,12 +50,14 @@ const toml::node* Section::find(std::string_view key) {
   return table_.get(key);
 }
 
-void Section::complain(const toml::node& node, std::string_view key, const std::string& message) {
-  problems_.add(node.source(), fmt::format("{}: {}", named(key), message));
+void Section::complain(const toml::node& node, std::string_view key, const Problem& problem) {
+  problems_.add(node.source(), within(named(key), problem));
 }
 
-std::string Section::named(std::string_view key) const {
-  return name_.empty() || key.empty() ? name_ + std::string(key) : name_ + ": " + std::string(key);
+Where Section::named(std::string_view key) const {
+  const std::string separator = name_.empty() || key.empty() ? "" : ": ";
+  const std::string shown = name_ + separator + std::string(key);
+  return {.table = name_, .key = std::string(key), .place = shown.empty() ? Sentence() : say("{}", Name{shown})};
 }
 
 std::optional<std::string> Section::text(std::string_view key) {
@@ -109,12 +115,12 @@ std::vector<int> Section::integers(std::string_view key) {
 std::optional<double> Section::si_of(const toml::node& node, std::string_view key, const Unit& expected) {
   const auto text = text_of(node);
   if (!text || node.is_array()) {
-    complain(node, key, fmt::format("a quantity is expected, for example \"1 {}\"", expected.text()));
+    complain(node, key, say("a quantity is expected, for example \"1 {}\"", expected.text()));
     return std::nullopt;
   }
   const bool needs_unit = expected.dimension() != Dimension{};
   if (!node.is_string() && needs_unit) {
-    complain(node, key, fmt::format("a bare number needs its unit: \"{} {}\"", *text, expected.text()));
+    complain(node, key, say("a bare number needs its unit: \"{} {}\"", *text, expected.text()));
     return std::nullopt;
   }
   try {
@@ -136,7 +142,7 @@ std::vector<double> Section::quantities(std::string_view key, const Unit& expect
   if (!node) return values;
   const auto* array = node->as_array();
   if (!array) {
-    complain(*node, key, fmt::format("a list of quantities is expected: [\"1 {0}\", \"2 {0}\"]", expected.text()));
+    complain(*node, key, say("a list of quantities is expected: [\"1 {0}\", \"2 {0}\"]", expected.text()));
     return values;
   }
   for (const auto& element : *array)
@@ -147,7 +153,8 @@ std::vector<double> Section::quantities(std::string_view key, const Unit& expect
 const toml::table* Section::table(std::string_view key) {
   const auto* node = find(key);
   if (!node) return nullptr;
-  if (!node->is_table()) complain(*node, key, "a table is expected, for example {" + std::string(key) + " = ...}");
+  if (!node->is_table())
+    complain(*node, key, say("a table is expected, for example {}", Name{fmt::format("{{{} = ...}}", key)}));
   return node->as_table();
 }
 
@@ -177,23 +184,22 @@ void Section::close() {
   for (const auto& [key, node] : table_) {
     if (std::binary_search(known.begin(), known.end(), key.str())) continue;
     const auto advice = did_you_mean(key.str(), known);
-    problems_.add(key.source(),
-                  fmt::format("{}{}unknown key '{}'{}", name_, name_.empty() ? "" : ": ", key.str(),
-                              advice.empty() ? fmt::format("; known are {}", fmt::join(known, ", ")) : advice));
+    const std::string key_name(key.str());
+    problems_.add(key.source(), within(named(""), advice.empty() ? say("unknown key '{}'; known are {}", key_name,
+                                                                       Name{fmt::format("{}", fmt::join(known, ", "))})
+                                                                 : say("unknown key '{}'{}", key_name, advice)));
   }
 }
 
 void Section::missing(std::string_view key, std::string_view example) {
-  problem(fmt::format("{0} is missing, for example {0} = {1}", key, example));
+  problem(say("{0} is missing, for example {0} = {1}", Name{std::string(key)}, Name{std::string(example)}));
 }
 
-void Section::problem(const std::string& message) {
-  problems_.add(table_.source(), name_.empty() ? message : name_ + ": " + message);
-}
+void Section::problem(const Problem& problem) { problems_.add(table_.source(), within(named(""), problem)); }
 
-void Section::problem_at(std::string_view key, const std::string& message) {
+void Section::problem_at(std::string_view key, const Problem& problem) {
   const auto* node = table_.get(key);
-  problems_.add(node ? node->source() : table_.source(), fmt::format("{}: {}", named(key), message));
+  problems_.add(node ? node->source() : table_.source(), within(named(key), problem));
 }
 
 std::optional<std::string> text_of(const toml::node& node) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::tables {
@@ -15,13 +16,15 @@ namespace tumble::tables {
 /// What is wrong with a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
 struct Problems {
   std::string file;
-  std::vector<std::string> all;
+  tumble::Problems all;
 
   /// "plan.toml:12"
   std::string place(const toml::source_region& at) const;
-  void add(const toml::source_region& at, const std::string& message);
+  /// At this line of the file.
+  Where where(const toml::source_region& at) const;
+  void add(const toml::source_region& at, Problem problem);
   /// In the order of their lines; those without a line last.
-  std::vector<std::string> sorted() const;
+  tumble::Problems sorted() const;
 };
 
 /// One table of such a file. Hands out its values by key, checked, and remembers which keys were asked for: every other
@@ -54,18 +57,18 @@ class Section {
   void close();
 
   void missing(std::string_view key, std::string_view example);
-  void problem(const std::string& message);
-  void problem_at(std::string_view key, const std::string& message);
+  void problem(const Problem& problem);
+  void problem_at(std::string_view key, const Problem& problem);
   const std::string& name() const { return name_; }
   const toml::source_region& source() const { return table_.source(); }
 
  private:
   std::optional<double> si_of(const toml::node& node, std::string_view key, const Unit& expected);
   std::optional<int> int_of(const toml::node& node, std::string_view key);
-  void complain(const toml::node& node, std::string_view key, const std::string& message);
+  void complain(const toml::node& node, std::string_view key, const Problem& problem);
 
   const toml::table& table_;
-  std::string named(std::string_view key) const;
+  Where named(std::string_view key) const;
 
   std::string name_;
   Problems& problems_;

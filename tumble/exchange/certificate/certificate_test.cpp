@@ -29,7 +29,7 @@ std::vector<std::string> problems_of(const Estimate& estimate, const Certificate
   try {
     certify(estimate, details, {});
   } catch (const Error& error) {
-    return error.problems;
+    return texts_of(error.problems);
   }
   return {};
 }

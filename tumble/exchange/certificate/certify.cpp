@@ -35,8 +35,8 @@ double bound_of(std::string_view text, const Unit* unit) {
   const Quantity quantity = parse_quantity(text);
   if (unit != nullptr && quantity.unit.dimension() != unit->dimension())
     throw Error(Error::Kind::bad_input,
-                fmt::format("the limit{} is in {} [{}], the parameter in {} [{}]", text, quantity.unit.text(),
-                            name(quantity.unit.dimension()), unit->text(), name(unit->dimension())));
+                say("the limit{} is in {} [{}], the parameter in {} [{}]", text, quantity.unit.text(),
+                    name(quantity.unit.dimension()), unit->text(), name(unit->dimension())));
   return quantity.unit.to_si(quantity.value);
 }
 
@@ -45,10 +45,10 @@ Tolerance tolerance_of(const std::string& limit, const Unit* unit) {
   if (limit.starts_with("<=")) return {-INFINITY, bound_of(limit.substr(2), unit)};
   if (limit.starts_with(">=")) return {bound_of(limit.substr(2), unit), INFINITY};
   const auto to = limit.find(" to ");
-  if (to == std::string::npos) throw Error(Error::Kind::bad_input, "the limit '" + limit + "' cannot be read");
+  if (to == std::string::npos) throw Error(Error::Kind::bad_input, say("the limit '{}' cannot be read", limit));
   const Tolerance limits{bound_of(limit.substr(0, to), unit), bound_of(limit.substr(to + 4), unit)};
   if (limits.empty())
-    throw Error(Error::Kind::bad_input, "the limit '" + limit + "' has its lower end above its upper end");
+    throw Error(Error::Kind::bad_input, say("the limit '{}' has its lower end above its upper end", limit));
   return limits;
 }
 
@@ -112,18 +112,18 @@ bool has_wrong_interval(const Parameter& parameter) {
 
 /// Pairs of parameters that have a value, but no covariance: it would be taken for one in the document and for all
 /// parameters together.
-void find_missing_covariances(const Estimate& estimate, std::vector<std::string>& problems) {
+void find_missing_covariances(const Estimate& estimate, Problems& problems) {
   const auto indices = certificate::determined(estimate);
   for (const std::size_t i : indices)
     for (const std::size_t j : indices)
       if (j < i && !std::isfinite(estimate.covariance(i, j) + estimate.covariance(j, i)))
-        problems.push_back(fmt::format("the covariance of {} and {} is missing: a certificate cannot state it",
-                                       estimate.parameters[j].name, estimate.parameters[i].name));
+        problems.push_back(say("the covariance of {} and {} is missing: a certificate cannot state it",
+                               estimate.parameters[j].name, estimate.parameters[i].name));
 }
 
 /// A certificate states what was measured, and how well.
 void refuse_unmeasured(const Estimate& estimate) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (estimate.provenance.inputs.empty())
     problems.emplace_back("the result is a prediction or names no recording: a certificate needs measured data");
   if (certificate::determined(estimate).empty()) problems.emplace_back("the result has no parameter with a value");
@@ -132,12 +132,12 @@ void refuse_unmeasured(const Estimate& estimate) {
     const Parameter& parameter = estimate.parameters[i];
     if (const double sd = standard_uncertainty(estimate, i);
         !(sd > 0.0 && std::isfinite(sd) && parameter.degrees_of_freedom >= least_degrees))
-      problems.push_back(fmt::format("{} has no uncertainty: a certificate cannot state it", parameter.name));
+      problems.push_back(say("{} has no uncertainty: a certificate cannot state it", parameter.name));
     else if (has_wrong_interval(parameter))
       problems.push_back(
-          fmt::format("{} has a 95 % interval that does not hold its value, or of no width: a "
-                      "certificate cannot state it",
-                      parameter.name));
+          say("{} has a 95 % interval that does not hold its value, or of no width: a "
+              "certificate cannot state it",
+              parameter.name));
   }
   if (problems.empty()) find_missing_covariances(estimate, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
@@ -151,12 +151,12 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
   for (const auto& known : details.populations) {
     const auto* parameter = find_parameter(estimate, known.parameter);
     if (!parameter)
-      problems.push_back(fmt::format("{}: [[population]] parameter: the result has no '{}' (parameters: {})",
-                                     details.file, known.parameter, fmt::join(names, ", ")));
+      problems.push_back(say("{}: [[population]] parameter: the result has no '{}' (parameters: {})", details.file,
+                             known.parameter, fmt::join(names, ", ")));
     else if (parameter->unit.dimension() != known.unit.dimension())
-      problems.push_back(fmt::format("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", details.file,
-                                     known.parameter, known.unit.text(), name(known.unit.dimension()),
-                                     parameter->unit.text(), name(parameter->unit.dimension())));
+      problems.push_back(say("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", details.file,
+                             known.parameter, known.unit.text(), name(known.unit.dimension()), parameter->unit.text(),
+                             name(parameter->unit.dimension())));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
@@ -173,12 +173,12 @@ Certificate certify(const Estimate& estimate, const CertificateDetails& stated,
   if (item.model.empty()) item.model = estimate.instrument_model;
   if (item.serial.empty()) item.serial = estimate.instrument_serial;
   certificate.notes = certificate::doubts_about_days(stated, estimate);
-  std::vector<std::string> problems;
+  Problems problems;
   if (details.rule)
     for (const auto& verdict : estimate.verdicts) try {
         certificate.statements.push_back(statement_on(verdict, estimate, details, undermined));
       } catch (const Error& error) {
-        for (const auto& problem : error.problems) problems.push_back(verdict.parameter + ": " + problem);
+        for (const auto& problem : error.problems) problems.push_back(say("{}: {}", verdict.parameter, problem));
       }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   certificate.joint = joint_of(certificate);

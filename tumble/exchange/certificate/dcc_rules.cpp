@@ -9,6 +9,7 @@
 
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/countries.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -82,12 +83,12 @@ bool is_release(std::string_view text) {
 
 /// What is wrong with a DCC, found in one walk over its elements.
 struct Walk {
-  std::vector<std::string> problems;
+  Problems problems;
   std::set<std::string> languages, ids;
   std::vector<std::pair<std::string, std::string>> references;  ///< id that is meant, and where
 
-  void complain(const pugi::xml_node& node, const std::string& what) {
-    problems.push_back(fmt::format("{}: {}", node.path('/'), what));
+  void complain(const pugi::xml_node& node, const Sentence& what) {
+    problems.push_back(say("{}: {}", node.path('/'), what));
   }
 
   void check_units(const pugi::xml_node& node, const std::string& text) {
@@ -204,8 +205,8 @@ std::vector<std::string> dcc_problems(const std::string& xml) {
   walk.check_results(root.child("dcc:measurementResults"));
   walk.check_element(root);
   for (const auto& [id, where] : walk.references)
-    if (!walk.ids.contains(id)) walk.problems.push_back(where + ": refId '" + id + "' is no id");
-  return walk.problems;
+    if (!walk.ids.contains(id)) walk.problems.push_back(say("{}: refId '{}' is no id", where, id));
+  return texts_of(walk.problems);
 }
 
 }  // namespace tumble

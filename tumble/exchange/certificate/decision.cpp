@@ -92,8 +92,7 @@ double number_of(std::string_view text, std::string_view rule, double lowest, do
   double value = 0.0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (fault == std::errc{} && end == text.data() + text.size() && value >= lowest && value <= highest) return value;
-  throw Error(Error::Kind::bad_input,
-              fmt::format("rule '{}': {} is expected, from {:g} to {:g}", rule, what, lowest, highest));
+  throw Error(Error::Kind::bad_input, say("rule '{}': {} is expected, from {:g} to {:g}", rule, what, lowest, highest));
 }
 
 Decision::Outcome outcome_of(const Measured& measured, const Tolerance& tolerance, const DecisionRule& rule,
@@ -126,9 +125,9 @@ DecisionRule parse_decision_rule(std::string_view text) {
   if (text == "method6") return {Kind::method6, 0.0};
   if (text == "non-binary") return {Kind::non_binary, 1.0};
   throw Error(Error::Kind::bad_input,
-              fmt::format("rule '{}' is not known: simple, guarded:FACTOR, risk:PROBABILITY, method6 or non-binary is "
-                          "expected",
-                          text));
+              say("rule '{}' is not known: simple, guarded:FACTOR, risk:PROBABILITY, method6 or non-binary is "
+                  "expected",
+                  text));
 }
 
 std::string name(const DecisionRule& rule) {

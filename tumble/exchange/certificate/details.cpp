@@ -4,6 +4,7 @@
 
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/countries.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -21,14 +22,14 @@ std::string place_in(const CertificateDetails& details, const std::string& messa
 
 /// Two dates in order, if both are given.
 void expect_order(const std::optional<Date>& first, const std::optional<Date>& second, const char* names,
-                  const CertificateDetails& details, std::vector<std::string>& problems) {
+                  const CertificateDetails& details, Problems& problems) {
   if (first && second && *second < *first)
     problems.push_back(
         place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first), iso_date(*second))));
 }
 
 /// What a DCC has no place for: dates before the year 1, addresses of pages with characters that none has.
-void check_forms(const CertificateDetails& details, std::vector<std::string>& problems) {
+void check_forms(const CertificateDetails& details, Problems& problems) {
   for (const auto& [key, date] : {std::pair{"received", &details.received}, std::pair{"begun", &details.begun},
                                   std::pair{"ended", &details.ended}, std::pair{"issued", &details.issued}})
     if (*date && (*date)->year() < std::chrono::year(1))
@@ -44,17 +45,17 @@ void check_forms(const CertificateDetails& details, std::vector<std::string>& pr
 
 bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == text.npos; }
 
-void check_equipment(const CertificateDetails& details, std::vector<std::string>& problems) {
+void check_equipment(const CertificateDetails& details, Problems& problems) {
   for (const auto& one : details.equipment) {
-    const auto complain = [&](const std::string& what) {
+    const auto complain = [&](const Sentence& what) {
       problems.push_back(place_in(details, fmt::format("[[equipment]] '{}': {}", one.name, what)));
     };
     if (!one.certificate.empty() && !one.due) complain("due is missing: the last day on which its certificate counts");
     if (one.due && details.ended && *one.due < *details.ended && is_blank(one.accepted_out_of_date))
       complain(
-          fmt::format("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
-                      "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
-                      iso_date(*one.due), iso_date(*details.ended)));
+          say("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
+              "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
+              iso_date(*one.due), iso_date(*details.ended)));
   }
 }
 
@@ -70,10 +71,10 @@ std::string iso_date(const Date& date) {
                      static_cast<unsigned>(date.day()));
 }
 
-std::vector<std::string> missing_details(const CertificateDetails& details, const Estimate& estimate) {
+Problems missing_details(const CertificateDetails& details, const Estimate& estimate) {
   const bool signer = std::ranges::any_of(details.persons, &Person::signs);
   const bool names = std::ranges::none_of(details.persons, [](const Person& p) { return p.name.empty(); });
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [key, given, what] : std::initializer_list<Needed>{
            {"[laboratory] name", !details.laboratory.contact.name.empty(), "name of the laboratory"},
            {"[laboratory] city", !details.laboratory.contact.city.empty(), "where it is"},
@@ -103,8 +104,8 @@ std::vector<std::string> missing_details(const CertificateDetails& details, cons
   return problems;
 }
 
-std::vector<std::string> wrong_details(const CertificateDetails& details) {
-  std::vector<std::string> problems;
+Problems wrong_details(const CertificateDetails& details) {
+  Problems problems;
   for (const auto& [section, country] : {std::pair{"[laboratory]", &details.laboratory.contact.country},
                                          std::pair{"[customer]", &details.customer.country}})
     if (!country->empty() && !certificate::is_country(*country))

@@ -105,15 +105,15 @@ Difference difference_of(const Estimate& a, const Estimate& b, const Common& at,
 
 std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
   std::vector<Common> common;
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t i = 0; i < a.estimate.parameters.size(); ++i) {
     const Parameter& one = a.estimate.parameters[i];
     const auto* other = find_parameter(b.estimate, one.name);
     if (!other) continue;
     if (other->unit.dimension() != one.unit.dimension() || other->unit.offset() != one.unit.offset()) {
-      problems.push_back(fmt::format("{} is in {} [{}] in {}, but in {} [{}] in {}", one.name, one.unit.text(),
-                                     name(one.unit.dimension()), a.name, other->unit.text(),
-                                     name(other->unit.dimension()), b.name));
+      problems.push_back(say("{} is in {} [{}] in {}, but in {} [{}] in {}", one.name, one.unit.text(),
+                             name(one.unit.dimension()), a.name, other->unit.text(), name(other->unit.dimension()),
+                             b.name));
       continue;
     }
     const auto j = static_cast<std::size_t>(other - b.estimate.parameters.data());
@@ -122,7 +122,7 @@ std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
     if (std::isfinite(known)) common.push_back({i, j});
   }
   if (problems.empty() && common.empty())
-    problems.push_back(fmt::format("{} and {} have no parameter with a value in common", a.name, b.name));
+    problems.push_back(say("{} and {} have no parameter with a value in common", a.name, b.name));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return common;
 }

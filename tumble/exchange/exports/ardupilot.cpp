@@ -50,24 +50,24 @@ std::string temperatures(const ImuCalibration& c, const std::array<AxisCorrectio
 }
 
 /// What the vehicle would refuse or take for a fault.
-void check(const std::array<AxisCorrection, 3>& axes, std::vector<std::string>& problems) {
+void check(const std::array<AxisCorrection, 3>& axes, Problems& problems) {
   constexpr double most_offset = 3.5, least_scale = 0.8, most_scale = 1.2;
   for (std::size_t i = 0; i < 3; ++i) {
     if (std::abs(axes[i].offset) > most_offset)
       problems.push_back(
-          fmt::format("the offset {:.3g} m/s^2 of accelerometer_{} is beyond the {} m/s^2 that ArduPilot "
-                      "accepts",
-                      axes[i].offset, "xyz"[i], most_offset));
+          say("the offset {:.3g} m/s^2 of accelerometer_{} is beyond the {} m/s^2 that ArduPilot "
+              "accepts",
+              axes[i].offset, "xyz"[i], most_offset));
     if (axes[i].scale < least_scale || axes[i].scale > most_scale)
       problems.push_back(
-          fmt::format("the scale {:.3g} of accelerometer_{} is outside of the {} to {} that ArduPilot "
-                      "accepts",
-                      axes[i].scale, "xyz"[i], least_scale, most_scale));
+          say("the scale {:.3g} of accelerometer_{} is outside of the {} to {} that ArduPilot "
+              "accepts",
+              axes[i].scale, "xyz"[i], least_scale, most_scale));
   }
 }
 
 /// INS_ACCOFFS_X and INS_GYROFFS_X of the first IMU, INS_ACC2OFFS_X and INS_GYR2OFFS_X of the second.
-std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, std::vector<std::string>& problems) {
+std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, Problems& problems) {
   const int index = settings.integer("index");
   auto axes = corrections(c, gyro, problems);
   for (auto& axis : axes)
@@ -89,7 +89,7 @@ std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, 
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
   require_calibration(c, "ardupilot");
-  std::vector<std::string> problems;
+  Problems problems;
   std::string text;
   for (const bool gyro : {false, true})
     if ((gyro ? c.gyros : c.accelerometers).calibrated) text += triad(c, settings, gyro, problems);

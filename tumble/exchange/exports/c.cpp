@@ -48,7 +48,7 @@ bool has_word(std::string_view text, std::string_view name) {
 /// A name that C takes for a function, in every edition of the standard. `code` has the default name.
 void check_name(const std::string& name, std::string_view code) {
   const auto refuse = [&](const char* why) {
-    throw Error(Error::Kind::bad_input, fmt::format("function = '{}' {}", name, why));
+    throw Error(Error::Kind::bad_input, say("function = '{}' {}", name, why));
   };
   if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, is_letter))
     refuse("cannot be used: a name of C has letters, digits and _, and begins with a letter");

@@ -78,7 +78,7 @@ std::string values_of(const ImuCalibration& c, const CalibrationTerm& term) {
 
 /// Removes what the file does not carry, and says what is dropped; what nobody allowed to drop is a problem.
 std::vector<std::string> dropped_terms(const Export& entry, const std::vector<std::string>& drop, ImuCalibration& c,
-                                       std::vector<std::string>& problems) {
+                                       Problems& problems) {
   std::vector<std::string> lines;
   for (const auto& name : drop) find_calibration_term(name);
   const auto carried = entry.carries(), estimated = entry.estimates();
@@ -93,24 +93,24 @@ std::vector<std::string> dropped_terms(const Export& entry, const std::vector<st
       lines.push_back(fmt::format("dropped: {}; {}", term.name, loss(whole, term)));
       term.remove(c);
     } else if (!holds(carried, term.name)) {
-      problems.push_back(fmt::format("{} cannot carry {} ({}); {}; --drop {} accepts that", entry.name, term.name,
-                                     term.description, loss(whole, term), term.name));
+      problems.push_back(say("{} cannot carry {} ({}); {}; --drop {} accepts that", entry.name, term.name,
+                             term.description, loss(whole, term), term.name));
       term.remove(c);
     }
   }
   return lines;
 }
 
-void check_outputs(const Export& entry, const ImuCalibration& c, std::vector<std::string>& problems) {
+void check_outputs(const Export& entry, const ImuCalibration& c, Problems& problems) {
   if (entry.takes_counts) return;
   for (const bool gyro : {false, true}) {
     const TriadCalibration& t = gyro ? c.gyros : c.accelerometers;
     const Unit wanted = Unit::parse(gyro ? "rad/s" : "m/s^2");
     if (t.calibrated && !(t.output.dimension() == wanted.dimension()))
       problems.push_back(
-          fmt::format("{} reads {} in {}, but they were calibrated in {}: calibrate outputs that are "
-                      "converted to {}",
-                      entry.name, gyro ? "gyros" : "accelerometers", wanted.text(), t.output.text(), wanted.text()));
+          say("{} reads {} in {}, but they were calibrated in {}: calibrate outputs that are "
+              "converted to {}",
+              entry.name, gyro ? "gyros" : "accelerometers", wanted.text(), t.output.text(), wanted.text()));
   }
 }
 
@@ -205,12 +205,12 @@ const Export& find_export(std::string_view name) {
     if (entry->name == wanted) return *entry;
     known.emplace_back(entry->name);
   }
-  throw Error(Error::Kind::unsupported, fmt::format("there is no export '{}'{} (known: {})", name,
-                                                    did_you_mean(wanted, known), fmt::join(known, ", ")));
+  throw Error(Error::Kind::unsupported,
+              say("there is no export '{}'{} (known: {})", name, did_you_mean(wanted, known), fmt::join(known, ", ")));
 }
 
 std::string export_calibration(const Export& entry, ImuCalibration calibration, const ExportRequest& request) {
-  std::vector<std::string> problems;
+  Problems problems;
   const Settings settings =
       resolve(options_of(entry), request.settings, fmt::format("export {}", entry.name), problems);
   if (!(request.inflate > 0.0) || !std::isfinite(request.inflate))

@@ -35,9 +35,9 @@ void check_outputs_of_sensor(const ImuCalibration& c) {
     const Unit wanted = Unit::parse(t == &c.gyros ? "rad/s" : "m/s^2");
     if (t->calibrated && !(t->output.dimension() == wanted.dimension()))
       throw Error(Error::Kind::bad_input,
-                  fmt::format("matlab: an imuSensor gives {}, but the calibration is of outputs in {}: leave the "
-                              "setting rate away to have the matrices alone",
-                              wanted.text(), t->output.text()));
+                  say("matlab: an imuSensor gives {}, but the calibration is of outputs in {}: leave the "
+                      "setting rate away to have the matrices alone",
+                      wanted.text(), t->output.text()));
   }
 }
 

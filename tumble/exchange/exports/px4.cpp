@@ -55,27 +55,25 @@ std::string temperatures(const ImuCalibration& c, const std::array<AxisCorrectio
 }
 
 /// The vehicle ignores a calibration whose identifier is not that of its sensor.
-int id_of(const Settings& settings, const char* name, const char* parameter, std::vector<std::string>& problems) {
+int id_of(const Settings& settings, const char* name, const char* parameter, Problems& problems) {
   if (settings.has(name)) return settings.integer(name);
-  problems.push_back(
-      fmt::format("px4 needs {0}, the value of {1} of your vehicle: --set {0}=1310988", name, parameter));
+  problems.push_back(say("px4 needs {0}, the value of {1} of your vehicle: --set {0}=1310988", name, parameter));
   return 0;
 }
 
 /// The vehicle keeps its old scales where one of the three is not above 0.
-void check_scales(const std::array<AxisCorrection, 3>& axes, const std::string& prefix,
-                  std::vector<std::string>& problems) {
+void check_scales(const std::array<AxisCorrection, 3>& axes, const std::string& prefix, Problems& problems) {
   for (std::size_t i = 0; i < 3; ++i)
     if (axes[i].states_scale() && !(axes[i].scale > 0.0))
       problems.push_back(
-          fmt::format("{}_{}SCALE would be {:.3g}, but PX4 takes scales above 0 alone: accelerometer_{} is reversed; "
-                      "correct the wiring in [channels]",
-                      prefix, "XYZ"[i], axes[i].scale, "xyz"[i]));
+          say("{}_{}SCALE would be {:.3g}, but PX4 takes scales above 0 alone: accelerometer_{} is reversed; "
+              "correct the wiring in [channels]",
+              prefix, "XYZ"[i], axes[i].scale, "xyz"[i]));
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
   require_calibration(c, "px4");
-  std::vector<std::string> problems;
+  Problems problems;
   const int index = settings.integer("index");
   std::string text = commented(header, "#") +
                      "# offsets are in the axes of the sensor, before it is turned into those of the board\n"

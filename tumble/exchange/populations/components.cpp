@@ -76,14 +76,14 @@ void require_enough(const std::string& model, const std::string& parameter, cons
                     const std::vector<std::string>& others) {
   std::vector<std::string> units;
   for (const auto& one : results) units.push_back(one.serial);
-  std::vector<std::string> problems;
+  Problems problems;
   if (results.size() < 4)
     problems.push_back(
-        fmt::format("components need at least four results of the model '{}' with the parameter '{}'; there are {}{}",
-                    model, parameter, results.size(), did_you_mean(parameter, others)));
+        say("components need at least four results of the model '{}' with the parameter '{}'; there are {}{}", model,
+            parameter, results.size(), did_you_mean(parameter, others)));
   else if (count_of(numbered_by(units)) < 3)
-    problems.push_back(fmt::format("components need at least three units; the results of '{}' are of {}", parameter,
-                                   count_of(numbered_by(units))));
+    problems.push_back(say("components need at least three units; the results of '{}' are of {}", parameter,
+                           count_of(numbered_by(units))));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

@@ -266,10 +266,10 @@ std::string hash_of(const std::string& model, const std::string& method, const s
 
 void refuse_few(const std::string& model, const std::string& method, const Gathered& all) {
   if (all.units.size() >= least_units) return;
-  std::vector<std::string> problems{fmt::format(
+  Problems problems{fmt::format(
       "a population needs five units or more: there {} {} of the model '{}' with a result of {} that can be used",
       all.units.size() == 1 ? "is" : "are", all.units.size(), model, method)};
-  for (const auto& [unit, why] : all.left_out) problems.push_back(fmt::format("unit {} is not used: {}", unit, why));
+  for (const auto& [unit, why] : all.left_out) problems.push_back(say("unit {} is not used: {}", unit, why));
   throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -348,7 +348,7 @@ Estimate population_of_units(const std::string& model, const std::string& method
   const auto parameters = parameters_of(all.units, pure_names(all.units));
   if (parameters.empty())
     throw Error(Error::Kind::bad_data,
-                fmt::format("no parameter of {} is shown by five units of the model '{}' by itself", method, model));
+                say("no parameter of {} is shown by five units of the model '{}' by itself", method, model));
   note_other_dimensions(all, parameters);
   Estimate out = population_estimate(all.units, parameters);
   out.title = fmt::format("Population of {} units of {} by {}", all.units.size(), model, method);

@@ -42,9 +42,9 @@ std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
         reader.note(fmt::format("noise of {} is used for all three {}", label, gyro ? "gyros" : "accelerometers"));
       } else {
         reader.problem(
-            fmt::format("of the channel {} the axis is not known (channels are {}): let its name say x, y or "
-                        "z, as gyro_x, ax_g or GyrX do",
-                        label, fmt::join(labels, ", ")));
+            say("of the channel {} the axis is not known (channels are {}): let its name say x, y or "
+                "z, as gyro_x, ax_g or GyrX do",
+                label, fmt::join(labels, ", ")));
       }
     }
   }
@@ -66,7 +66,7 @@ double rate_of(Reader& reader, const std::string& label) {
 /// A standard deviation or its density; a negative one is a problem. NaN where the result lacks it.
 double size_of(Reader& reader, const std::string& name) {
   const double value = reader.value_or(name, AxisNoise::none);
-  if (value < 0.0) reader.problem(fmt::format("the parameter '{}' is negative: a noise is not", name));
+  if (value < 0.0) reader.problem(say("the parameter '{}' is negative: a noise is not", name));
   return value;
 }
 

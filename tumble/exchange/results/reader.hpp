@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/exchange/calibration.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// What the results of single methods bring to a calibration.
 namespace tumble::results {
@@ -14,7 +15,7 @@ namespace tumble::results {
 /// One result while it is read. A parameter that is read is no longer `unread`.
 class Reader {
  public:
-  Reader(const CalibrationInput& input, ImuCalibration& calibration, std::vector<std::string>& problems)
+  Reader(const CalibrationInput& input, ImuCalibration& calibration, Problems& problems)
       : input_(input), calibration_(calibration), problems_(problems) {}
 
   const Estimate& estimate() const { return input_.estimate; }
@@ -32,13 +33,13 @@ class Reader {
 
   /// Notes that this result states `what` ("gyro_x bias"); a problem where another one did.
   void claim(const std::string& what, std::set<std::string>& claimed);
-  void problem(const std::string& text) { problems_.push_back(input_.file + ": " + text); }
+  void problem(const std::string& text) { problems_.push_back(say("{}: {}", input_.file, text)); }
   void note(const std::string& text) { calibration_.notes.push_back(text); }
 
  private:
   const CalibrationInput& input_;
   ImuCalibration& calibration_;
-  std::vector<std::string>& problems_;
+  Problems& problems_;
 };
 
 /// "accelerometer_x", "gyro_z"

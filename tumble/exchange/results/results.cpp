@@ -14,7 +14,7 @@ namespace tumble::results {
 std::optional<double> Reader::find(const std::string& name) {
   const Parameter* parameter = find_parameter(input_.estimate, name);
   if (!parameter) return {};
-  if (!std::isfinite(parameter->value)) problem(fmt::format("the parameter '{}' has no value", name));
+  if (!std::isfinite(parameter->value)) problem(say("the parameter '{}' has no value", name));
   return parameter->value;
 }
 
@@ -28,12 +28,12 @@ double Reader::cell(const Table& table, std::size_t row, std::size_t column) {
   const auto& cells = table.rows.at(row);
   const double* number = column < cells.size() ? std::get_if<double>(&cells[column]) : nullptr;
   if (number && std::isfinite(*number)) return *number;
-  problem(fmt::format("the table {} lacks a number in row {}", table.name, row + 1));
+  problem(say("the table {} lacks a number in row {}", table.name, row + 1));
   return 0.0;
 }
 
 void Reader::claim(const std::string& what, std::set<std::string>& claimed) {
-  if (!claimed.insert(what).second) problem(fmt::format("another result states {} as well: name one of them", what));
+  if (!claimed.insert(what).second) problem(say("another result states {} as well: name one of them", what));
 }
 
 std::string role(bool gyro, std::size_t axis) { return std::string(gyro ? "gyro_" : "accelerometer_") + "xyz"[axis]; }
@@ -67,12 +67,12 @@ void read(Reader& reader, std::set<std::string>& claimed) {
   if (entry == std::end(readers)) {
     std::vector<std::string_view> known;
     for (const auto& one : readers) known.emplace_back(one.method);
-    return reader.problem(fmt::format("a result of {} holds no calibration of an inertial unit; these do: {}",
-                                      estimate.method, fmt::join(known, ", ")));
+    return reader.problem(say("a result of {} holds no calibration of an inertial unit; these do: {}", estimate.method,
+                              fmt::join(known, ", ")));
   }
   if (!reader.input().axis.empty() && !entry->single)
-    return reader.problem(fmt::format(
-        "a result of {} names its axes itself: write the file without {}=", estimate.method, reader.input().axis));
+    return reader.problem(
+        say("a result of {} names its axes itself: write the file without {}=", estimate.method, reader.input().axis));
   entry->read(reader, claimed);
 }
 
@@ -100,12 +100,11 @@ ParameterBlock block_of(const Estimate& estimate) {
 }
 
 /// A matrix that is not invertible calibrates nothing.
-void check_response(const TriadCalibration& triad, const char* what, std::vector<std::string>& problems) {
+void check_response(const TriadCalibration& triad, const char* what, Problems& problems) {
   const Matrix3& k = triad.response;
   const double size = norm(k.x) * norm(k.y) * norm(k.z);
   if (!(std::abs(determinant(k)) > 1e-6 * size))
-    problems.push_back(
-        fmt::format("the {} of the result do not show three directions: their matrix cannot be inverted", what));
+    problems.push_back(say("the {} of the result do not show three directions: their matrix cannot be inverted", what));
 }
 
 /// Axes that no result is of: outputs in counts are taken to be as large as those of the axes that are calibrated.
@@ -139,7 +138,7 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
   if (inputs.empty()) throw Error(Error::Kind::bad_input, "there is no result to make a calibration from");
   ImuCalibration calibration;
   calibration.date = results::date_of(inputs);
-  std::vector<std::string> problems;
+  Problems problems;
   std::set<std::string> claimed;
   for (const auto& input : inputs) {
     results::Reader reader(input, calibration, problems);
@@ -149,10 +148,10 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
     calibration.parameters.push_back(results::block_of(input.estimate));
   }
   if (calibration.coldest > calibration.hottest)
-    problems.push_back(fmt::format(
-        "no temperature is covered by all results: the highest of their lowest is {:.1f} "
-        "degC, the lowest of their highest {:.1f} degC; export them one by one",
-        Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
+    problems.push_back(
+        say("no temperature is covered by all results: the highest of their lowest is {:.1f} "
+            "degC, the lowest of their highest {:.1f} degC; export them one by one",
+            Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
   results::fill_other_axes(calibration.accelerometers, false);
   results::fill_other_axes(calibration.gyros, true);
   results::check_response(calibration.accelerometers, "accelerometers", problems);

@@ -25,9 +25,9 @@ Axis begin_axis(Reader& reader, bool gyro, std::initializer_list<const char*> pa
   for (std::size_t i = 0; i < 3; ++i)
     if (axis.name == role(gyro, i)) axis.index = i;
   if (axis.name != role(gyro, axis.index))
-    reader.problem(fmt::format("it is of one {}, so that it cannot be {}; write {}_x=FILE, {}_y=FILE or {}_z=FILE",
-                               gyro ? "gyro" : "accelerometer", axis.name, gyro ? "gyro" : "accelerometer",
-                               gyro ? "gyro" : "accelerometer", gyro ? "gyro" : "accelerometer"));
+    reader.problem(say("it is of one {}, so that it cannot be {}; write {}_x=FILE, {}_y=FILE or {}_z=FILE",
+                       gyro ? "gyro" : "accelerometer", axis.name, gyro ? "gyro" : "accelerometer",
+                       gyro ? "gyro" : "accelerometer", gyro ? "gyro" : "accelerometer"));
   for (const char* part : parts) reader.claim(axis.name + part, claimed);
   axis.triad->calibrated = true;
   axis.triad->axes[axis.index] = true;
@@ -40,8 +40,8 @@ void set_output(Reader& reader, const Axis& axis, const Unit& unit, bool gyro) {
   TriadCalibration& t = *axis.triad;
   const bool only = std::ranges::count(t.axes, true) == 1;
   if (!only && !(t.output.dimension() == unit.dimension()))
-    reader.problem(fmt::format("its output is in {}, that of another {} in {}", unit.text(),
-                               gyro ? "gyro" : "accelerometer", t.output.text()));
+    reader.problem(say("its output is in {}, that of another {} in {}", unit.text(), gyro ? "gyro" : "accelerometer",
+                       t.output.text()));
   t.output = unit;
 }
 

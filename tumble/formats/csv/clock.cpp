@@ -235,14 +235,14 @@ std::vector<Candidate> candidates_of(const Columns& table) {
 }
 
 /// The clock in the column that the user names. Throws nothing: a problem is noted.
-Clock said_clock(const Columns& table, const std::string& said, std::vector<std::string>& problems) {
+Clock said_clock(const Columns& table, const std::string& said, Problems& problems) {
   const std::size_t column = table.find(said);
   if (column == no_column) {
     std::vector<std::string> known;
     for (const ColumnName& name : table.names) known.push_back(name.name);
-    std::string problem = "no column '" + said + "' for time" + did_you_mean(said, known) + "; columns are";
-    for (const auto& name : known) problem += (name == known.front() ? " " : ", ") + plain_text(name, 60);
-    problems.push_back(problem);
+    std::string list;
+    for (const auto& name : known) list += (list.empty() ? "" : ", ") + plain_text(name, 60);
+    problems.push_back(say("no column '{}' for time{}; columns are {}", said, did_you_mean(said, known), Name{list}));
     return {};
   }
   try {
@@ -255,13 +255,13 @@ Clock said_clock(const Columns& table, const std::string& said, std::vector<std:
     clock.columns = {{column}};
     return clock;
   }
-  problems.push_back("column " + in_quotes(said) + " for time: it holds neither numbers nor times");
+  problems.push_back(say("column '{}' for time: it holds neither numbers nor times", plain_text(said, 60)));
   return {};
 }
 
 /// The order of the numbers of a date, from all dates in sight; asked for where both day and month can come first.
-DateOrder order_of(const ColumnSample& sample, const std::string& name, const std::string& said,
-                   std::vector<std::string>& problems, std::vector<std::string>& proposals) {
+DateOrder order_of(const ColumnSample& sample, const std::string& name, const std::string& said, Problems& problems,
+                   std::vector<std::string>& proposals) {
   if (said == "dmy") return DateOrder::dmy;
   if (said == "mdy") return DateOrder::mdy;
   if (said == "ymd") return DateOrder::ymd;
@@ -278,17 +278,17 @@ DateOrder order_of(const ColumnSample& sample, const std::string& name, const st
   const int choices = static_cast<int>(all.dmy) + static_cast<int>(all.mdy) + static_cast<int>(all.ymd);
   if (choices == 1) return all.dmy ? DateOrder::dmy : all.mdy ? DateOrder::mdy : DateOrder::ymd;
   if (choices > 1) {
-    problems.push_back("column " + in_quotes(name) + ": in " + in_quotes(sample.cells.front()) +
-                       " day and month can be meant in either order; say --set date=dmy (day first) or --set date=mdy" +
-                       (all.ymd ? " or --set date=ymd" : ""));
+    problems.push_back(
+        say("column '{}': in '{}' day and month can be meant in either order; say --set date=dmy (day first) or --set "
+            "date=mdy{}",
+            plain_text(name, 60), plain_text(sample.cells.front(), 60), all.ymd ? " or --set date=ymd" : ""));
     proposals.emplace_back("date=dmy");
   }
   return DateOrder::dmy;
 }
 
 /// Columns that by their names are clocks, and hold what is no number and no time that is understood: a problem each.
-std::vector<std::size_t> unread_clocks(const Columns& table, const ReadOptions& options,
-                                       std::vector<std::string>& problems) {
+std::vector<std::size_t> unread_clocks(const Columns& table, const ReadOptions& options, Problems& problems) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < table.names.size(); ++i) {
     const ColumnName& name = table.names[i];
@@ -297,10 +297,11 @@ std::vector<std::size_t> unread_clocks(const Columns& table, const ReadOptions& 
         sample.other.empty())
       continue;
     found.push_back(i);
-    problems.push_back("column " + in_quotes(name.name) + ": " + in_quotes(sample.other) +
-                       " is no time that is understood; understood are dates such as 2026-11-20 09:00:00.5, "
-                       "2026-11-20T09:00:00Z, 20.11.2026 09:00:00, 20-Nov-2026 09:00:00, 11/20/2026 9:00 AM, times of "
-                       "day, and numbers in a unit of time; or do without: --set time=- --set rate=100");
+    problems.push_back(
+        say("column '{}': '{}' is no time that is understood; understood are dates such as 2026-11-20 09:00:00.5, "
+            "2026-11-20T09:00:00Z, 20.11.2026 09:00:00, 20-Nov-2026 09:00:00, 11/20/2026 9:00 AM, times of day, and "
+            "numbers in a unit of time; or do without: --set time=- --set rate=100",
+            plain_text(name.name, 60), plain_text(sample.other, 60)));
   }
   return found;
 }
@@ -317,7 +318,7 @@ bool is_time(const std::string& name, const std::string& unit) {
 }
 
 Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,
-               const ReadOptions& options, std::vector<std::string>& problems, std::vector<std::string>& proposals) {
+               const ReadOptions& options, Problems& problems, std::vector<std::string>& proposals) {
   const Columns table{names, samples};
   if (options.time == not_read) return {};
   std::vector<Candidate> candidates = candidates_of(table);

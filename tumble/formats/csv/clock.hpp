@@ -8,6 +8,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/formats/csv/names.hpp"
 #include "tumble/formats/csv/stamp.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::csv {
 
@@ -63,7 +64,7 @@ struct Clock {
 /// numbers in columns (split_clock.hpp). Unix time is recognised by its size. What must be said by the user is a
 /// problem, with what to say in `proposals` (key=value).
 Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,
-               const ReadOptions& options, std::vector<std::string>& problems, std::vector<std::string>& proposals);
+               const ReadOptions& options, Problems& problems, std::vector<std::string>& proposals);
 
 /// "time" in any case, or "t" in a unit of time ("T" is a temperature).
 bool is_time(const std::string& name, const std::string& unit);

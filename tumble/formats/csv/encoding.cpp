@@ -77,9 +77,9 @@ std::string known_name(const std::string& said, const std::string& path) {
       iconv_close(converter);
       return said;
     }
-  throw Error{Error::Kind::bad_file, "'" + path + "': the encoding '" + said +
-                                         "' is not known; known are for example utf-8, windows-1252, gb18030, "
-                                         "utf-16le, utf-16be, shift_jis"};
+  throw Error{Error::Kind::bad_file, say("'{}': the encoding '{}' is not known; known are for example utf-8, "
+                                         "windows-1252, gb18030, utf-16le, utf-16be, shift_jis",
+                                         path, said)};
 }
 
 Encoding by_bytes(std::string_view beginning) {
@@ -128,7 +128,7 @@ Decoder::Decoder(const Encoding& encoding)
       return_ends_(encoding.return_ends) {
   if (converter_.get() == iconv_t(-1)) {  // NOLINT: iconv's own value for a failure
     static_cast<void>(converter_.release());
-    throw Error{Error::Kind::bad_file, "this system cannot convert text from " + encoding.name + " to UTF-8"};
+    throw Error{Error::Kind::bad_file, say("this system cannot convert text from {} to UTF-8", encoding.name)};
   }
 }
 

@@ -72,9 +72,9 @@ std::string example_columns(std::size_t count) {
   std::string listed = "\"" + example + "\"";
   for (std::size_t at = 0; (at = listed.find(',', at)) != std::string::npos; at += 4) listed.replace(at, 1, "\", \"");
   throw Error{Error::Kind::bad_file,
-              where + ": numbers where the header is expected, " + columns + ": " + shown(line) +
-                  "; name each column as name[unit], or - for a column to skip: --set columns=\"" + example +
-                  "\", or in the plan, [[recording]] columns = [" + listed + "]"};
+              say("{}: numbers where the header is expected, {}: {}; name each column as name[unit], or - for a column "
+                  "to skip: --set columns=\"{}\", or in the plan, [[recording]] columns = [{}]",
+                  where, columns, shown(line), example, listed)};
 }
 
 /// What the header gives: columns, and what is wrong with them.
@@ -84,7 +84,8 @@ struct Header {
   std::vector<ColumnName> names;
   std::vector<ColumnSample> samples;
   Clock clock;
-  std::vector<std::string> problems, proposals;
+  Problems problems;
+  std::vector<std::string> proposals;
   std::vector<std::size_t> without_unit;
   std::vector<std::pair<std::size_t, std::string>> skipped;  ///< columns, and why
 
@@ -103,7 +104,7 @@ struct Header {
     return samples[index].text ? "text" : samples[index].empty && index > 0 ? "blank" : "";
   }
 
-  Unit unit_of(std::size_t index, const std::string& where) {
+  Unit unit_of(std::size_t index, const Where& where) {
     const ColumnName& name = names[index];
     const std::string& unit = index == clock.first() && !clock.unit.empty() ? clock.unit : name.unit;
     if (unit.empty()) {
@@ -118,7 +119,7 @@ struct Header {
       const auto given = options.units.find(name.name);
       const bool of_file = name.from == UnitFrom::row || name.from == UnitFrom::brackets;
       if (of_file && given != options.units.end()) return given->second;
-      problems.push_back(where + error.what());
+      for (const auto& problem : error.problems) problems.push_back(within(where, problem));
       if (of_file) proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
       return {};
     }
@@ -131,19 +132,22 @@ struct Header {
     const bool stamp = clock.stamped() && clock.uses(index);
     if (result.label || stamp || name.cell == not_read) return {name.name, {}, false, false, result.label, false};
     result.wanted = result.time || wanted(name.name);
-    const std::string where = "column " + std::to_string(index + 1) + " " + in_quotes(name.cell) + ": ";
+    const Where where{.file = path,
+                      .column = index + 1,
+                      .channel = name.name,
+                      .place = say("column {} '{}'", index + 1, Name{plain_text(name.cell, 60)})};
     if (const auto reason = result.time ? "" : reason_to_skip(index);
         !reason.empty() && options.columns.empty() && (options.only.empty() || !wanted(name.name))) {
       skipped.emplace_back(index, reason);
       result.wanted = result.signal = false;
     }
-    if (name.name.empty() && !name.cell.empty()) problems.push_back(where + "it has no name");
+    if (name.name.empty() && !name.cell.empty()) problems.emplace_back(where, "it has no name");
     if (name.name.empty() || !result.wanted) return result;
     const std::size_t before = problems.size(), unknown = without_unit.size();
     result.unit = unit_of(index, where);
     if (result.time && problems.size() == before && without_unit.size() == unknown &&
         kind_of(result.unit) != QuantityKind::time)
-      problems.push_back(where + "time is expected in s, ms, us, ns, min or h");
+      problems.emplace_back(where, "time is expected in s, ms, us, ns, min or h");
     return result;
   }
 
@@ -162,39 +166,40 @@ struct Header {
                                     ? "[" + likely_clock_unit(samples[without_unit.front()]) + "]"
                                 : likely == "1" ? "[deg/h]"
                                                 : "[" + likely + "]";
-    problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + text +
-                       "; write it in the header, for example " + one + example +
-                       ", or in the plan's [channels] table: role = \"" + one + example +
-                       "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2) +
-                       " (=1 for plain numbers)");
+    problems.push_back(
+        say("{}: {}; write it in the header, for example {}{}, or in the plan's [channels] table: role = \"{}{}\", or "
+            "give it: --set unit.{}={} (=1 for plain numbers)",
+            without_unit.size() == 1 ? "column without a unit" : "columns without a unit", Name{text}, one, example,
+            one, example, one, example.substr(1, example.size() - 2)));
   }
 
   void finish() {
     note_without_unit();
     if (problems.empty()) return;
-    problems.front() = "'" + path + "', header: " + problems.front();
+    problems.front() = within(Where{.file = path, .place = say("'{}', header", Name{path})}, problems.front());
     if (!proposals.empty())
-      problems.push_back("to copy, with units to be checked: " + command_line(path, options, proposals));
+      problems.push_back(say("to copy, with units to be checked: {}", Name{command_line(path, options, proposals)}));
     throw Error{Error::Kind::bad_file, problems};
   }
 };
 
 /// One time column at most, and no name twice.
-void check_names(const std::vector<Column>& columns, std::vector<std::string>& problems) {
+void check_names(const std::vector<Column>& columns, Problems& problems) {
   std::set<std::string> seen;
   for (const Column& column : columns)
     if (column.name != not_read && !column.name.empty() && column.wanted && !seen.insert(column.name).second)
-      problems.push_back("the column name " + in_quotes(column.name) + " stands twice");
+      problems.push_back(say("the column name '{}' stands twice", plain_text(column.name, 60)));
 }
 
 /// The column that was said to hold the labels must be there.
-void check_label(const std::vector<Column>& columns, const std::string& label, std::vector<std::string>& problems) {
+void check_label(const std::vector<Column>& columns, const std::string& label, Problems& problems) {
   if (label.empty() || std::ranges::any_of(columns, &Column::label)) return;
   std::vector<std::string> names;
   for (const Column& column : columns) names.push_back(column.name);
-  std::string problem = "no column '" + label + "' for segment_column" + did_you_mean(label, names) + "; columns are";
-  for (const auto& name : names) problem += (name == names.front() ? " " : ", ") + name;
-  problems.push_back(problem);
+  std::string list;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  problems.push_back(
+      say("no column '{}' for segment_column{}; columns are {}", label, did_you_mean(label, names), Name{list}));
 }
 
 /// The columns given take the place of the file's own header; a unit that it says and they do not is a problem.
@@ -203,8 +208,8 @@ void replace_header(Layout& layout, std::string_view line, const std::vector<std
   for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
     const auto own = name_and_unit(cells[i]).unit, said = name_and_unit(columns[i]).unit;
     if (!own.empty() && !said.empty() && own != said)
-      header.problems.push_back("column " + std::to_string(i + 1) + " is " + in_quotes(cells[i]) +
-                                " in the file, but '" + columns[i] + "' was given; one is wrong");
+      header.problems.push_back(say("column {} is '{}' in the file, but '{}' was given; one is wrong",
+                                    std::to_string(i + 1), plain_text(cells[i], 60), columns[i]));
   }
   layout.annotations.findings.push_back(
       {Finding::Severity::info, "header_replaced", {{"header", shown(line)}}, header.path});
@@ -244,17 +249,17 @@ void check_mark(char separator, const ReadOptions& options, const std::string& w
   if (separator == ',' && options.decimal == ',')
     throw Error{
         Error::Kind::bad_file,
-        where + ": the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)"};
+        say("{}: the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)", where)};
 }
 
 /// The line must be one of a text table.
 void check_text(const std::string& path, std::string_view line) {
   if (line.find('\0') != std::string_view::npos)
-    throw Error{Error::Kind::bad_file, "'" + path + "' is not a text table: its header holds zero bytes"};
+    throw Error{Error::Kind::bad_file, say("'{}' is not a text table: its header holds zero bytes", path)};
   while (line.ends_with('\r')) line.remove_suffix(1);
   if (line.find('\r') != std::string_view::npos)
     throw Error{Error::Kind::bad_file,
-                "'" + path + "': some of its lines end with CR alone; LF or CR LF is expected in all of them"};
+                say("'{}': some of its lines end with CR alone; LF or CR LF is expected in all of them", path)};
 }
 
 /// Cells of the header, without empty ones at its end that no column of the rows needs.
@@ -278,9 +283,9 @@ std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& l
   if (options.columns.empty()) refuse_no_header(where, first.text, cells.size());
   const std::size_t named = options.columns.size();
   if (named < cells.size() || named > own.size())
-    throw Error{Error::Kind::bad_file, where + ": " + std::to_string(cells.size()) +
-                                           (cells.size() == 1 ? " column" : " columns") + ", but columns names " +
-                                           std::to_string(named) + ": " + shown(first.text)};
+    throw Error{Error::Kind::bad_file,
+                say("{}: {}{}, but columns names {}: {}", where, std::to_string(cells.size()),
+                    cells.size() == 1 ? " column" : " columns", std::to_string(named), shown(first.text))};
   if (shape.header) replace_header(layout, first.text, cells, header);
   return options.columns;
 }
@@ -312,14 +317,15 @@ void skip_lines(Layout& layout, std::string_view& text, std::size_t count) {
 
 Layout read_layout(const std::string& path, std::string_view& text, const ReadOptions& options,
                    const Encoding& encoding) {
-  if (text.empty()) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  if (text.empty()) throw Error{Error::Kind::bad_file, say("'{}' is empty", path)};
   Layout layout;
   skip_lines(layout, text, options.skip);
   const auto lines = first_lines(text, layout.lines + 1, lines_seen);
   if (lines.empty())
-    throw Error{Error::Kind::bad_file, "'" + path +
-                                           "' has no header line: one name[unit] for each column is expected, for "
-                                           "example time[s],gyro[deg/h]"};
+    throw Error{
+        Error::Kind::bad_file,
+        say("'{}' has no header line: one name[unit] for each column is expected, for example time[s],gyro[deg/h]",
+            path)};
   const Shape shape = shape_of(lines, options);
   layout.separator = shape.separator;
   const std::size_t last = (shape.rows < lines.size() ? lines[shape.rows].number : lines.back().number + 1) - 1;

@@ -64,7 +64,7 @@ void Lines::fill() {
   begin_ = front;
   if (buffer_.size() - end_ < front + piece / 2) buffer_.resize(2 * buffer_.size());
   if (buffer_.size() > longest_line)
-    throw Error{Error::Kind::bad_file, "'" + path_ + "' is not a text table: a line is longer than 8 MB"};
+    throw Error{Error::Kind::bad_file, say("'{}' is not a text table: a line is longer than 8 MB", path_)};
   const std::size_t room = std::min(piece, buffer_.size() - end_ - front);
   const std::size_t count = take(buffer_.data() + end_, room);
   end_ += count;

@@ -64,7 +64,7 @@ Recording frame(const std::string& path, const Layout& layout) {
         {column.name, kind == layout.kinds.end() ? kind_of(column.unit) : kind->second, column.unit, {}, {}});
   }
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, "'" + path + "' has no channel to read except the time"};
+    throw Error{Error::Kind::bad_file, say("'{}' has no channel to read except the time", path)};
   return recording;
 }
 
@@ -73,7 +73,7 @@ void set_timeline(Recording& recording, const Timeline& timeline) {
 }
 
 void require_rows(const std::string& path, std::size_t rows) {
-  if (rows == 0) throw Error{Error::Kind::bad_file, "'" + path + "' has a header but no samples"};
+  if (rows == 0) throw Error{Error::Kind::bad_file, say("'{}' has a header but no samples", path)};
 }
 
 /// Room for the whole file, judged by its first rows.

@@ -119,7 +119,7 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
   std::size_t given = cells.size();
   while (given > count && cells[given - 1].empty()) --given;  // separators at the end of the line
   if (given != count) {
-    note(count, std::to_string(given) + (given == 1 ? " cell" : " cells") + " instead of " + std::to_string(count));
+    note(count, given == 1 ? say("{} cell instead of {}", given, count) : say("{} cells instead of {}", given, count));
     return;
   }
   for (std::size_t column = 0; column < count; ++column)
@@ -128,8 +128,8 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
   for (std::size_t column = 0; column < count; ++column)
     if (stamp_column(column) && !take_stamp(cells[column], column, row))
       note(column, cells[column].empty()
-                       ? "a row without its time"
-                       : in_quotes(cells[column], 40) + " is not a time written as in the first rows");
+                       ? Sentence("a row without its time")
+                       : say("'{}' is not a time written as in the first rows", plain_text(cells[column], 40)));
 }
 
 /// False where the cell holds no stamp of the format of its column.
@@ -161,7 +161,7 @@ double Rows::value_of(std::string cell, std::size_t column) {
   if (grouped_.empty() && in_groups(cell, layout_.mark == '.' ? ',' : '.', layout_.mark)) grouped_ = cell;
   if (layout_.mark != '.') {
     if (cell.find('.') != std::string::npos) {
-      note(column, in_quotes(written, 40) + " has a point, but the decimal mark here is a comma");
+      note(column, say("'{}' has a point, but the decimal mark here is a comma", plain_text(written, 40)));
       return missing_sample;
     }
     std::replace(cell.begin(), cell.end(), layout_.mark, '.');
@@ -178,31 +178,37 @@ double Rows::value_of(std::string cell, std::size_t column) {
     commas_ = true;
   const bool number = result.ptr == last && (std::isinf(value) || result.ec == std::errc::result_out_of_range);
   if (word_.empty() && reads_like_missing(cell)) word_ = cell;
-  note(column, in_quotes(written, 40) + (number ? " is not finite" : " is not a number"));
+  const std::string cell_text = plain_text(written, 40);
+  note(column, number ? say("'{}' is not finite", cell_text) : say("'{}' is not a number", cell_text));
   return missing_sample;
 }
 
-void Rows::note(std::size_t column, const std::string& what) {
+void Rows::note(std::size_t column, Sentence what) {
   if (++bad_ > shown_problems) return;
-  std::string where = "line " + std::to_string(line_);
-  if (column < layout_.columns.size())
-    where += ", column " + std::to_string(column + 1) + " '" + layout_.columns[column].name + "'";
-  notes_.push_back(where + ": " + what);
+  Where where{.file = path_, .line = line_, .place = say("line {}", line_)};
+  if (column < layout_.columns.size()) {
+    where.column = column + 1, where.channel = layout_.columns[column].name;
+    where.place = say("line {}, column {} '{}'", line_, column + 1, Name{where.channel});
+  }
+  notes_.emplace_back(std::move(where), std::move(what));
 }
 
 void Rows::finish() const {
   if (bad_ == 0) return;
-  std::vector<std::string> problems{"'" + path_ + "': " + std::to_string(bad_) +
-                                    (bad_ == 1 ? " place that cannot be read" : " places that cannot be read")};
+  const Sentence many =
+      bad_ == 1 ? say("{} place that cannot be read", bad_) : say("{} places that cannot be read", bad_);
+  Problems problems{{Where{.file = path_, .place = say("'{}'", Name{path_})}, many}};
   problems.insert(problems.end(), notes_.begin(), notes_.end());
-  if (bad_ > notes_.size()) problems.push_back("and " + std::to_string(bad_ - notes_.size()) + " more");
-  problems.push_back("accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing=" +
-                     (word_.empty() ? "NaN" : plain_text(word_, 40)) + " if that word means one");
+  if (bad_ > notes_.size()) problems.push_back(say("and {} more", bad_ - notes_.size()));
+  problems.push_back(say(
+      "accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing={} if that word "
+      "means one",
+      Name{word_.empty() ? "NaN" : plain_text(word_, 40)}));
   if (!grouped_.empty()) {
     std::string plain = grouped_;
     std::erase(plain, layout_.mark == '.' ? ',' : '.');
-    problems.push_back(std::string("numbers with a mark between thousands are not read: export ") +
-                       in_quotes(plain, 40) + " in place of " + in_quotes(grouped_, 40));
+    problems.push_back(say("numbers with a mark between thousands are not read: export '{}' in place of '{}'",
+                           plain_text(plain, 40), plain_text(grouped_, 40)));
   }
   if (commas_)
     problems.push_back(layout_.separator == ','

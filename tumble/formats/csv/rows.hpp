@@ -53,7 +53,7 @@ class Rows {
   bool take_stamp(std::string_view cell, std::size_t column, std::size_t row);
   bool stamp_column(std::size_t column) const { return stamped_ && layout_.stamp.uses(column); }
   double value_of(std::string cell, std::size_t column);
-  void note(std::size_t column, const std::string& what);
+  void note(std::size_t column, Sentence what);
 
   std::string path_;
   const Layout& layout_;
@@ -73,7 +73,7 @@ class Rows {
   std::size_t line_;
   std::size_t blank_lines_ = 0;  ///< of nothing but missing samples, if another sample follows
   std::size_t bad_ = 0;
-  std::vector<std::string> notes_;
+  Problems notes_;
   bool commas_ = false;  ///< a bad cell would be a number with a decimal comma
   std::string grouped_;  ///< the first bad cell that would be a number with groups of three digits
   std::string word_;     ///< the first bad cell that reads like a missing sample

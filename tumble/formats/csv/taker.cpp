@@ -101,14 +101,15 @@ std::optional<Timeline> Taker::timeline(const std::string& path, const ReadOptio
   if (!has_time(layout_)) {
     if (options.rate) return Timeline{0.0, *options.rate, nullptr};
     if (layout_.clock) return layout_.clock;
-    throw Error{Error::Kind::bad_file, "'" + path +
-                                           "' has no time column; add one, time[s], say which column it is (--set "
-                                           "time=COLUMN), or give the sampling rate (--set rate=100)"};
+    throw Error{Error::Kind::bad_file, say("'{}' has no time column; add one, time[s], say which column it is (--set "
+                                           "time=COLUMN), or give the sampling rate (--set rate=100)",
+                                           path)};
   }
   if (!no_date_.empty())
     throw Error{Error::Kind::bad_file,
-                "'" + path + "': the columns of the clock (" + layout_.stamp.how + ") hold the date " + no_date_ +
-                    ", which the calendar does not have; correct the row, or choose another clock (--set time=COLUMN)"};
+                say("'{}': the columns of the clock ({}) hold the date {}, which the calendar does not have; correct "
+                    "the row, or choose another clock (--set time=COLUMN)",
+                    path, layout_.stamp.how, no_date_)};
   if (past_midnight_) findings.push_back({Finding::Severity::info, "clock_past_midnight", {}, path});
   if (layout_.clock && clock_.allows(*layout_.clock)) return layout_.clock;
   if (layout_.clock) findings.push_back({Finding::Severity::warning, "clock_comment_disagrees", {}, path});

@@ -54,7 +54,7 @@ std::string header_cell(const Channel& channel) {
   const bool plain = cell.find_first_of(",;\t\"\n\r") == std::string::npos;
   const bool other = channel.name.empty() || channel.name == "time" || trimmed(channel.name) != channel.name;
   if (cell.find_first_of("\n\r\"") != std::string::npos || other)
-    throw Error{Error::Kind::bad_input, "the channel name '" + channel.name + "' cannot be written in a CSV header"};
+    throw Error{Error::Kind::bad_input, say("the channel name '{}' cannot be written in a CSV header", channel.name)};
   return plain ? cell : '"' + cell + '"';
 }
 
@@ -95,18 +95,19 @@ class Writer {
   }
 
   void check(const Recording& block) const {
-    if (block.channels.empty()) throw Error{Error::Kind::bad_input, "'" + path_ + "': there is no channel to write"};
+    if (block.channels.empty()) throw Error{Error::Kind::bad_input, say("'{}': there is no channel to write", path_)};
     const Channel& first = block.channels.front();
     for (const Channel& channel : block.channels)
       if (!same(channel.timeline, first.timeline) || channel.values.size() != first.values.size())
-        throw Error{Error::Kind::bad_input, "'" + path_ + "': a CSV file has one time column, but '" + first.name +
-                                                "' and '" + channel.name +
-                                                "' were sampled at different times; write to a .h5 file instead"};
+        throw Error{Error::Kind::bad_input, say("'{}': a CSV file has one time column, but '{}' and '{}' were sampled "
+                                                "at different times; write to a .h5 file instead",
+                                                path_, first.name, channel.name)};
   }
 
   [[noreturn]] void refuse_infinity(const Channel& channel, double t) const {
-    throw Error{Error::Kind::bad_data, "'" + path_ + "': '" + channel.name + "' is infinite at " +
-                                           fmt::format("{} s", t) + "; only finite and missing samples can be written"};
+    throw Error{Error::Kind::bad_data,
+                say("'{}': '{}' is infinite at {}; only finite and missing samples can be written", path_, channel.name,
+                    say("{} s", t))};
   }
 
   void begin(const Recording& block) {

@@ -25,8 +25,8 @@ bool recognises(const std::string& path) {
   return std::string_view(bytes, count) == magic;
 }
 
-[[noreturn]] void refuse(const std::string& path, const std::string& what) {
-  throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
+[[noreturn]] void refuse(const std::string& path, const Sentence& what) {
+  throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
 }
 
 /// A unit of FMTU that is one of ours.

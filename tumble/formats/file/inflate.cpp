@@ -48,7 +48,7 @@ void Inflater::add(std::string_view packed, const ByteSink& sink) {
       stream.avail_out = sizeof buffer;
       result = inflate(&stream, Z_NO_FLUSH);
       if (result != Z_OK && result != Z_STREAM_END && result != Z_BUF_ERROR)
-        throw Error{Error::Kind::bad_file, "'" + from_ + "': its packed bytes are damaged"};
+        throw Error{Error::Kind::bad_file, say("'{}': its packed bytes are damaged", from_)};
       if (const std::size_t count = sizeof buffer - stream.avail_out; count > 0) sink({buffer, count});
     } while (result == Z_OK && (stream.avail_in > 0 || stream.avail_out == 0));
     ended_ = result == Z_STREAM_END;
@@ -58,7 +58,7 @@ void Inflater::add(std::string_view packed, const ByteSink& sink) {
 
 void Inflater::finish() const {
   if (!started_ || !ended_)
-    throw Error{Error::Kind::bad_file, "'" + from_ + "': its packed bytes end too early; the file was cut off"};
+    throw Error{Error::Kind::bad_file, say("'{}': its packed bytes end too early; the file was cut off", from_)};
 }
 
 }  // namespace tumble::file

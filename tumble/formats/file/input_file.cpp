@@ -14,8 +14,8 @@ namespace tumble::file {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
-  throw Error{Error::Kind::bad_file, "cannot read '" + path + "': " + reason};
+[[noreturn]] void refuse(const std::string& path, const Sentence& reason) {
+  throw Error{Error::Kind::bad_file, say("cannot read '{}': {}", path, reason)};
 }
 
 [[noreturn]] void refuse(const std::string& path, int code) { refuse(path, std::system_category().message(code)); }

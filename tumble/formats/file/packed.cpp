@@ -34,8 +34,10 @@ decltype(auto) renamed(const PackedFile& packed, Action action) {
   } catch (const Error& error) {
     auto problems = error.problems;
     for (auto& problem : problems) {
-      problem = replaced(problem, "tumble inspect " + packed.copy.path(), "tumble inspect " + packed.outer);
-      problem = replaced(problem, packed.copy.path(), told_as(packed));
+      problem = with_values(problem, [&](const std::string& text) {
+        return replaced(replaced(text, "tumble inspect " + packed.copy.path(), "tumble inspect " + packed.outer),
+                        packed.copy.path(), told_as(packed));
+      });
     }
     throw Error(error.kind, problems);
   }
@@ -86,8 +88,10 @@ void leave_copy(const std::string& outer, const std::string& name, std::unique_p
 
 void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const std::string& from) {
   if (unpacked <= always_accepted || unpacked / greatest_ratio <= packed) return;
-  throw Error{Error::Kind::bad_file, "'" + from + "': it unpacks to more than " + std::to_string(greatest_ratio) +
-                                         " times its size, which samples do not; unpack it yourself if you trust it"};
+  throw Error{
+      Error::Kind::bad_file,
+      say("'{}': it unpacks to more than {} times its size, which samples do not; unpack it yourself if you trust it",
+          from, std::to_string(greatest_ratio))};
 }
 
 const Format& format_of(const PackedFile& packed, const ReadOptions& options) {
@@ -95,7 +99,7 @@ const Format& format_of(const PackedFile& packed, const ReadOptions& options) {
     const Format& format = tumble::format_of(packed.copy.path(), options);
     if (std::string_view(format.name) == "gzip" || std::string_view(format.name) == "zip")
       throw Error{Error::Kind::bad_file,
-                  "'" + packed.copy.path() + "' is a packed file in a packed file: unpack it first"};
+                  say("'{}' is a packed file in a packed file: unpack it first", packed.copy.path())};
     return format;
   });
 }

@@ -23,7 +23,7 @@ void Spool::read(std::uint64_t first, std::size_t count, double* to) {
   }
   const std::size_t bytes = count * sizeof(double);
   if (input_->read_at(first * sizeof(double), reinterpret_cast<char*>(to), bytes) != bytes)
-    throw Error(Error::Kind::bad_file, "'" + from_ + "': its samples in the folder for temporary files were removed");
+    throw Error(Error::Kind::bad_file, say("'{}': its samples in the folder for temporary files were removed", from_));
 }
 
 void Series::make_room(std::size_t count) {

@@ -37,7 +37,7 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::refuse(int code) const {
-  throw Error{Error::Kind::bad_file, failure_of(from_) + ": " + std::system_category().message(code)};
+  throw Error{Error::Kind::bad_file, say("{}: {}", failure_of(from_), std::system_category().message(code))};
 }
 
 void TemporaryFile::write(std::string_view bytes) {

@@ -33,16 +33,17 @@ bool number_of(std::string_view cell, char mark, double& value) {
   return !cell.empty() && result.ec == std::errc() && result.ptr == cell.data() + cell.size() && std::isfinite(value);
 }
 
-void Problems::add(std::size_t line, const std::string& problem) {
-  if (++count_ <= 10) first_.push_back("line " + std::to_string(line) + ": " + problem);
+void Problems::add(std::size_t line, const Sentence& problem) {
+  if (++count_ <= 10) first_.push_back({Where{.file = path_, .line = line, .place = say("line {}", line)}, problem});
 }
 
 void Problems::refuse_any() const {
   if (count_ == 0) return;
-  std::vector<std::string> problems{"'" + path_ + "': " + std::to_string(count_) +
-                                    (count_ == 1 ? " place that cannot be read" : " places that cannot be read")};
+  const Sentence many =
+      count_ == 1 ? say("{} place that cannot be read", count_) : say("{} places that cannot be read", count_);
+  tumble::Problems problems{{Where{.file = path_, .place = say("'{}'", Name{path_})}, many}};
   problems.insert(problems.end(), first_.begin(), first_.end());
-  if (count_ > first_.size()) problems.push_back("and " + std::to_string(count_ - first_.size()) + " more");
+  if (count_ > first_.size()) problems.push_back(say("and {} more", std::to_string(count_ - first_.size())));
   throw Error{Error::Kind::bad_file, problems};
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::file {
 
@@ -23,13 +24,13 @@ bool number_of(std::string_view cell, char mark, double& value);
 class Problems {
  public:
   explicit Problems(std::string path) : path_(std::move(path)) {}
-  void add(std::size_t line, const std::string& problem);
+  void add(std::size_t line, const Sentence& problem);
   void refuse_any() const;
 
  private:
   std::string path_;
   std::size_t count_ = 0;
-  std::vector<std::string> first_;
+  tumble::Problems first_;
 };
 
 }  // namespace tumble::file

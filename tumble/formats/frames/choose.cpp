@@ -63,8 +63,7 @@ FrameCodec named_codec(const std::string& text) {
 /// `kind`: whose fault it is.
 void require_variants(const FrameCodec& codec, Error::Kind kind) {
   if (codec.unchosen.empty()) return;
-  throw Error(
-      kind, fmt::format("the frames of {} do not say what their numbers mean ({}); name the variant of the device, for "
+  throw Error(kind, say("the frames of {} do not say what their numbers mean ({}); name the variant of the device, for "
                         "example --set frames={}:{} (variants: {})",
                         codec.name, fmt::join(codec.unchosen, ", "), codec.name, codec.variants.front(),
                         fmt::join(codec.variants, ", ")));
@@ -76,11 +75,11 @@ void keep_topics(FrameCodec& codec, const std::vector<std::string>& topics) {
   std::vector<std::string> known;
   for (const FrameLayout& layout : codec.frames)
     if (!layout.fields.empty()) known.push_back(layout.name);
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& topic : topics)
     if (std::ranges::find(known, topic) == known.end())
-      problems.push_back(fmt::format("{} has no frame '{}'{} (frames: {})", codec.name, topic,
-                                     did_you_mean(topic, known), fmt::join(known, ", ")));
+      problems.push_back(say("{} has no frame '{}'{} (frames: {})", codec.name, topic, did_you_mean(topic, known),
+                             fmt::join(known, ", ")));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   for (FrameLayout& layout : codec.frames)
     if (std::ranges::find(topics, layout.name) == topics.end()) layout.fields.clear();
@@ -119,14 +118,14 @@ Chosen choose(const std::string& path, const ReadOptions& options) {
     const auto matches = matches_of(beginning_of(path));
     const auto good = std::ranges::count_if(matches, &Match::explains);
     if (good != 1)
-      throw Error(Error::Kind::bad_file,
-                  fmt::format("'{}': {}; name the declaration of its frames, --set frames=NAME (shipped: tumble list "
-                              "instruments), or write one (docs/formats/frames.md)",
-                              path,
-                              matches.empty() ? "no shipped declaration finds a frame in its first bytes"
-                              : good == 0 ? "no shipped declaration explains half of its first bytes; nearest are " +
-                                                listed(matches)
-                                          : "several declarations explain its first bytes: " + listed(matches)));
+      throw Error(
+          Error::Kind::bad_file,
+          say("'{}': {}; name the declaration of its frames, --set frames=NAME (shipped: tumble list "
+              "instruments), or write one (docs/formats/frames.md)",
+              path,
+              matches.empty() ? "no shipped declaration finds a frame in its first bytes"
+              : good == 0 ? "no shipped declaration explains half of its first bytes; nearest are " + listed(matches)
+                          : "several declarations explain its first bytes: " + listed(matches)));
     const auto& match = *std::ranges::find_if(matches, &Match::explains);
     chosen = {codec_of(find_instrument(match.name)), true, match.part};
   }

@@ -49,17 +49,17 @@ class Pass {
     stream_.finish(sink);
     if (stream_.counts().channel_frames == 0)
       throw Error(Error::Kind::bad_file,
-                  fmt::format("'{}' holds no frame of {} that carries a channel: {} bytes, {} frames that are damaged",
-                              path_, chosen_.codec.name, stream_.counts().bytes, stream_.counts().damaged.count));
+                  say("'{}' holds no frame of {} that carries a channel: {} bytes, {} frames that are damaged", path_,
+                      chosen_.codec.name, stream_.counts().bytes, stream_.counts().damaged.count));
   }
 
   const FrameCounts& counts() const { return stream_.counts(); }
 
  private:
   [[noreturn]] void refuse_without_rate() const {
-    throw Error(Error::Kind::bad_file, fmt::format("'{}': the frames of {} have no time; give their rate "
-                                                   "(--set rate=1000)",
-                                                   path_, chosen_.codec.name));
+    throw Error(Error::Kind::bad_file, say("'{}': the frames of {} have no time; give their rate "
+                                           "(--set rate=1000)",
+                                           path_, chosen_.codec.name));
   }
 
   bool has_time(const std::string& bytes) const {
@@ -95,10 +95,9 @@ std::vector<GroupClock> clocks_of(const std::vector<Group>& groups, const ReadOp
       clock.per_sample = rate_of(group);
       if (!(clock.per_sample > 0.0)) clock.per_sample = options.rate.value_or(chosen.codec.rate);
       if (!(clock.per_sample > 0.0))
-        throw Error(Error::Kind::bad_file,
-                    fmt::format("'{}': '{}' counts increments, and the time of a sample does not "
-                                "show; give the rate (--set rate=1000)",
-                                path, chosen.codec.channels[group.channels[0]].name));
+        throw Error(Error::Kind::bad_file, say("'{}': '{}' counts increments, and the time of a sample does not "
+                                               "show; give the rate (--set rate=1000)",
+                                               path, chosen.codec.channels[group.channels[0]].name));
     }
     if (group.count == 1)
       clock.even = Timeline{group.stamps[0], std::max(options.rate.value_or(chosen.codec.rate), 1.0)};
@@ -120,8 +119,7 @@ Recording frame_of(const std::string& path, const Chosen& chosen, const std::vec
       if (group.count > 0) recording.channels.push_back({channel.name, kind_of(channel.unit), channel.unit, {}, {}});
     }
   if (recording.channels.empty())
-    throw Error(Error::Kind::bad_file,
-                fmt::format("'{}': its frames carry none of the channels that are wanted", path));
+    throw Error(Error::Kind::bad_file, say("'{}': its frames carry none of the channels that are wanted", path));
   return recording;
 }
 
@@ -138,7 +136,7 @@ void to_rates(const FrameChannel& channel, const GroupClock& clock, std::vector<
 
 void refuse_text_options(const std::string& path, const ReadOptions& options) {
   if (!options.segment_column.empty())
-    throw Error(Error::Kind::bad_file, "'" + path + "' is raw bytes: segment_column is for text tables");
+    throw Error(Error::Kind::bad_file, say("'{}' is raw bytes: segment_column is for text tables", path));
 }
 
 }  // namespace

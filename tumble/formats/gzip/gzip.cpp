@@ -29,7 +29,7 @@ bool is_tar(std::string_view beginning) { return beginning.size() > 262 && begin
 /// Unpacks into a temporary file, unless that was done before.
 std::unique_ptr<file::TemporaryFile> unpacked(const std::string& path) {
   if (auto copy = file::take_copy(path, inner_name(path))) return copy;
-  if (!recognises(path)) throw Error{Error::Kind::bad_file, "'" + path + "' is not packed by gzip"};
+  if (!recognises(path)) throw Error{Error::Kind::bad_file, say("'{}' is not packed by gzip", path)};
   file::InputFile packed(path);
   auto copy = std::make_unique<file::TemporaryFile>(inner_name(path), path);
   file::Inflater inflater(file::Inflater::Wrapping::gzip, path);
@@ -37,7 +37,7 @@ std::unique_ptr<file::TemporaryFile> unpacked(const std::string& path) {
   const auto sink = [&](std::string_view bytes) {
     if (size == 0 && is_tar(bytes))
       throw Error{Error::Kind::bad_file,
-                  "'" + path + "' is a tar archive: unpack it (tar xf), and name the file to read"};
+                  say("'{}' is a tar archive: unpack it (tar xf), and name the file to read", path)};
     size += bytes.size();
     file::check_unpacked_size(size, packed.size(), path);
     copy->write(bytes);

@@ -27,13 +27,13 @@ class Source {
   Source(const std::string& path, const ReadOptions& options, Stamps stamps)
       : path_(path), options_(options), stamps_(stamps), size_(file::InputFile(path).size()) {
     file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (!file_.valid()) refuse("cannot be opened as HDF5: " + last_reason() + " (is it truncated or damaged?)");
+    if (!file_.valid()) refuse(say("cannot be opened as HDF5: {} (is it truncated or damaged?)", last_reason()));
     if (!options.segment_column.empty())
       refuse("is HDF5, whose marks say where segments begin: segment_column is for text tables");
     recording_.origin.file = path;
     for (const std::string& name : names()) open(name);
     if (!problems_.empty()) {
-      problems_.front() = "'" + path + "': " + problems_.front();
+      problems_.front() = within(Where{.file = path, .place = say("'{}'", Name{path})}, problems_.front());
       throw Error{Error::Kind::bad_file, problems_};
     }
     if (channels_.empty()) refuse("has no channel to read in its group /channels");
@@ -42,7 +42,7 @@ class Source {
   }
 
   std::optional<std::string> meta() const try { return text_dataset(file_, "/meta"); } catch (const Error& error) {
-    refuse(std::string("cannot be read: /meta: ") + error.what());
+    refuse(say("cannot be read: /meta: {}", error.what()));
   }
 
   void read_meta(const std::string& text) {
@@ -61,7 +61,7 @@ class Source {
     try {
       hdf5::append(channels_[channel], first, count, to.unit.factor(), to.unit.offset(), to.values);
     } catch (const Error& error) {
-      refuse("channel '" + to.name + "' cannot be read: " + error.what());
+      refuse(say("channel '{}' cannot be read: {}", to.name, error.what()));
     }
   }
 
@@ -77,8 +77,8 @@ class Source {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw Error{Error::Kind::bad_file, "'" + path_ + "' " + what};
+  [[noreturn]] void refuse(const Sentence& what) const {
+    throw Error{Error::Kind::bad_file, say("'{}' {}", path_, what)};
   }
 
   /// Datasets below /channels, in the order they were made where the file knows it. A link inside the file is not
@@ -86,7 +86,7 @@ class Source {
   std::vector<std::string> names() {
     if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset for each channel");
     const Handle group(H5Gopen2(file_, "/channels", H5P_DEFAULT), H5Gclose);
-    if (!group.valid()) refuse("cannot be read: /channels: " + last_reason());
+    if (!group.valid()) refuse(say("cannot be read: /channels: {}", last_reason()));
     const Handle plist(H5Gget_create_plist(group), H5Pclose);
     unsigned order = 0;
     H5Pget_link_creation_order(plist, &order);
@@ -100,7 +100,8 @@ class Source {
       return 0;
     };
     const auto index = (order & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
-    if (H5Lvisit(group, index, H5_ITER_INC, visit, &found) < 0) refuse("cannot be read: /channels: " + last_reason());
+    if (H5Lvisit(group, index, H5_ITER_INC, visit, &found) < 0)
+      refuse(say("cannot be read: /channels: {}", last_reason()));
     return found;
   }
 
@@ -116,7 +117,7 @@ class Source {
       recording_.channels.push_back(std::move(channel));
       channels_.push_back(std::move(numbers));
     } catch (const Error& error) {
-      problems_.push_back("channel '" + name + "': " + error.what());
+      problems_.push_back(say("channel '{}': {}", name, error.what()));
     }
   }
 
@@ -125,9 +126,9 @@ class Source {
     const auto given = options_.units.find(name);
     if (given != options_.units.end()) return given->second;
     fail(
-        "it has no unit; give it an attribute 'unit', for example \"deg/h\", or write the unit in the plan's "
-        "[channels] table: role = \"" +
-        name + "[deg/h]\", or give it: --set unit." + name + "=deg/h");
+        say("it has no unit; give it an attribute 'unit', for example \"deg/h\", or write the unit in the plan's "
+            "[channels] table: role = \"{}[deg/h]\", or give it: --set unit.{}=deg/h",
+            name, name));
   }
 
   Timeline timeline_of(const Numbers& numbers, const std::string& name) {
@@ -137,8 +138,10 @@ class Source {
     if (!std::isfinite(start)) fail("its attribute 'start' is not a finite number");
     if (!rate && options_.rate) return {start, *options_.rate, nullptr};
     if (!rate)
-      fail("it has no time; give it an attribute 'rate' [Hz] or a dataset /time/" + name +
-           ", or give the sampling rate (--set rate=100)");
+      fail(
+          say("it has no time; give it an attribute 'rate' [Hz] or a dataset /time/{}, or give the sampling rate "
+              "(--set rate=100)",
+              name));
     if (!(*rate > 0.0) || std::isinf(*rate)) fail("its attribute 'rate' is not a positive number");
     return {start, *rate, nullptr};
   }
@@ -148,13 +151,13 @@ class Source {
     if (stamps_ == Stamps::ignored) return {};
     Numbers time = open_numbers(file_, path, size_);
     if (time.count != numbers.count)
-      fail(path + " has " + std::to_string(time.count) + " stamps for " + std::to_string(numbers.count) + " samples");
+      fail(say("{} has {} stamps for {} samples", path, std::to_string(time.count), std::to_string(numbers.count)));
     H5O_info_t info;
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
     for (const auto& known : clocks_)
       if (known.address == info.addr) return known.timeline;
     const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
-    if (kind_of(unit) != QuantityKind::time) fail(path + " is in " + unit.text() + ", not a unit of time");
+    if (kind_of(unit) != QuantityKind::time) fail(say("{} is in {}, not a unit of time", path, unit.text()));
     clocks_.push_back({info.addr, {}, std::move(time), unit});
     clocks_.back().timeline = look_at(clocks_.back(), path);
     return clocks_.back().timeline;
@@ -178,7 +181,7 @@ class Source {
       hdf5::append(of.numbers, first, std::min(piece, of.numbers.count - first), of.unit.factor(), of.unit.offset(),
                    some);
       for (std::size_t i = 0; i < some.size(); ++i) {
-        if (std::isnan(some[i])) fail(path + " has no value at sample " + std::to_string(first + i));
+        if (std::isnan(some[i])) fail(say("{} has no value at sample {}", path, std::to_string(first + i)));
         clock.add(some[i], 0.0);
       }
       if (stamps_ == Stamps::kept) stamps.insert(stamps.end(), some.begin(), some.end());
@@ -195,7 +198,7 @@ class Source {
   std::vector<Numbers> channels_;
   Recording recording_;
   std::vector<FileClock> clocks_;
-  std::vector<std::string> problems_;
+  Problems problems_;
 };
 
 }  // namespace

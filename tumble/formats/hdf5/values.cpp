@@ -38,7 +38,7 @@ Handle attribute_named(hid_t object, const char* name) {
 
 }  // namespace
 
-void fail(std::string reason) { throw Error{Error::Kind::bad_file, std::move(reason)}; }
+void fail(const Sentence& reason) { throw Error{Error::Kind::bad_file, std::move(reason)}; }
 
 bool is_number(hid_t type) {
   constexpr std::size_t widest = 16;  // bytes; a damaged type may claim gigabytes for each
@@ -103,14 +103,14 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (longer > 1 || numbers.rank == 0) {
     std::string shape;
     for (const hsize_t length : extent) shape += (shape.empty() ? "" : " x ") + std::to_string(length);
-    fail("it is " + (shape.empty() ? "one number" : shape) + ", and one row of samples for each channel is expected");
+    fail(say("it is {}, and one row of samples for each channel is expected", shape.empty() ? "one number" : shape));
   }
   const auto longest = std::find_if(extent.begin(), extent.end(), [](hsize_t length) { return length != 1; });
   numbers.axis = longest == extent.end() ? 0 : static_cast<int>(longest - extent.begin());
   numbers.count = extent[numbers.axis];
   if (numbers.count == 0) fail("it has no samples");
   if (!plausible(numbers.count, file_size))
-    fail("it claims " + std::to_string(numbers.count) + " samples, more than a file of this size can hold");
+    fail(say("it claims {} samples, more than a file of this size can hold", std::to_string(numbers.count)));
   look_at_storage(numbers, file, path, extent, file_size);
   const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
   numbers.raw = raw_samples(file, numbers.dataset, plist, numbers.rank, numbers.count, file_size);

@@ -21,7 +21,7 @@ struct Numbers {
 };
 
 /// Throws Error::bad_file; the caller says where.
-[[noreturn]] void fail(std::string reason);
+[[noreturn]] void fail(const Sentence& reason);
 
 /// Whether it is an integer or a floating-point number of no more than 16 bytes.
 bool is_number(hid_t type);

@@ -21,7 +21,7 @@ class Writer {
  public:
   explicit Writer(const std::string& path) : path_(path), target_(path) {
     if (!target_.replaces())
-      throw Error{Error::Kind::bad_file, "cannot write '" + path + "': HDF5 needs a regular file"};
+      throw Error{Error::Kind::bad_file, say("cannot write '{}': HDF5 needs a regular file", path)};
   }
 
   ~Writer() {
@@ -33,7 +33,7 @@ class Writer {
     const Session session;
     if (!file_.valid()) begin(block);
     if (block.channels.size() != channels_.size())
-      throw Error{Error::Kind::internal, "'" + path_ + "': blocks of one recording have different channels"};
+      throw Error{Error::Kind::internal, say("'{}': blocks of one recording have different channels", path_)};
     for (std::size_t i = 0; i < channels_.size(); ++i) {
       const Channel& channel = block.channels[i];
       extend(channels_[i].values, channel.values, channel.unit);
@@ -43,7 +43,7 @@ class Writer {
 
   void commit() {
     const Session session;
-    if (!file_.valid()) throw Error{Error::Kind::bad_input, "'" + path_ + "': there is no channel to write"};
+    if (!file_.valid()) throw Error{Error::Kind::bad_input, say("'{}': there is no channel to write", path_)};
     if (H5Fflush(file_, H5F_SCOPE_GLOBAL) < 0 || !close()) fail();
     if (!unclosed_->empty()) fail(*unclosed_);
     target_.commit();
@@ -60,8 +60,8 @@ class Writer {
   };
 
   [[noreturn]] void fail() const { fail(last_reason()); }
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error{Error::Kind::bad_file, "cannot write '" + path_ + "': " + reason};
+  [[noreturn]] void fail(const Sentence& reason) const {
+    throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path_, reason)};
   }
   Handle checked(hid_t id, Handle::Close closer) const {
     if (id < 0) fail();
@@ -82,7 +82,7 @@ class Writer {
 
   /// Object headers and groups of version 1.8 carry checksums, and everything reads them.
   void begin(const Recording& block) {
-    if (block.channels.empty()) throw Error{Error::Kind::bad_input, "'" + path_ + "': there is no channel to write"};
+    if (block.channels.empty()) throw Error{Error::Kind::bad_input, say("'{}': there is no channel to write", path_)};
     const Handle access = checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18));
     check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
@@ -114,7 +114,7 @@ class Writer {
   void add(const Recording& block, std::size_t index) {
     const Channel& channel = block.channels[index];
     if (!can_be_a_path(channel.name))
-      throw Error{Error::Kind::bad_input, "'" + path_ + "': HDF5 cannot hold a channel named '" + channel.name + "'"};
+      throw Error{Error::Kind::bad_input, say("'{}': HDF5 cannot hold a channel named '{}'", path_, channel.name)};
     Target target;
     target.values = dataset("/channels/" + channel.name, channel.values.size());
     text(target.values.dataset, "unit", channel.unit.text());
@@ -205,7 +205,7 @@ class Writer {
       for (hsize_t i = 0; i < count; ++i) {
         scratch_[i] = file::plain_value(values[first + i], unit);
         if (std::isinf(scratch_[i]))
-          throw Error{Error::Kind::bad_data, "'" + path_ + "': a sample is infinite and cannot be written"};
+          throw Error{Error::Kind::bad_data, say("'{}': a sample is infinite and cannot be written", path_)};
       }
       target.count += count;
       check(H5Dset_extent(target.dataset, &target.count));

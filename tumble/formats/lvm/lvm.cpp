@@ -176,8 +176,8 @@ std::size_t Reader::signal_named(const std::string& written, const std::string& 
     return signals_.size() - 1;
   }
   if (!unit.empty() && !known->unit.empty() && known->unit != unit)
-    problems_.add(number, "channel '" + csv::plain_text(name, 40) + "' is in '" + csv::plain_text(unit, 20) +
-                              "' here and in '" + csv::plain_text(known->unit, 20) + "' before");
+    problems_.add(number, say("channel '{}' is in '{}' here and in '{}' before", csv::plain_text(name, 40),
+                              csv::plain_text(unit, 20), csv::plain_text(known->unit, 20)));
   return static_cast<std::size_t>(known - signals_.begin());
 }
 
@@ -185,7 +185,7 @@ std::size_t Reader::signal_named(const std::string& written, const std::string& 
 void Reader::check_dimension(std::size_t channel, std::size_t number) {
   const std::string dimension = said_of("X_Dimension", channel);
   if (dimension.empty() || dimension == "Time") return;
-  problems_.add(number, "the X values are of dimension '" + csv::plain_text(dimension, 40) + "': only Time is read");
+  problems_.add(number, say("the X values are of dimension '{}': only Time is read", csv::plain_text(dimension, 40)));
 }
 
 /// Names of the columns; the channels of the segment are found again by name.
@@ -242,15 +242,15 @@ void Reader::take_row(std::string_view line, std::size_t number) {
     double time = channel.start + static_cast<double>(row) * channel.step, value = 0.0;
     const bool timed = channel.x < parts.size() && !parts[channel.x].empty();
     if (timed && !file::number_of(parts[channel.x], mark_, time))
-      problems_.add(number, "'" + csv::plain_text(parts[channel.x], 40) + "' is not a time");
+      problems_.add(number, say("'{}' is not a time", csv::plain_text(parts[channel.x], 40)));
     if (channel.y >= parts.size() || parts[channel.y].empty()) continue;  // a channel with fewer samples
     ++present;
     if (!timed && !(channel.step > 0.0))
-      problems_.add(number, "channel '" + csv::plain_text(signal.name, 40) + "' has neither an X value nor Delta_X");
+      problems_.add(number, say("channel '{}' has neither an X value nor Delta_X", csv::plain_text(signal.name, 40)));
     if (!file::number_of(parts[channel.y], mark_, value)) {
       value = std::nan("");
       if (!csv::reads_like_missing(parts[channel.y]))
-        problems_.add(number, "'" + csv::plain_text(parts[channel.y], 40) + "' is not a number");
+        problems_.add(number, say("'{}' is not a number", csv::plain_text(parts[channel.y], 40)));
     }
     if (!shift_known_) {  // times that begin again count from the date of their segment
       if (first_start_.empty()) first_start_ = said_of("Date", 0) + " " + said_of("Time", 0);
@@ -296,8 +296,9 @@ void Reader::add_channel(file::Gathered& gathered, const Signal& signal, std::ve
 
 file::Gathered Reader::finish() {
   if (part_ == Part::file_header || segments_ == 0)
-    throw Error{Error::Kind::bad_file, "'" + path_ + "': a LabVIEW measurement file without the end of its header (" +
-                                           std::string(end_of_header) + "); it was cut off"};
+    throw Error{Error::Kind::bad_file,
+                say("'{}': a LabVIEW measurement file without the end of its header ({}); it was cut off", path_,
+                    std::string(end_of_header))};
   file::Gathered gathered;
   std::vector<std::string> without_unit, strange;
   for (const Signal& signal : signals_) add_channel(gathered, signal, without_unit, strange);
@@ -311,11 +312,11 @@ file::Gathered Reader::finish() {
     std::string why = "the file has no Y_Unit_Label for them";
     for (std::size_t i = 0; i < strange.size(); ++i) why = (i ? why + "; " : "") + strange[i];
     throw Error{Error::Kind::bad_file,
-                {"'" + path_ + "': channels without a unit: " + names + "; " + why,
-                 "to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets}};
+                Problems{say("'{}': channels without a unit: {}; {}", path_, Name{names}, why),
+                         say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets})}};
   }
   if (std::ranges::all_of(gathered.sources, [](const file::Source& one) { return one.values->size() == 0; }))
-    throw Error{Error::Kind::bad_file, "'" + path_ + "' has no samples"};
+    throw Error{Error::Kind::bad_file, say("'{}' has no samples", path_)};
   complete(gathered.frame);
   return gathered;
 }
@@ -339,7 +340,7 @@ void Reader::complete(Recording& recording) {
 file::Gathered gather(const std::string& path, const ReadOptions& options, std::shared_ptr<file::Spool> spool,
                       const Progress& progress) {
   if (!recognises(path))
-    throw Error{Error::Kind::bad_file, "'" + path + "' does not begin as a LabVIEW measurement file"};
+    throw Error{Error::Kind::bad_file, say("'{}' does not begin as a LabVIEW measurement file", path)};
   Reader reader(path, options, std::move(spool));
   file::each_line(path, options.encoding, progress,
                   [&](std::string_view line, std::size_t number) { reader.take(line, number); });

@@ -32,15 +32,14 @@ Contents contents_of(const std::string& path, Keep keep) {
     case Level::none:
       break;
   }
-  throw Error(Error::Kind::bad_file,
-              "'" + path +
-                  "' is no binary file of MATLAB: it begins neither with 'MATLAB 5.0' or 'MATLAB 7.' nor with a "
-                  "variable of version 4");
+  throw Error(Error::Kind::bad_file, say("'{}' is no binary file of MATLAB: it begins neither with 'MATLAB 5.0' or "
+                                         "'MATLAB 7.' nor with a variable of version 4",
+                                         path));
 }
 
 file::Gathered gather(const std::string& path, const ReadOptions& options, Keep keep, const Progress& progress) {
   if (!options.segment_column.empty())
-    throw Error(Error::Kind::bad_file, "'" + path + "' is a file of MATLAB: segment_column is for text tables");
+    throw Error(Error::Kind::bad_file, say("'{}' is a file of MATLAB: segment_column is for text tables", path));
   report(progress, 0.0, "reading");
   return recording_of(contents_of(path, keep), path, options);
 }

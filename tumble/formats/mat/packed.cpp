@@ -65,7 +65,7 @@ bool Bytes::step() {
   if (status == Z_STREAM_END) return false;
   if (status != Z_OK && status != Z_BUF_ERROR)
     throw Error(Error::Kind::bad_file,
-                std::string("its packed bytes are damaged: ") + (stream.msg ? stream.msg : "zlib gives no reason"));
+                say("its packed bytes are damaged: {}", stream.msg ? stream.msg : "zlib gives no reason"));
   if (used == 0 && now == 0 && stream.avail_out > 0) cut();
   return true;
 }

@@ -32,7 +32,7 @@ ros::Packing packing_of(const std::string& name) {
   if (name == "lz4") return ros::Packing::lz4;
   if (name == "zstd") return ros::Packing::zstandard;
   throw Error{Error::Kind::bad_file,
-              "a chunk is packed by '" + ros::printable(name) + "'; none, lz4 and zstd are read"};
+              say("a chunk is packed by '{}'; none, lz4 and zstd are read", ros::printable(name))};
 }
 
 /// Messages and channels in a chunk, or between chunks.
@@ -60,7 +60,7 @@ void visit(const ros::Log& log, const ros::Piece& piece, Window& window, const r
   }
   if (piece.packing != ros::Packing::none && window.position() != piece.unpacked)
     throw Error{Error::Kind::bad_file,
-                fmt::format("it holds {} bytes, where its header states {}", window.position(), piece.unpacked)};
+                say("it holds {} bytes, where its header states {}", window.position(), piece.unpacked)};
   if (!window.crc_agrees()) throw ros::Untrusted{"its CRC does not agree with its bytes, of which none is used"};
 } catch (const Cut&) {
   throw Error{Error::Kind::bad_file, "a record in it is longer than the rest of it"};
@@ -189,7 +189,7 @@ ros::Log open(const std::string& path) {
   log.visit = visit;
   char bytes[magic.size()];
   if (std::string_view(bytes, log.file->read_at(0, bytes, sizeof bytes)) != magic)
-    throw Error{Error::Kind::bad_file, "'" + path + "' is not an MCAP file: it does not begin with its eight bytes"};
+    throw Error{Error::Kind::bad_file, say("'{}' is not an MCAP file: it does not begin with its eight bytes", path)};
   Walk(log).whole();
   return log;
 }

@@ -25,7 +25,7 @@ using Severity = Finding::Severity;
   if (unreadable > 0) why += fmt::format("; {} messages are not what their type says", unreadable);
   if (read > 0) why += "; the messages state by a covariance of -1 that the instrument does not measure what is wanted";
   throw Error{Error::Kind::bad_file,
-              fmt::format("'{}' holds no message of {} that can be read{}", log.path, described(topics), why)};
+              say("'{}' holds no message of {} that can be read{}", log.path, described(topics), why)};
 }
 
 void add_channels(const Stream& stream, const Overview& overview, std::int64_t epoch, Recording& recording) {

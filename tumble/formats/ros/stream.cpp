@@ -37,8 +37,8 @@ std::string as_word(const std::string& name) {
   return plain ? name : "'" + name + "'";
 }
 
-[[noreturn]] void refuse(const Log& log, const std::string& what) {
-  throw Error{Error::Kind::bad_file, "'" + log.path + "' " + what};
+[[noreturn]] void refuse(const Log& log, const Sentence& what) {
+  throw Error{Error::Kind::bad_file, say("'{}' {}", log.path, what)};
 }
 
 [[noreturn]] void refuse_to_guess(const Log& log, const Topics& candidates) {
@@ -128,11 +128,11 @@ Topics named(Log& log, const std::vector<std::string>& names) {
     const auto found =
         std::ranges::find_if(topics, [&](const Topic& topic) { return alike(topic) && readable(topic); });
     if (present == topics.end())
-      problems.push_back(fmt::format("'{}' has no topic '{}'{}; its topics are {}", log.path, name,
-                                     did_you_mean(name, known), described(topics)));
+      problems.push_back(say("'{}' has no topic '{}'{}; its topics are {}", log.path, name, did_you_mean(name, known),
+                             described(topics)));
     else if (found == topics.end())
-      problems.push_back(fmt::format("'{}': topic {} is of a type that is not read; those that are read are {}",
-                                     log.path, described(*present), known_message_types()));
+      problems.push_back(say("'{}': topic {} is of a type that is not read; those that are read are {}", log.path,
+                             described(*present), known_message_types()));
     else if (std::ranges::none_of(chosen, [&](const Topic& topic) { return topic.name == found->name; }))
       chosen.push_back(*found);
   }

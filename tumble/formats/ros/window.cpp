@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t smallest_window = 262144, largest_window = std::size_t{8} << 20;
 
-[[noreturn]] void damaged(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+[[noreturn]] void damaged(const Sentence& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
 }  // namespace
 

@@ -28,7 +28,8 @@ ros::Packing packing_of(const std::string& name) {
   if (name == "none" || name.empty()) return ros::Packing::none;
   if (name == "lz4") return ros::Packing::lz4;
   if (name == "bz2") return ros::Packing::bzip2;
-  throw Error{Error::Kind::bad_file, "a chunk is packed by '" + ros::printable(name) + "'; none, lz4 and bz2 are read"};
+  throw Error{Error::Kind::bad_file,
+              say("a chunk is packed by '{}'; none, lz4 and bz2 are read", ros::printable(name))};
 }
 
 /// Messages and connections in a chunk.
@@ -55,7 +56,7 @@ void visit(const ros::Log& log, const ros::Piece& piece, Window& window, const r
   }
   if (window.position() != piece.unpacked)
     throw Error{Error::Kind::bad_file,
-                fmt::format("it holds {} bytes, where its header states {}", window.position(), piece.unpacked)};
+                say("it holds {} bytes, where its header states {}", window.position(), piece.unpacked)};
 } catch (const Cut&) {
   throw Error{Error::Kind::bad_file, "a record in it is longer than the rest of it"};
 }
@@ -183,9 +184,9 @@ ros::Log open(const std::string& path) {
   const std::string_view found(bytes, log.file->read_at(0, bytes, sizeof bytes));
   if (found != version) {
     const bool bag = found.starts_with(signature);
-    throw Error{Error::Kind::bad_file, "'" + path +
-                                           "' is not a ROS bag of version 2.0: its first line is not '#ROSBAG V2.0'" +
-                                           (bag ? "; convert it with `rosbag migrate` or the rosbags package" : "")};
+    throw Error{Error::Kind::bad_file,
+                say("'{}' is not a ROS bag of version 2.0: its first line is not '#ROSBAG V2.0'{}", path,
+                    bag ? "; convert it with `rosbag migrate` or the rosbags package" : "")};
   }
   Walk(log).whole();
   return log;

@@ -12,7 +12,7 @@
 namespace tumble::rosbag2 {
 namespace {
 
-[[noreturn]] void refuse(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+[[noreturn]] void refuse(const Sentence& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
 /// A file that was cut off or damaged may claim anything: nothing of it is run, and no cell is larger than a message.
 void be_careful(sqlite3* handle) {
@@ -29,9 +29,9 @@ void refuse_log_beside(const std::string& path) {
     std::error_code absent;
     if (const auto size = std::filesystem::file_size(path + end, absent); absent || size == 0) continue;
     refuse(
-        fmt::format("rows of it are in '{0}{1}', whose checksum no result would state: join them, sqlite3 '{0}' "
-                    "'pragma wal_checkpoint(truncate); vacuum', when the recorder has ended",
-                    path, end));
+        say("rows of it are in '{0}{1}', whose checksum no result would state: join them, sqlite3 '{0}' "
+            "'pragma wal_checkpoint(truncate); vacuum', when the recorder has ended",
+            path, end));
   }
 }
 
@@ -64,7 +64,7 @@ Query::Query(const Database& database, const std::string& sql) : database_(datab
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(database.get(), sql.c_str(), -1, &statement, nullptr);
   statement_.reset(statement);
-  if (code != SQLITE_OK) refuse(fmt::format("SQLite says: {}", sqlite3_errmsg(database.get())));
+  if (code != SQLITE_OK) refuse(say("SQLite says: {}", sqlite3_errmsg(database.get())));
 }
 
 void Query::bind(int parameter, std::int64_t value) { sqlite3_bind_int64(statement_.get(), parameter, value); }
@@ -72,7 +72,7 @@ void Query::bind(int parameter, std::int64_t value) { sqlite3_bind_int64(stateme
 bool Query::next() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
-  if (code != SQLITE_DONE) refuse(fmt::format("SQLite says: {}", sqlite3_errmsg(database_.get())));
+  if (code != SQLITE_DONE) refuse(say("SQLite says: {}", sqlite3_errmsg(database_.get())));
   return false;
 }
 
@@ -97,7 +97,8 @@ void require_tables(const Database& database) {
     if (names.size() < 200) names += (names.empty() ? "" : ", ") + name;
   }
   if (needed != 2)
-    refuse("the tables 'topics' and 'messages' are not both there; its tables are " + (names.empty() ? "none" : names));
+    refuse(say("the tables 'topics' and 'messages' are not both there; its tables are {}",
+               names.empty() ? "none" : names));
 }
 
 }  // namespace tumble::rosbag2

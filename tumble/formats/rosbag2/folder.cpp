@@ -43,16 +43,16 @@ std::vector<std::string> files_of_bag(const std::string& folder) {
   for (fs::directory_iterator file(folder, problem), end; !problem && file != end; file.increment(problem)) {
     if (is_packed(file->path()))
       throw Error{Error::Kind::bad_file,
-                  "'" + file->path().string() + "' is packed as a whole: unpack it with `zstd -d --rm`"};
+                  say("'{}' is packed as a whole: unpack it with `zstd -d --rm`", file->path().string())};
     if (!is_kind(file->path())) continue;
     files.push_back(file->path().string());
     const std::string extension = file->path().extension().string();
     if (!kind.empty() && extension != kind)
       throw Error{Error::Kind::bad_file,
-                  "the folder '" + folder + "' holds files of two kinds, .db3 and .mcap: name the one to be read"};
+                  say("the folder '{}' holds files of two kinds, .db3 and .mcap: name the one to be read", folder)};
     kind = extension;
   }
-  if (files.empty()) throw Error{Error::Kind::bad_file, "the folder '" + folder + "' holds no .db3 or .mcap file"};
+  if (files.empty()) throw Error{Error::Kind::bad_file, say("the folder '{}' holds no .db3 or .mcap file", folder)};
   std::ranges::sort(files, {}, order_of);
   return files;
 }

@@ -95,9 +95,9 @@ void require_all_pages(const file::InputFile& file) {
   const std::uint64_t size = big_endian(head + 28, 4) * page;
   if ((counted && file.size() < size) || page == 0 || file.size() % page != 0)
     throw Error{Error::Kind::bad_file,
-                fmt::format("it has {} bytes, where its header states {}: it is cut off or not completely copied; copy "
-                            "it again, or take out what is there with `sqlite3 FILE .recover`",
-                            file.size(), size)};
+                say("it has {} bytes, where its header states {}: it is cut off or not completely copied; copy "
+                    "it again, or take out what is there with `sqlite3 FILE .recover`",
+                    file.size(), size)};
 }
 
 ros::Log open_database(const std::string& path) {
@@ -106,7 +106,7 @@ ros::Log open_database(const std::string& path) {
   log.file = std::make_shared<const file::InputFile>(path);
   log.visit = visit;
   if (!is_database(path))
-    throw Error{Error::Kind::bad_file, "'" + path + "' is not an SQLite database, as a ROS 2 bag (.db3) is"};
+    throw Error{Error::Kind::bad_file, say("'{}' is not an SQLite database, as a ROS 2 bag (.db3) is", path)};
   try {
     require_all_pages(*log.file);
     const Database database(path);
@@ -114,7 +114,7 @@ ros::Log open_database(const std::string& path) {
     find_topics(database, log);
     find_pieces(database, log);
   } catch (const Error& error) {
-    throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read as a ROS 2 bag: " + error.what()};
+    throw Error{Error::Kind::bad_file, say("'{}' cannot be read as a ROS 2 bag: {}", path, error.what())};
   }
   return log;
 }

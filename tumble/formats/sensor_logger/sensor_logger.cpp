@@ -159,7 +159,7 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
       std::string list;
       for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
       throw Error{Error::Kind::bad_file,
-                  "'" + path + "' has no sensor '" + topic + "'" + did_you_mean(topic, known) + "; it has " + list};
+                  say("'{}' has no sensor '{}'{}; it has {}", path, topic, did_you_mean(topic, known), list)};
     }
     names.push_back(topic);
   }
@@ -174,7 +174,7 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
   if (names.empty())
     throw Error{
         Error::Kind::bad_file,
-        "'" + path + "' has no sensor that is read without being asked for; pick one: --topic " + known.front()};
+        say("'{}' has no sensor that is read without being asked for; pick one: --topic {}", path, known.front())};
   return names;
 }
 
@@ -251,10 +251,10 @@ SensorData data_of(const std::string& path, const Source& source, const std::str
         file.path(), options, samples_at_once, [&](const Recording& block) { joiner.take(block); }, progress);
   } catch (const Error& error) {
     auto problems = error.problems;
-    std::erase_if(problems, [](const std::string& problem) { return problem.starts_with("to copy"); });
+    std::erase_if(problems, [](const Problem& problem) { return problem.what.pattern.starts_with("to copy"); });
     for (auto& problem : problems)
-      if (const auto at = problem.find(file.path()); at != std::string::npos)
-        problem.replace(at, file.path().size(), path + ": " + name + ".csv");
+      problem = with_values(
+          problem, [&](const std::string& text) { return text == file.path() ? path + ": " + name + ".csv" : text; });
     throw Error(error.kind, problems);
   }
   data.begin = parse_iso_time(data.table.frame.meta[clock_start]).value_or(data.begin);
@@ -307,10 +307,10 @@ Source opened(const std::string& path, Findings& findings) {
   if (!source.ours())
     throw Error{
         Error::Kind::bad_file,
-        "'" + path +
-            "' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected"};
+        say("'{}' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected",
+            path)};
   const auto empty = leave_empty(path, source);
-  if (!source.ours()) throw Error{Error::Kind::bad_file, "'" + path + "' has no samples of " + joined(empty)};
+  if (!source.ours()) throw Error{Error::Kind::bad_file, say("'{}' has no samples of {}", path, joined(empty))};
   if (!empty.empty())
     findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
   return source;
@@ -334,7 +334,7 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   for (std::size_t i = 0; i < data.size(); ++i)
     move_channels(data[i], names[i], static_cast<double>(data[i].begin - begin) * 1e-9, options, all);
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, "'" + path + "' has none of the channels " + joined(options.only)};
+    throw Error{Error::Kind::bad_file, say("'{}' has none of the channels {}", path, joined(options.only))};
   recording.meta[clock_start] = iso_time(begin) + "Z";
   if (ios && std::ranges::any_of(names, [](const std::string& name) { return is_force(*sensor_named(name)); }))
     recording.findings.push_back({Finding::Severity::info, "accelerations_of_ios", {}, path});

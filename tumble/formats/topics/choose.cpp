@@ -38,7 +38,7 @@ void keep(const std::vector<std::string>& only, Log& log) {
 std::vector<std::size_t> asked_for(const std::vector<std::string>& names, const std::vector<std::string>& topics,
                                    const std::string& path) {
   std::vector<std::size_t> chosen;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const std::string& asked : topics) {
     bool met = false;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -47,9 +47,8 @@ std::vector<std::size_t> asked_for(const std::vector<std::string>& names, const 
       if (std::ranges::find(chosen, i) == chosen.end()) chosen.push_back(i);
     }
     if (!met)
-      problems.push_back(fmt::format("'{}': no topic '{}'{} (topics with samples: {})", path, asked,
-                                     did_you_mean(asked, names),
-                                     names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+      problems.push_back(say("'{}': no topic '{}'{} (topics with samples: {})", path, asked, did_you_mean(asked, names),
+                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
   return chosen;
@@ -89,7 +88,7 @@ void name_channels(const ReadOptions& options, Log& log) {
   }
   std::erase_if(log.topics, [](const Topic& topic) { return topic.columns.empty(); });
   if (log.topics.empty())
-    throw Error(Error::Kind::bad_file, "'" + log.frame.origin.file + "' has no channel of that name to read");
+    throw Error(Error::Kind::bad_file, say("'{}' has no channel of that name to read", log.frame.origin.file));
   if (!without_unit.empty())
     log.frame.findings.push_back(
         {Finding::Severity::info, "unit_unknown", {{"channels", fmt::format("{}", fmt::join(without_unit, ", "))}}});

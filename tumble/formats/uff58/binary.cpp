@@ -47,8 +47,9 @@ BinaryHead binary_head(std::string_view line) {
                 "the first line of a binary dataset (58b) must have the order of bytes (1 or 2), the format of the "
                 "numbers, 11 lines and the number of bytes"};
   if (format != 2)
-    throw Error{Error::Kind::bad_file, "a binary dataset 58 (58b) with numbers of format " + std::to_string(format) +
-                                           "; those of IEEE 754 (format 2) are read: export it as ASCII"};
+    throw Error{Error::Kind::bad_file, say("a binary dataset 58 (58b) with numbers of format {}; those of IEEE 754 "
+                                           "(format 2) are read: export it as ASCII",
+                                           std::to_string(format))};
   return {order == 2, static_cast<std::size_t>(bytes)};
 }
 
@@ -75,8 +76,8 @@ void each_part(const std::string& path, const Progress& progress, const Parts& p
     const std::string_view here(window.data(), std::min(window.available(), longest_line));
     const auto end = here.find('\n');
     if (end == here.npos && here.size() == longest_line)
-      throw Error{Error::Kind::bad_file, "'" + path + "', line " + std::to_string(number) + ": more than " +
-                                             std::to_string(longest_line) + " characters"};
+      throw Error{Error::Kind::bad_file, say("'{}', line {}: more than {} characters", path, std::to_string(number),
+                                             std::to_string(longest_line))};
     const std::string line = in_utf8(here.substr(0, end), path);
     window.skip(end == here.npos ? here.size() : end + 1);
     parts.line(line, number);

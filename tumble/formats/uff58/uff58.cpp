@@ -57,8 +57,8 @@ class Reader {
   void take_number(double number);
   std::optional<Timeline> even_timeline() const;
   void find_time_unit();
-  [[noreturn]] void refuse(std::size_t line, const std::string& reason) const {
-    throw Error{Error::Kind::bad_file, "'" + path_ + "', line " + std::to_string(line) + ": " + reason};
+  [[noreturn]] void refuse(std::size_t line, const Sentence& reason) const {
+    throw Error{Error::Kind::bad_file, say("'{}', line {}: {}", path_, std::to_string(line), reason)};
   }
 
   std::string path_;
@@ -255,7 +255,7 @@ std::optional<Unit> Reader::unit_of(const std::string& name) {
     if (!label.empty()) return csv::parse_written_unit(label);
   } catch (const Error& error) {
     if (given == options_.units.end())
-      problems_.push_back("channel '" + csv::plain_text(name, 60) + "': " + error.what());
+      problems_.push_back(say("channel '{}': {}", csv::plain_text(name, 60), error.what()));
   }
   if (given != options_.units.end()) return given->second;
   without_unit_.push_back(name);
@@ -278,7 +278,7 @@ void Reader::add_channel() {
   const std::string name = name_of();
   if (!options_.only.empty() && std::ranges::find(options_.only, name) == options_.only.end()) return;
   if (!dataset_.time_problem.empty())
-    problems_.push_back("channel '" + csv::plain_text(name, 60) + "'" + dataset_.time_problem);
+    problems_.push_back(say("channel '{}'{}", csv::plain_text(name, 60), dataset_.time_problem));
   const auto unit = unit_of(name);
   if (!unit) return;
   const auto even = even_timeline();
@@ -289,23 +289,23 @@ void Reader::add_channel() {
 
 file::Gathered Reader::finish() {
   if (part_ != Part::between)
-    throw Error{Error::Kind::bad_file, "'" + path_ + "': its last dataset has no end (-1); the file was cut off"};
+    throw Error{Error::Kind::bad_file, say("'{}': its last dataset has no end (-1); the file was cut off", path_)};
   if (!without_unit_.empty()) {
     std::string names, sets;
     for (const auto& name : without_unit_) {
       names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
-    problems_.push_back("'" + path_ + "': channels without a unit: " + names);
-    problems_.push_back("to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets);
+    problems_.push_back(say("'{}': channels without a unit: {}", path_, names));
+    problems_.push_back(say("to copy, with units to be checked: tumble inspect '{}'{}", path_, sets));
   }
   if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
   Recording& recording = gathered_.frame;
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, "'" + path_ + "' has no time response (dataset 58, function type 1) to read" +
-                                           (other_functions_ > 0 ? "; it has " + std::to_string(other_functions_) +
-                                                                       " spectra or other functions"
-                                                                 : "")};
+    throw Error{Error::Kind::bad_file, say("'{}' has no time response (dataset 58, function type 1) to read{}", path_,
+                                           other_functions_ > 0 ? "; it has " + std::to_string(other_functions_) +
+                                                                      " spectra or other functions"
+                                                                : "")};
   if (other_functions_ > 0)
     recording.findings.push_back(
         {Finding::Severity::info, "functions_not_read", {{"functions", other_functions_}}, path_});
@@ -325,7 +325,7 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, std::
                       const Progress& progress) {
   if (!recognises(path))
     throw Error{Error::Kind::bad_file,
-                "'" + path + "' does not begin as a universal file (-1, then the number of a dataset)"};
+                say("'{}' does not begin as a universal file (-1, then the number of a dataset)", path)};
   Reader reader(path, options, std::move(spool));
   if (!has_binary_datasets(path)) {
     file::each_line(path, options.encoding, progress,

@@ -60,10 +60,9 @@ std::vector<std::size_t> appended(const char* flags, const std::string& path) {
     const auto bits = static_cast<unsigned char>(flags[8 + byte]);
     const int known = byte == 0 ? 1 : 0;
     if ((bits & ~known) != 0)
-      throw Error(Error::Kind::bad_file,
-                  "'" + path + "' uses a feature of ULog that is not known here (incompatible flags, byte " +
-                      std::to_string(byte) + " = " + std::to_string(bits) +
-                      "): convert it with the software that wrote it");
+      throw Error(Error::Kind::bad_file, say("'{}' uses a feature of ULog that is not known here (incompatible flags, "
+                                             "byte {} = {}): convert it with the software that wrote it",
+                                             path, std::to_string(byte), std::to_string(bits)));
   }
   std::vector<std::size_t> places;
   for (int k = 0; k < 3; ++k) {

@@ -27,8 +27,8 @@ bool recognises(const std::string& path) {
   return std::string_view(bytes, count) == magic;
 }
 
-[[noreturn]] void refuse(const std::string& path, const std::string& what) {
-  throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
+[[noreturn]] void refuse(const std::string& path, const Sentence& what) {
+  throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
 }
 
 /// The time of the accelerometer after that of the gyro [us] in sensor_combined, or `no_sample`.

@@ -20,8 +20,8 @@ constexpr std::uint32_t elsewhere = 0xffffffff;
 constexpr std::uint16_t pcm = 1, ieee_float = 3, extensible = 0xfffe;
 constexpr std::size_t largest_list = 65536;  ///< [bytes] of a list of texts that is read
 
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
+[[noreturn]] void fail(const std::string& path, const Sentence& what) {
+  throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
 }
 
 /// `width`: [bytes] that a sample takes, of which integers may use fewer `bits`.
@@ -31,10 +31,9 @@ Layout::Type type_of(const std::string& path, std::uint16_t format, std::uint16_
   if (format == pcm && width >= 1 && width <= 4 && bits > 0 && bits <= 8 * width) return integers[width - 1];
   if (format == ieee_float && bits == 32 && width == 4) return Type::f32;
   if (format == ieee_float && bits == 64 && width == 8) return Type::f64;
-  fail(path,
-       fmt::format("has samples of format {} with {} bits in {} bytes; read are integers of up to 32 bits (format 1) "
-                   "and floating-point numbers of 32 and 64 bits (format 3)",
-                   format, bits, width));
+  fail(path, say("has samples of format {} with {} bits in {} bytes; read are integers of up to 32 bits (format 1) "
+                 "and floating-point numbers of 32 and 64 bits (format 3)",
+                 format, bits, width));
 }
 
 class Reader {
@@ -87,8 +86,8 @@ class Reader {
     if (!(layout_.rate > 0.0)) fail(path_, "says that its sampling rate is 0 Hz");
     layout_.type = type_of(path_, format, bits, frame / layout_.channels);
     if (frame != layout_.channels * size_of(layout_.type))
-      fail(path_, fmt::format("contradicts itself: {} channels of {} bits do not make {} bytes", layout_.channels, bits,
-                              frame));
+      fail(path_,
+           say("contradicts itself: {} channels of {} bits do not make {} bytes", layout_.channels, bits, frame));
   }
 
   /// Texts of the list INFO.

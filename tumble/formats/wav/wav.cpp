@@ -64,15 +64,13 @@ Opened open(const std::string& path, const ReadOptions& options) {
     opened.sources.push_back(source_of(layout, i, unit));
   }
   if (!without_unit.empty())
-    throw Error(
-        Error::Kind::bad_file,
-        fmt::format("'{}': the samples of {} are floating-point numbers, and the file does not say their unit; give "
+    throw Error(Error::Kind::bad_file,
+                say("'{}': the samples of {} are floating-point numbers, and the file does not say their unit; give "
                     "it: --set unit.{}=g, or in the plan's [channels] table: role = \"{}[g]\"",
                     path, fmt::join(without_unit, ", "), without_unit.front(), without_unit.front()));
   if (opened.sources.empty())
-    throw Error(
-        Error::Kind::bad_file,
-        fmt::format("'{}' has no channel of that name; its channels are channel1 to channel{}", path, layout.channels));
+    throw Error(Error::Kind::bad_file,
+                say("'{}' has no channel of that name; its channels are channel1 to channel{}", path, layout.channels));
   if (!scaled.empty())
     opened.frame.findings.push_back(
         {Finding::Severity::info, "full_scale_is_one", {{"channels", fmt::format("{}", fmt::join(scaled, ", "))}}});
@@ -145,7 +143,7 @@ void each_block(const std::string& path, Opened& opened, std::size_t samples, co
     const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(longest, layout.frames - first));
     std::size_t infinite = 0;
     if (!take(opened, window, count, opened.frame.channels, infinite))
-      throw Error(Error::Kind::bad_file, "'" + path + "' became shorter while it was read");
+      throw Error(Error::Kind::bad_file, say("'{}' became shorter while it was read", path));
     report(progress, static_cast<double>(first) / static_cast<double>(layout.frames), "reading");
     done(static_cast<std::size_t>(first), infinite);
     first += count;

@@ -18,8 +18,8 @@ namespace {
 constexpr std::size_t end_size = 22, end64_size = 56, locator_size = 20, central_size = 46, local_size = 30;
 constexpr std::size_t most_entries = 100'000;
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
-  throw Error{Error::Kind::bad_file, "'" + path + "': " + reason};
+[[noreturn]] void refuse(const std::string& path, const Sentence& reason) {
+  throw Error{Error::Kind::bad_file, say("'{}': {}", path, reason)};
 }
 
 /// A little-endian number of `count` bytes.

@@ -12,8 +12,8 @@ namespace tumble::zip {
 
 namespace {
 
-[[noreturn]] void refuse_archive(const std::string& path, const std::string& reason) {
-  throw Error{Error::Kind::bad_file, "'" + path + "': " + reason};
+[[noreturn]] void refuse_archive(const std::string& path, const Sentence& reason) {
+  throw Error{Error::Kind::bad_file, say("'{}': {}", path, reason)};
 }
 
 bool named(const Entry& entry, const std::string& name) {

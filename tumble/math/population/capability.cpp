@@ -17,9 +17,9 @@ void require_limits(const Tolerance& limits) {
   const bool some = std::isfinite(limits.lower) || std::isfinite(limits.upper);
   if (!some || !(limits.lower < limits.upper))
     throw Error(Error::Kind::bad_input,
-                fmt::format("capability needs limits of which at least one is a number and the lower is below the "
-                            "upper; here {} and {} given",
-                            limits.lower, limits.upper));
+                say("capability needs limits of which at least one is a number and the lower is below the "
+                    "upper; here {} and {} given",
+                    limits.lower, limits.upper));
 }
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();

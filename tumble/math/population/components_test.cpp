@@ -74,9 +74,9 @@ TEST(SpreadComponents, RefuseWhatCannotBeSeparatedByName) {
     FAIL() << "three faults were accepted";
   } catch (const Error& error) {
     ASSERT_EQ(error.problems.size(), 3u);
-    EXPECT_NE(error.problems[0].find("unit and rig"), std::string::npos);
-    EXPECT_NE(error.problems[1].find("every day"), std::string::npos);
-    EXPECT_NE(error.problems[2].find("one site"), std::string::npos);
+    EXPECT_NE(error.problems[0].text().find("unit and rig"), std::string::npos);
+    EXPECT_NE(error.problems[1].text().find("every day"), std::string::npos);
+    EXPECT_NE(error.problems[2].text().find("one site"), std::string::npos);
   }
 }
 

@@ -20,8 +20,8 @@ constexpr double three_sigma = 0.99865;  ///< probability below 3 of a normal nu
 UnitSpread baseline_of(std::span<const ChartPoint> points, std::size_t count) {
   if (count < 3 || count >= points.size())
     throw Error(Error::Kind::bad_data,
-                fmt::format("a chart of {} points cannot have a baseline of {}: at least 3, and points after it",
-                            points.size(), count));
+                say("a chart of {} points cannot have a baseline of {}: at least 3, and points after it", points.size(),
+                    count));
   std::vector<UnitValue> first;
   for (const auto& point : points.first(count)) first.push_back({point.value, point.sd});
   return spread_of_units(first);
@@ -80,8 +80,7 @@ ControlChart control_chart(std::span<const ChartPoint> points, const ChartSettin
     const double unknown = square(chart.baseline.mean_sd) + square(point.shared);  // of the expected value
     state.sigma = std::hypot(chart.baseline.sd, point.sd);
     if (!(state.sigma > 0.0))
-      throw Error(Error::Kind::bad_data,
-                  fmt::format("point {}: neither the baseline nor the point has an uncertainty", i + 1));
+      throw Error(Error::Kind::bad_data, say("point {}: neither the baseline nor the point has an uncertainty", i + 1));
     state.away = away / state.sigma;
     state.limit = factor * std::sqrt(square(state.sigma) + unknown);
     state.beyond = std::abs(away) > state.limit;

@@ -14,13 +14,12 @@ namespace tumble {
 namespace {
 
 void require_visits(const UnitHistory& history) {
-  std::vector<std::string> problems;
+  Problems problems;
   double last = 0.0;
   for (const auto& visit : history.visits) {
     if (!std::isfinite(visit.value) || !(visit.sd > 0.0) || !std::isfinite(visit.sd))
-      problems.push_back(fmt::format("the visit at {:g} s has no value, or no uncertainty above zero", visit.time));
-    if (!(visit.time >= last))
-      problems.push_back(fmt::format("the visit at {:g} s is not in order of time", visit.time));
+      problems.push_back(say("the visit at {:g} s has no value, or no uncertainty above zero", visit.time));
+    if (!(visit.time >= last)) problems.push_back(say("the visit at {:g} s is not in order of time", visit.time));
     last = visit.time;
   }
   if (history.visits.empty()) problems.push_back("a history without a visit");

@@ -17,13 +17,12 @@ namespace tumble {
 namespace {
 
 void require_complete(const GaugeStudy& study) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [what, count] : {std::pair{"units", study.units}, {"rigs", study.rigs}, {"repeats", study.repeats}})
-    if (count < 2) problems.push_back(fmt::format("a gauge study needs at least two {}; here {} given", what, count));
+    if (count < 2) problems.push_back(say("a gauge study needs at least two {}; here {} given", what, count));
   if (study.values.size() != study.units * study.rigs * study.repeats)
-    problems.push_back(fmt::format("{} units on {} rigs with {} repeats are {} results; here {} given", study.units,
-                                   study.rigs, study.repeats, study.units * study.rigs * study.repeats,
-                                   study.values.size()));
+    problems.push_back(say("{} units on {} rigs with {} repeats are {} results; here {} given", study.units, study.rigs,
+                           study.repeats, study.units * study.rigs * study.repeats, study.values.size()));
   if (!std::ranges::all_of(study.values, [](double value) { return std::isfinite(value); }))
     problems.push_back("a result of the gauge study is missing");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);

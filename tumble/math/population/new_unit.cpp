@@ -97,9 +97,8 @@ Part posterior(const Possible& one, const UnitValue& unit) {
 
 UnitInPopulation unit_in_population(std::span<const UnitValue> units, const UnitValue& unit) {
   if (units.size() < 5)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("a population of {} units says too little of a new one: at least five are needed", units.size()));
+    throw Error(Error::Kind::bad_data,
+                say("a population of {} units says too little of a new one: at least five are needed", units.size()));
   if (!std::isfinite(unit.value) || !(unit.sd > 0.0) || !std::isfinite(unit.sd))
     throw Error(Error::Kind::bad_data, "a new unit needs a value and a standard uncertainty above zero");
   static_cast<void>(spread_of_units(units));  // its problems

@@ -55,7 +55,7 @@ template <class RunLength>
 double limit_for(const RunLength& run_length, double wanted) {
   if (!(wanted >= 2.0) || !std::isfinite(wanted))
     throw Error(Error::Kind::bad_input,
-                fmt::format("an average run length of at least 2 points is expected, not {:g}", wanted));
+                say("an average run length of at least 2 points is expected, not {:g}", wanted));
   // the logarithm is almost a straight line
   const auto excess = [&](double limit) { return std::log(run_length(limit) / wanted); };
   double low = 0.0, high = 1.0;
@@ -70,7 +70,7 @@ double limit_for(const RunLength& run_length, double wanted) {
 
 double run_length_of_ewma(double lambda, double limit, double shift) {
   if (!(lambda > 0.0 && lambda <= 1.0))
-    throw Error(Error::Kind::bad_input, fmt::format("lambda between 0 and 1 is expected, not {:g}", lambda));
+    throw Error(Error::Kind::bad_input, say("lambda between 0 and 1 is expected, not {:g}", lambda));
   const double h = limit * std::sqrt(lambda / (2.0 - lambda));
   const auto grid = nodes_between(-h, h);
   const std::size_t n = grid.size() + 1;  // the last is the start, 0
@@ -85,7 +85,7 @@ double run_length_of_ewma(double lambda, double limit, double shift) {
 }
 
 double run_length_of_cusum(double k, double h, double shift) {
-  if (!(k >= 0.0)) throw Error(Error::Kind::bad_input, fmt::format("k of at least 0 is expected, not {:g}", k));
+  if (!(k >= 0.0)) throw Error(Error::Kind::bad_input, say("k of at least 0 is expected, not {:g}", k));
   return 1.0 / (1.0 / one_sided(k, h, shift) + 1.0 / one_sided(k, h, -shift));
 }
 

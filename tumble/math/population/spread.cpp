@@ -63,19 +63,18 @@ double most_likely_spread(std::span<const UnitValue> units) {
 }
 
 void require_population(std::span<const UnitValue> units) {
-  std::vector<std::string> problems;
-  if (units.size() < 3)
-    problems.push_back(fmt::format("a population needs at least three units; here {} given", units.size()));
+  Problems problems;
+  if (units.size() < 3) problems.push_back(say("a population needs at least three units; here {} given", units.size()));
   int exact = 0;
   for (const auto& unit : units) {
     if (!std::isfinite(unit.value) || !std::isfinite(unit.sd) || unit.sd < 0.0)
       problems.push_back(
-          fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
-                      "second not negative",
-                      unit.value, unit.sd));
+          say("a unit with value {} and standard uncertainty {}: both must be numbers, the "
+              "second not negative",
+              unit.value, unit.sd));
     exact += unit.sd == 0.0;
   }
-  if (exact > 1) problems.push_back(fmt::format("{} units are stated without uncertainty; at most one can be", exact));
+  if (exact > 1) problems.push_back(say("{} units are stated without uncertainty; at most one can be", exact));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

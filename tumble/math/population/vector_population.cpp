@@ -60,9 +60,9 @@ std::size_t alone(const ShownOfUnit& unit, std::size_t i) {
 }
 
 void require_vectors(std::span<const ShownOfUnit> units) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (units.size() < folds)
-    problems.push_back(fmt::format("a population needs at least five units; here {} given", units.size()));
+    problems.push_back(say("a population needs at least five units; here {} given", units.size()));
   const auto p = units.empty() ? 0 : units.front().combinations.columns;
   std::vector<std::size_t> shown(p + 1);
   for (std::size_t u = 0; u < units.size(); ++u) {
@@ -70,16 +70,16 @@ void require_vectors(std::span<const ShownOfUnit> units) {
     const auto m = unit.values.size();
     if (unit.combinations.columns != p || unit.combinations.rows != m || unit.covariance.rows != m ||
         unit.shared.columns != units.front().shared.columns) {
-      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, unit.combinations.columns, p));
+      problems.push_back(say("unit {} has {} parameters, the first {}", u + 1, unit.combinations.columns, p));
       continue;
     }
     for (std::size_t i = 0; i < m; ++i) ++shown[alone(unit, i)];
     if (!positive_semidefinite(unit.covariance))
-      problems.push_back(fmt::format("the covariance of unit {} is not positive semidefinite", u + 1));
+      problems.push_back(say("the covariance of unit {} is not positive semidefinite", u + 1));
   }
   for (std::size_t k = 0; k < p; ++k)
     if (shown[k] < least_units)
-      problems.push_back(fmt::format("parameter {} is shown by {} units; {} are needed", k + 1, shown[k], least_units));
+      problems.push_back(say("parameter {} is shown by {} units; {} are needed", k + 1, shown[k], least_units));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -278,13 +278,13 @@ VectorPopulation vector_population(std::span<const ShownOfUnit> units) {
 
 VectorPopulation vector_population(std::span<const UnitVector> units) {
   std::vector<ShownOfUnit> shown;
-  std::vector<std::string> problems;
+  Problems problems;
   const auto p = units.empty() ? 0 : units.front().values.size();
   for (std::size_t u = 0; u < units.size(); ++u)
     if (units[u].values.size() == p && units[u].covariance.rows == p && units[u].covariance.columns == p)
       shown.push_back(shown_of(units[u]));
     else
-      problems.push_back(fmt::format("unit {} has {} parameters, the first {}", u + 1, units[u].values.size(), p));
+      problems.push_back(say("unit {} has {} parameters, the first {}", u + 1, units[u].values.size(), p));
   try {
     auto out = vector_population(shown);
     if (problems.empty()) return out;
@@ -324,7 +324,7 @@ VectorInPopulation vector_in_population(const VectorPopulation& population, cons
   const auto p = population.mean.size(), m = unit.values.size();
   const Matrix& a = unit.combinations;
   if (a.columns != p || a.rows != m || unit.covariance.rows != m)
-    throw Error(Error::Kind::bad_data, fmt::format("the unit has {} parameters, its population {}", a.columns, p));
+    throw Error(Error::Kind::bad_data, say("the unit has {} parameters, its population {}", a.columns, p));
   const Matrix prior = population.spread + population.mean_covariance;
   const Matrix common = shared.rows == m ? shared : Matrix(m, p);
   const auto gain = gain_of(prior, population.mean, unit, common);

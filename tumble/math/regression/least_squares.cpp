@@ -35,7 +35,7 @@ void refuse_unusable(const Matrix& design, const std::vector<double>& observatio
     throw Error(Error::Kind::bad_data, "least squares: the observations or regressors hold values that are not finite");
   if (design.rows + priors < design.columns)
     throw Error(Error::Kind::bad_data,
-                fmt::format("{} observations cannot determine {} parameters", design.rows, design.columns));
+                say("{} observations cannot determine {} parameters", design.rows, design.columns));
 }
 
 /// The weighted design and observations with one more row for each prior.

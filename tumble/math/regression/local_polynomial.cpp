@@ -118,8 +118,8 @@ std::vector<BandResponse> local_polynomial_response(std::span<const double> inpu
                                                     double width) {
   const double time = static_cast<double>(input.size()) / input_rate;
   if (input.empty() || std::abs(static_cast<double>(output.size()) / output_rate - time) > 1e-6 * time)
-    throw Error(Error::Kind::bad_input, fmt::format("local polynomial response: {:.9g} s of input, {:.9g} s of output",
-                                                    time, static_cast<double>(output.size()) / output_rate));
+    throw Error(Error::Kind::bad_input, say("local polynomial response: {:.9g} s of input, {:.9g} s of output", time,
+                                            static_cast<double>(output.size()) / output_rate));
   const Spectrum x = spectrum_of(input, input_rate), y = spectrum_of(output, output_rate);
   const double bin = 1.0 / time;
   const auto first = static_cast<std::size_t>(std::max(1.0, std::ceil(lowest / bin)));

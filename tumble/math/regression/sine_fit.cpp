@@ -24,7 +24,7 @@ Samples usable(std::span<const double> times, std::span<const double> values, do
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
     if (!std::isfinite(values[i]) || !std::isfinite(times[i]))
-      throw Error(Error::Kind::bad_data, fmt::format("sine fit: sample {} is not finite", i));
+      throw Error(Error::Kind::bad_data, say("sine fit: sample {} is not finite", i));
     s.time.push_back(times[i]);
     s.value.push_back(values[i]);
   }
@@ -91,9 +91,8 @@ Solved solve(const Samples& s, double start, const SineFitOptions& how) {
     if (std::abs(cycles) < 4e-15 * std::max(1.0, now.frequency * s.span) || round == 20) return now;
     now.frequency += std::clamp(cycles, -0.4, 0.4) * 2.0 / s.span;
     if (std::abs(now.frequency - start) * s.span > 1.0)
-      throw Error(
-          Error::Kind::bad_data,
-          fmt::format("sine fit: no line near {:.6g} Hz, the search ran away to {:.6g} Hz", start, now.frequency));
+      throw Error(Error::Kind::bad_data,
+                  say("sine fit: no line near {:.6g} Hz, the search ran away to {:.6g} Hz", start, now.frequency));
   }
 }
 
@@ -147,18 +146,18 @@ void refuse(const Samples& s, double frequency, const SineFitOptions& how) {
   const auto parameters = 2 * static_cast<std::size_t>(how.harmonics) + static_cast<std::size_t>(how.polynomial) + 2;
   if (s.time.size() < parameters + 4)
     throw Error(Error::Kind::bad_data,
-                fmt::format("sine fit: {} samples are too few for {} parameters", s.time.size(), parameters));
+                say("sine fit: {} samples are too few for {} parameters", s.time.size(), parameters));
   if (!(frequency > 0.0) || !std::isfinite(frequency))
-    throw Error(Error::Kind::bad_input, fmt::format("sine fit: a frequency of {} Hz", frequency));
+    throw Error(Error::Kind::bad_input, say("sine fit: a frequency of {} Hz", frequency));
   if (frequency * s.span < 1.0)
     throw Error(Error::Kind::bad_data,
-                fmt::format("sine fit: {:.4g} s hold less than one cycle of {:.6g} Hz", s.span, frequency));
+                say("sine fit: {:.4g} s hold less than one cycle of {:.6g} Hz", s.span, frequency));
   const double rate = 1.0 / s.step, here = aliased_frequency(frequency, rate);
   if (std::min(here, 0.5 * rate - here) * s.span < 0.9)
     throw Error(Error::Kind::bad_data,
-                fmt::format("sine fit: {:.6g} Hz lies within one cycle over {:.4g} s of a multiple of half of the "
-                            "sampling rate {:.6g} Hz, where sine and cosine cannot be distinguished",
-                            frequency, s.span, rate));
+                say("sine fit: {:.6g} Hz lies within one cycle over {:.4g} s of a multiple of half of the "
+                    "sampling rate {:.6g} Hz, where sine and cosine cannot be distinguished",
+                    frequency, s.span, rate));
 }
 
 Matrix covariance_of(const HouseholderQr& factors, double variance) {

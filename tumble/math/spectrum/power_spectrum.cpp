@@ -23,7 +23,8 @@ struct Run {
 std::vector<Run> runs_of(std::span<const double> values) {
   std::vector<Run> runs;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isinf(values[i])) throw Error(Error::Kind::bad_data, "infinite value at sample " + std::to_string(i));
+    if (std::isinf(values[i]))
+      throw Error(Error::Kind::bad_data, say("infinite value at sample {}", std::to_string(i)));
     if (std::isnan(values[i])) continue;
     if (i == 0 || std::isnan(values[i - 1])) runs.push_back({i, 0});
     ++runs.back().size;
@@ -185,12 +186,13 @@ std::size_t segment_length(SpectrumEstimator estimator, const std::vector<Run>& 
   std::size_t longest = 0;
   for (const auto& run : runs) longest = std::max(longest, run.size);
   if (longest < shortest_run)
-    throw Error(Error::Kind::bad_data, "a spectrum needs a run of at least " + std::to_string(shortest_run) +
-                                           " samples without a gap; the longest has " + std::to_string(longest));
+    throw Error(Error::Kind::bad_data,
+                say("a spectrum needs a run of at least {} samples without a gap; the longest has {}",
+                    std::to_string(shortest_run), std::to_string(longest)));
   if (asked > longest)
-    throw Error(Error::Kind::bad_data, "a segment of " + std::to_string(asked) +
-                                           " samples does not fit between the gaps: the longest run has " +
-                                           std::to_string(longest));
+    throw Error(Error::Kind::bad_data,
+                say("a segment of {} samples does not fit between the gaps: the longest run has {}",
+                    std::to_string(asked), std::to_string(longest)));
   if (asked > 0) return asked;
   const bool welch = estimator == SpectrumEstimator::welch;
   // Of the runs at least as long as `usual`, which hold half of all samples, no whole one is lost.
@@ -206,10 +208,10 @@ std::size_t segment_length(SpectrumEstimator estimator, const std::vector<Run>& 
 }
 
 void check(double rate, const SpectrumOptions& options) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (!(rate > 0.0 && std::isfinite(rate))) problems.push_back("sampling rate must be above 0 Hz");
   if (options.length != 0 && options.length < shortest_run)
-    problems.push_back("a segment needs at least " + std::to_string(shortest_run) + " samples");
+    problems.push_back(say("a segment needs at least {} samples", std::to_string(shortest_run)));
   if (!(options.time_bandwidth >= 1.0 && options.time_bandwidth <= 16.0))
     problems.push_back("time-bandwidth must lie between 1 and 16");
   if (!(options.points_per_decade >= 0.0 && options.points_per_decade <= 1000.0))

@@ -146,7 +146,7 @@ double concentration(const std::vector<double>& v, double bandwidth) {
 }  // namespace
 
 std::vector<SlepianTaper> slepian_tapers(std::size_t length, double time_bandwidth, std::size_t count) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (length < 2) problems.push_back("a taper needs a length of 2 samples or more");
   if (!(time_bandwidth > 0.0 && time_bandwidth < 0.5 * static_cast<double>(length)))
     problems.push_back("time-bandwidth must lie between 0 and half the length of the taper");

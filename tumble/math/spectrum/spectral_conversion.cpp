@@ -27,7 +27,7 @@ double integral(double low, double high, const Function& function) {
 }
 
 void check(std::span<const double> frequency, std::span<const double> density, double rate, std::size_t factor) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (!(rate > 0.0 && std::isfinite(rate))) problems.push_back("sampling rate must be above 0 Hz");
   if (factor == 0) problems.push_back("averaging factor must be 1 or more");
   if (frequency.size() != density.size() || frequency.size() < 2)
@@ -35,8 +35,8 @@ void check(std::span<const double> frequency, std::span<const double> density, d
   for (std::size_t i = 0; i < frequency.size(); ++i) {
     const double before = i == 0 ? 0.0 : frequency[i - 1];
     if (frequency[i] > before && frequency[i] <= 0.5 * rate * (1.0 + 1e-12)) continue;
-    problems.push_back("frequencies must ascend from above 0 to at most half the sampling rate: see number " +
-                       std::to_string(i));
+    problems.push_back(say("frequencies must ascend from above 0 to at most half the sampling rate: see number {}",
+                           std::to_string(i)));
     break;
   }
   if (std::any_of(density.begin(), density.end(), [](double one) { return !(one >= 0.0 && std::isfinite(one)); }))

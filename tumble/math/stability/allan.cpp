@@ -16,7 +16,7 @@ namespace tumble {
 namespace {
 
 void check(double sample_rate, const AllanOptions& options) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (!(sample_rate > 0.0 && std::isfinite(sample_rate))) problems.push_back("sample rate must be above 0 Hz");
   if (!(options.points_per_decade >= 0.0 && std::isfinite(options.points_per_decade))) {
     problems.push_back("points per decade must be 0 (octaves) or more");

@@ -126,7 +126,7 @@ double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, st
 }
 
 void check(double interval, std::span<const std::size_t> factors, const StabilityOptions& options) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (!(interval > 0.0 && std::isfinite(interval)))
     problems.push_back("interval between phase points must be above 0 s");
   if (!(options.confidence > 0.0 && options.confidence < 1.0))
@@ -199,7 +199,7 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
   const auto bad = std::find_if(phase.begin(), phase.end(), [](double value) { return !std::isfinite(value); });
   if (bad != phase.end()) {
     throw Error(Error::Kind::bad_data,
-                "phase point " + std::to_string(bad - phase.begin()) + " is not a finite number");
+                say("phase point {} is not a finite number", std::to_string(bad - phase.begin())));
   }
   if (phase.size() < 2) return {};
   return stability_of_runs(measure, {phase, {{0, phase.size() - 1}}, nullptr}, interval, factors, options);

@@ -22,9 +22,9 @@ struct State {
 };
 
 /// The observations and what may explain them.
-class Problem {
+class NoiseProblem {
  public:
-  Problem(const std::vector<AllanObservation>& observations, AllanCovariance covariance, std::size_t samples)
+  NoiseProblem(const std::vector<AllanObservation>& observations, AllanCovariance covariance, std::size_t samples)
       : covariance_(std::move(covariance)) {
     for (const auto& [factor, variance, count] : observations) {
       y_.push_back(variance);
@@ -120,7 +120,7 @@ class Whitened {
 };
 
 /// The best of all subsets of the active terms whose solution is positive.
-Solution best_subset(const Problem& problem, const Active& active, const Matrix& v) {
+Solution best_subset(const NoiseProblem& problem, const Active& active, const Matrix& v) {
   const Whitened whitened(problem.design(), problem.y(), v);
   const auto list = listed(active);
   Solution best{std::vector<double>(problem.terms()), {}, std::numeric_limits<double>::infinity()};
@@ -137,13 +137,13 @@ Solution best_subset(const Problem& problem, const Active& active, const Matrix&
 
 /// No coefficient below zero. Weights of a model far from the data may allow no such solution; then by the variances
 /// alone, under which a single term is always positive.
-Solution solve_nonnegative(const Problem& problem, const Active& active, const Matrix& v) {
+Solution solve_nonnegative(const NoiseProblem& problem, const Active& active, const Matrix& v) {
   Solution best = best_subset(problem, active, v);
   return std::isinf(best.chi_square) ? best_subset(problem, active, diagonal(diagonal_of(v))) : best;
 }
 
 /// Iterates weights and coefficients to agreement.
-State converge(const Problem& problem, const Active& active, double model_error, State state) {
+State converge(const NoiseProblem& problem, const Active& active, double model_error, State state) {
   if (std::ranges::max(state.c) > 0.0) state.v = problem.covariance(state.c, model_error);
   for (int iteration = 0; iteration < 40; ++iteration) {
     const Solution next = solve_nonnegative(problem, active, state.v);
@@ -162,13 +162,13 @@ Terms support(const std::vector<double>& c) {
   return list;
 }
 
-double degrees_of_freedom(const Problem& problem, const State& state) {
+double degrees_of_freedom(const NoiseProblem& problem, const State& state) {
   return static_cast<double>(problem.y().size()) - static_cast<double>(support(state.c).size());
 }
 
 /// Relative error of each variance that makes chi-square equal its degrees of freedom; zero where chi-square is no
 /// larger than chance explains (1 in 1000).
-double model_error(const Problem& problem, const Active& active, const State& start) {
+double model_error(const NoiseProblem& problem, const Active& active, const State& start) {
   const State statistical = converge(problem, active, 0.0, start);
   const double dof = degrees_of_freedom(problem, statistical);
   if (dof < 1.0 || chi_square_tail(statistical.chi_square / dof, dof) > 1e-3) return 0.0;
@@ -199,7 +199,7 @@ double skewness(std::span<const double> weights, const std::vector<double>& fitt
   return sum / std::pow(dot(steps, steps), 1.5);
 }
 
-Single single(const Problem& problem, const State& state, std::size_t term) {
+Single single(const NoiseProblem& problem, const State& state, std::size_t term) {
   auto list = support(state.c);
   if (!(state.c[term] > 0.0)) list.push_back(term);
   const Whitened whitened(problem.design(), problem.y(), state.v);
@@ -212,14 +212,14 @@ Single single(const Problem& problem, const State& state, std::size_t term) {
 }
 
 /// Of the observations as Gaussian variates, up to a constant.
-double minus_twice_log_likelihood(const Problem& problem, const State& state) {
+double minus_twice_log_likelihood(const NoiseProblem& problem, const State& state) {
   const Cholesky factor = factor_of(state.v);
   const auto residual = solve_lower(factor.lower, difference(problem.y(), problem.design() * state.c));
   return dot(residual, residual) + factor.log_determinant;
 }
 
 /// Is this term needed beside `others`? Judged with the weights of the model without it.
-void test_term(const Problem& problem, const Active& others, double error, const State& start, std::size_t term,
+void test_term(const NoiseProblem& problem, const Active& others, double error, const State& start, std::size_t term,
                FittedTerm& result) {
   if (listed(others).empty()) {
     result.z = std::numeric_limits<double>::infinity();
@@ -242,7 +242,7 @@ void test_term(const Problem& problem, const Active& others, double error, const
 
 /// The squared coefficient that would give less than the record does once in 20 times. Below zero counts as zero, so
 /// that a curve that dips by chance promises no more than the record can show.
-double upper_limit(const Problem& problem, const State& state, double error, std::size_t term) {
+double upper_limit(const NoiseProblem& problem, const State& state, double error, std::size_t term) {
   const Single measured = single(problem, state, term);
   double limit = std::max(measured.squared, 0.0) + 1.645 * measured.sd;
   for (int i = 0; i < 20; ++i) {
@@ -263,7 +263,7 @@ struct Selected {
 };
 
 /// Removes, one after the other, the term that chance explains best.
-Selected select(const Problem& problem, double error, const State& start, const AllanFitOptions& options) {
+Selected select(const NoiseProblem& problem, double error, const State& start, const AllanFitOptions& options) {
   Selected result{start, Active(problem.terms(), true), {}};
   result.terms.resize(result.active.size());
   for (;;) {
@@ -287,7 +287,7 @@ Selected select(const Problem& problem, double error, const State& start, const 
   }
 }
 
-void describe_terms(const Problem& problem, const State& state, double error, std::vector<FittedTerm>& terms) {
+void describe_terms(const NoiseProblem& problem, const State& state, double error, std::vector<FittedTerm>& terms) {
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (terms[t].kept) {
       const Single estimate = single(problem, state, t);
@@ -301,7 +301,7 @@ void describe_terms(const Problem& problem, const State& state, double error, st
 }
 
 /// The design and, last, its derivative by the correlation time of a Markov process that is in the model.
-Matrix with_markov_time(const Problem& problem, const std::vector<double>& c) {
+Matrix with_markov_time(const NoiseProblem& problem, const std::vector<double>& c) {
   const UnitTerm unit = problem.units().back();
   if (unit.term != NoiseTerm::markov || c.back() == 0.0) return problem.design();
   std::vector<double> derivative;
@@ -311,7 +311,7 @@ Matrix with_markov_time(const Problem& problem, const std::vector<double>& c) {
 }
 
 /// Covariances, the correlation time of a Markov process counted as unknown; `missed`: variances by model error.
-void add_covariance(const Problem& problem, const State& state, std::span<const double> missed,
+void add_covariance(const NoiseProblem& problem, const State& state, std::span<const double> missed,
                     const AllanFitOptions& options, AllanFit& fit) {
   const auto terms = problem.terms();
   const Matrix design = with_markov_time(problem, state.c);
@@ -333,7 +333,7 @@ void add_covariance(const Problem& problem, const State& state, std::span<const 
     if (all(t, t) > 0.0) fit.terms[t].squared_sd = std::sqrt(all(t, t));
 }
 
-AllanFit described(const Problem& problem, Selected selected, double error, const AllanFitOptions& options) {
+AllanFit described(const NoiseProblem& problem, Selected selected, double error, const AllanFitOptions& options) {
   const State& state = selected.state;
   describe_terms(problem, state, error, selected.terms);
   AllanFit fit;
@@ -376,7 +376,7 @@ AllanFit fit_allan(const std::vector<AllanObservation>& observations, std::size_
     if (!(one.variance > 0.0)) throw Error(Error::Kind::bad_data, "an Allan variance is not above zero");
     factors.push_back(one.factor);
   }
-  const Problem problem(observations, AllanCovariance(units, factors, samples), samples);
+  const NoiseProblem problem(observations, AllanCovariance(units, factors, samples), samples);
   const Active all(units.size(), true);
   // From equal relative weights to the model's own, by steps: the iteration could else settle far from the data.
   State start = problem.start();

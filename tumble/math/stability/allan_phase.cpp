@@ -139,12 +139,13 @@ std::pair<long double, std::size_t> total(std::span<const double> rate, std::spa
     sum += part.sum;
   }
   if (present < fewest) {
-    throw Error(Error::Kind::bad_data, "a stability deviation needs at least " + std::to_string(fewest) +
-                                           " samples, there are " + std::to_string(present));
+    throw Error(Error::Kind::bad_data, say("a stability deviation needs at least {} samples, there are {}",
+                                           std::to_string(fewest), std::to_string(present)));
   }
   if (!std::isfinite(static_cast<double>(sum))) {
     const auto bad = std::find_if(rate.begin(), rate.end(), [](double value) { return std::isinf(value); });
-    throw Error(Error::Kind::bad_data, "infinite or overflowing value at sample " + std::to_string(bad - rate.begin()));
+    throw Error(Error::Kind::bad_data,
+                say("infinite or overflowing value at sample {}", std::to_string(bad - rate.begin())));
   }
   return {sum, present};
 }

@@ -140,7 +140,7 @@ void StreamingAllan::push(std::span<const double> rate) {
     if (pending.size() == increments_at_once) work_through(0);
     if (good < some.size()) {
       if (std::isinf(*end))
-        throw Error(Error::Kind::bad_data, "infinite value at sample " + std::to_string(start_ + samples_));
+        throw Error(Error::Kind::bad_data, say("infinite value at sample {}", std::to_string(start_ + samples_)));
       ++samples_;
       break_off();
     }
@@ -200,9 +200,10 @@ void StreamingAllan::join_lead(std::size_t index, const Stage& other) {
 void StreamingAllan::append(const StreamingAllan& given) {
   if (given.start_ != start_ + samples_ || given.stages_.size() != stages_.size() ||
       given.stages_.back().factors != stages_.back().factors) {
-    throw Error(Error::Kind::bad_input, "the part that starts at sample " + std::to_string(given.start_) +
-                                            " does not follow one that ends at " + std::to_string(start_ + samples_) +
-                                            ", or has other averaging factors");
+    throw Error(
+        Error::Kind::bad_input,
+        say("the part that starts at sample {} does not follow one that ends at {}, or has other averaging factors",
+            std::to_string(given.start_), std::to_string(start_ + samples_)));
   }
   StreamingAllan next = given;
   next.flush();

@@ -60,7 +60,7 @@ struct Channels {
 };
 
 Channels channels_of(const Estimate& estimate, const Recording& recording, bool needs_temperature) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto accelerometer = compensation::output_of(estimate, recording, "accelerometer", problems);
   Channels out{0, channel_of(estimate, recording, "temperature")};
   if (needs_temperature && !out.temperature)

@@ -103,7 +103,7 @@ Evidence per_second(const Evidence& evidence, const std::string& role, Findings&
 
 void refuse_overflow(const Bench& bench) {
   if (!bench.output.pulses) return;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& position : bench.positions) {
     const auto& stretch = bench.evidence.test.stretches[position.stretch];
     const double window = bench.reference_scale_factor * stretch.step;  // pulses for a unit of specific force
@@ -115,9 +115,9 @@ void refuse_overflow(const Bench& bench) {
     const int bits = most == windows.end() || 10 * most->second < stretch.values.size() ? 0 : most->first;
     if (bits > 0)
       problems.push_back(
-          fmt::format("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m "
-                      "predicts: a counter of {} bits overflowed. Count over shorter windows, or add the lost pulses",
-                      position.label, position.run, bits, expected, bits));
+          say("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m "
+              "predicts: a counter of {} bits overflowed. Count over shorter windows, or add the lost pulses",
+              position.label, position.run, bits, expected, bits));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

@@ -35,13 +35,13 @@ FourResults results_of(const Bench& bench, const Cell& cell, bool two) {
 
 /// Throws where positions 1 and 3 show one value, or nothing finite: there is no scale factor.
 void refuse_flat(const Bench& bench, const Stacked& all) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t c = 0; c < all.cells; ++c) {
     bool good = true;
     for (std::size_t b = 0; b < all.active.size(); ++b) good = good && std::isfinite(all.z[all.index(b, c)]);
     if (!good)
-      problems.push_back(fmt::format("run {}, {}: positions 1 and 3 show the same output", bench.cells[c].run,
-                                     in_words(bench.cells[c].temperature)));
+      problems.push_back(say("run {}, {}: positions 1 and 3 show the same output", bench.cells[c].run,
+                             in_words(bench.cells[c].temperature)));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

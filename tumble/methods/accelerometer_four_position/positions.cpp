@@ -261,7 +261,7 @@ class Cells {
 };
 
 [[noreturn]] void refuse_without_cells(const std::vector<Lack>& lacks) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& lack : lacks) problems.push_back(problem_of(lack));
   if (problems.empty()) problems.push_back("no segment holds the instrument with an axis up or down");
   problems.push_back(

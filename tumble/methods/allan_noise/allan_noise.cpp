@@ -271,11 +271,11 @@ Trial second_trial(std::uint64_t seed) {
 }  // namespace
 
 void check_settings(const Settings& settings) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (const double points = settings.number("points_per_decade"); points > 0.0 && points < 1.0)
-    problems.push_back(fmt::format("points_per_decade = {:g} must be 0, or 1 to 1000", points));
+    problems.push_back(say("points_per_decade = {:g} must be 0, or 1 to 1000", points));
   if (const int windows = settings.integer("windows"); windows == 1 || windows == 2)
-    problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
+    problems.push_back(say("windows = {} must be 0, or 3 to 1000", windows));
   for (auto& problem : input_problems(settings)) problems.push_back(std::move(problem));
   if (settings.has("deviations"))
     for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));

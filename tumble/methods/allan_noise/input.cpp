@@ -50,8 +50,8 @@ double time_of_word(const std::string& word) {
 
 }  // namespace
 
-std::vector<std::string> input_problems(const Settings& settings) {
-  std::vector<std::string> problems;
+Problems input_problems(const Settings& settings) {
+  Problems problems;
   const bool counts = settings.word("data") == "count";
   if (counts != settings.has("pulse"))
     problems.push_back(counts ? "data = count needs the angle or velocity of a pulse: pulse = 0.5 arcsec, or 1 mm/s"
@@ -62,9 +62,9 @@ std::vector<std::string> input_problems(const Settings& settings) {
       const Quantity pulse = parse_quantity(text);
       const auto kind = kind_of(pulse.unit);
       if ((kind != QuantityKind::angle && kind != QuantityKind::velocity) || pulse.value == 0.0)
-        problems.push_back(fmt::format("pulse = {} must be an angle or a velocity, as in 0.5 arcsec or 1 mm/s", text));
+        problems.push_back(say("pulse = {} must be an angle or a velocity, as in 0.5 arcsec or 1 mm/s", text));
     } catch (const Error& error) {
-      problems.push_back(fmt::format("pulse = {}: {}", text, error.what()));
+      problems.push_back(say("pulse = {}: {}", text, error.what()));
     }
   }
   const std::string& taus = settings.word("taus");
@@ -74,9 +74,9 @@ std::vector<std::string> input_problems(const Settings& settings) {
   for (const auto& word : words)
     if (std::isnan(time_of_word(word)))
       problems.push_back(
-          fmt::format("taus: '{}' is no time above 0; accepted: log, octave, decade, all, or a list as in \"1 s, 10 s, "
-                      "2 min\" (a number alone is in seconds)",
-                      word));
+          say("taus: '{}' is no time above 0; accepted: log, octave, decade, all, or a list as in \"1 s, 10 s, "
+              "2 min\" (a number alone is in seconds)",
+              word));
   return problems;
 }
 
@@ -161,8 +161,8 @@ std::vector<std::size_t> asked_factors(const Settings& settings, double rate, st
     const double tau = time_of_word(word), factor = std::round(tau * rate);
     if (factor < 1.0 || factor > 0.5 * static_cast<double>(samples))
       throw Error(Error::Kind::bad_data,
-                  fmt::format("taus: {} must lie between the sampling interval {} and half of the record, {}", word,
-                              say_seconds(1.0 / rate), say_seconds(0.5 * static_cast<double>(samples) / rate)));
+                  say("taus: {} must lie between the sampling interval {} and half of the record, {}", word,
+                      say_seconds(1.0 / rate), say_seconds(0.5 * static_cast<double>(samples) / rate)));
     factors.push_back(static_cast<std::size_t>(factor));
   }
   std::ranges::sort(factors);

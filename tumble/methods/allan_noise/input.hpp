@@ -6,11 +6,12 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::allan_noise {
 
 /// What is wrong with `data`, `pulse`, `taus` beside each other; empty: nothing.
-std::vector<std::string> input_problems(const Settings& settings);
+Problems input_problems(const Settings& settings);
 
 /// The channels that `data` may be in.
 ChannelsWanted channels_of_data(const Settings& settings);

@@ -17,9 +17,9 @@ namespace {
 void require_allan_noise(const Plan& plan) {
   if (plan.method != "allan_noise")
     throw Error(Error::Kind::unsupported,
-                fmt::format("method '{}' needs a recording as a whole; the method that works through parts of it is "
-                            "allan_noise",
-                            plan.method));
+                say("method '{}' needs a recording as a whole; the method that works through parts of it is "
+                    "allan_noise",
+                    plan.method));
   allan_noise::check_settings(plan.settings);
   allan_noise::refuse_unstreamable(plan.settings);
 }
@@ -81,9 +81,8 @@ struct NoisePart::Work {
   void open(const Recording& block) {
     const auto found = allan_noise::channels_of_block(block, plan);
     if (found.size() != places.size())
-      throw Error(Error::Kind::bad_data,
-                  fmt::format("{} channels were expected as in the other parts, and {} are there", places.size(),
-                              found.size()));
+      throw Error(Error::Kind::bad_data, say("{} channels were expected as in the other parts, and {} are there",
+                                             places.size(), found.size()));
     clocks = clocks_of(block, plan);
     for (std::size_t i = 0; i < found.size(); ++i) {
       const PlaceInRecord& place = places[i];

@@ -56,13 +56,13 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
 
 /// Options that look at the record as a whole.
 void refuse_unstreamable(const Settings& settings) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto refuse = [&](bool asked, const char* what) {
     if (asked)
       problems.push_back(
-          fmt::format("{} needs all samples in memory, which this recording is too large for: leave it out, or raise "
-                      "--memory-limit",
-                      what));
+          say("{} needs all samples in memory, which this recording is too large for: leave it out, or raise "
+              "--memory-limit",
+              what));
   };
   refuse(settings.word("estimator") != "likelihood", "estimator = allan");
   refuse(settings.word("timing") == "stamps", "timing = stamps");
@@ -198,18 +198,16 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
     const bool very_first = i == 0 && samples_ == 0;
     const double before = i == 0 ? last_ : stamps[i - 1], step = stamps[i] - before;
     if (step < 0.0)
-      throw Error(
-          Error::Kind::bad_data,
-          fmt::format("{}: the clock runs backwards at {}: mend the stamps, or say rate=... to take the samples "
+      throw Error(Error::Kind::bad_data,
+                  say("{}: the clock runs backwards at {}: mend the stamps, or say rate=... to take the samples "
                       "as evenly spaced",
                       label_, say_instant(before)));
     const double count = lost.empty() ? std::round(step / interval_) : 1.0 + static_cast<double>(lost[i]);
     if (timing_ == "auto" && !very_first) {
       if (lost.empty() &&
           !(count >= 1.0 && count < most_lost && std::abs(step - count * interval_) <= 0.25 * interval_))
-        throw Error(
-            Error::Kind::bad_data,
-            fmt::format("{}: the stamps do not keep to {} at {}, and a recording too large for memory cannot be "
+        throw Error(Error::Kind::bad_data,
+                    say("{}: the stamps do not keep to {} at {}, and a recording too large for memory cannot be "
                         "sorted by them: say timing=even or rate=... to take the samples as evenly spaced",
                         label_, say_seconds(interval_), say_instant(stamps[i])));
       if (count > 1.0) {

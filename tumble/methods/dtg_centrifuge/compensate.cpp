@@ -87,7 +87,7 @@ struct Inputs {
 
 Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
   Inputs out;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const std::string prefix : {"", "y_"}) {
     const std::string role = prefix.empty() ? "gyro" : "gyro_y";
     if (!prefix.empty() &&
@@ -103,19 +103,19 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
     out.force[k] = force_along(estimate, recording, axes[k]);
     if (out.force[k] == nullptr)
       problems.push_back(
-          fmt::format("the recording has no channel specific_force_{0} or accelerometer_{0} that says the "
-                      "specific force along {0}",
-                      axes[k]));
+          say("the recording has no channel specific_force_{0} or accelerometer_{0} that says the "
+              "specific force along {0}",
+              axes[k]));
     else if (out.force[k]->kind != QuantityKind::specific_force)
-      problems.push_back(fmt::format("channel {} is in {}, which is not a specific force", out.force[k]->name,
-                                     out.force[k]->unit.text()));
+      problems.push_back(
+          say("channel {} is in {}, which is not a specific force", out.force[k]->name, out.force[k]->unit.text()));
   }
   if (problems.empty())
     for (const auto& [prefix, index] : out.outputs)
       for (const Channel* force : out.force)
         if (!one_clock(recording.channels[index], *force))
-          problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                         recording.channels[index].name, force->name));
+          problems.push_back(say("channels {} and {} are not sampled together: bring them to one clock first",
+                                 recording.channels[index].name, force->name));
   compensation::refuse(recording, problems);
   return out;
 }

@@ -27,10 +27,10 @@ bool usable(const Channel& channel) {
 
 /// Sampling interval of a channel [s]: that of its clock, so that lost samples do not change it; and what is wrong with
 /// the channel as a whole.
-double examined(const Channel& channel, const std::string& file, std::vector<std::string>& problems) {
+double examined(const Channel& channel, const std::string& file, Problems& problems) {
   const std::string name = fmt::format("{}channel '{}'", file.empty() ? "" : file + ": ", channel.name);
   if (!usable(channel) || !(mean_rate(channel) > 0.0) || !std::isfinite(mean_rate(channel))) {
-    problems.push_back(name + " holds no samples with times");
+    problems.push_back(say("{} holds no samples with times", name));
     return 0.0;
   }
   double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -40,15 +40,15 @@ double examined(const Channel& channel, const std::string& file, std::vector<std
     least = v < least ? v : least;
     most = v > most ? v : most;
   }
-  if (infinite) problems.push_back(name + " holds an infinite value");
-  if (least == most) problems.push_back(name + " holds the same value throughout");
+  if (infinite) problems.push_back(say("{} holds an infinite value", name));
+  if (least == most) problems.push_back(say("{} holds the same value throughout", name));
   if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
   const Clock clock = clock_of(channel);
-  if (clock.backward > 0) problems.push_back(name + " has time stamps that run backwards");
+  if (clock.backward > 0) problems.push_back(say("{} has time stamps that run backwards", name));
   return 1.0 / (clock.rate > 0.0 ? clock.rate : mean_rate(channel));
 }
 
-Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::string>& problems) {
+Channels channels_of(const Evidence& evidence, std::size_t r, Problems& problems) {
   const Recording& recording = evidence.recordings[r];
   Channels out;
   for (const Signal s : {gyro, gyro_y, reference})
@@ -66,16 +66,17 @@ Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::s
   return out;
 }
 
-void require(const Plan& plan, std::vector<std::string>& problems) {
+void require(const Plan& plan, Problems& problems) {
   const std::string where = plan.file.empty() ? "" : plan.file + ": ";
   const auto axes = plan.rig_kind.empty() ? std::vector<Axis>{} : find_rig(plan.rig_kind).axes();
   const auto has = [&](const char* name) { return std::ranges::any_of(axes, [&](auto& a) { return a.name == name; }); };
   if (!has("arm") || !has("table") || !plan.rig.has("radius"))
-    problems.push_back(where + "the plan needs [rig] kind = \"counter_rotating_centrifuge\" with its radius");
-  if (plan.schedule.empty()) problems.push_back(where + "the plan needs [[schedule]] segments that turn arm and table");
+    problems.push_back(say("{}the plan needs [rig] kind = \"counter_rotating_centrifuge\" with its radius", where));
+  if (plan.schedule.empty())
+    problems.push_back(say("{}the plan needs [[schedule]] segments that turn arm and table", where));
   if (!plan.site)
-    problems.push_back(where +
-                       "the plan needs [site] latitude = \"34.25 deg\" or the like: the instruments feel gravity");
+    problems.push_back(
+        say("{}the plan needs [site] latitude = \"34.25 deg\" or the like: the instruments feel gravity", where));
 }
 
 double rate_of(const Segment& segment, const char* axis) {
@@ -94,9 +95,9 @@ void require_upright(const Spin& spin, const Felt& felt) {
   const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
   if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
   throw Error(Error::Kind::bad_input,
-              fmt::format("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
-                          "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
-                          where_of(spin), std::acos(along) / si(1.0, "deg")));
+              say("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
+                  "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
+                  where_of(spin), std::acos(along) / si(1.0, "deg")));
 }
 
 /// From the end of settling to the end of the segment, as far as there are data.
@@ -186,7 +187,7 @@ std::string where_of(const Spin& spin) { return fmt::format("run {}, {}", spin.r
 
 Test test_of(const Evidence& evidence) {
   Test test;
-  std::vector<std::string> problems;
+  Problems problems;
   std::set<const Plan*> plans{&evidence.plan};
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) plans.insert(&plan_of(evidence, r));
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r)

@@ -13,11 +13,11 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
         (best == candidates.size() || candidates[c].aicc < candidates[best].aicc))
       best = c;
   if (best < candidates.size()) return best;
-  throw Error(
-      Error::Kind::bad_data,
-      "the recordings do not determine any of the models; they do not show " + candidates.front().unobservable +
-          ". Add runs that cross the temperature range in both directions, at two ramp rates, with dwells, from "
-          "at least as many start temperatures as the polynomial has terms");
+  throw Error(Error::Kind::bad_data,
+              say("the recordings do not determine any of the models; they do not show {}. Add runs that cross the "
+                  "temperature range in both directions, at two ramp rates, with dwells, from at least as many start "
+                  "temperatures as the polynomial has terms",
+                  candidates.front().unobservable));
 }
 
 std::size_t largest_supported(const std::vector<Candidate>& candidates, std::size_t chosen) {

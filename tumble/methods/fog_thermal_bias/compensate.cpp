@@ -59,7 +59,7 @@ struct Channels {
 
 Channels channels_of(const Estimate& estimate, const Recording& recording) {
   Channels out{};
-  std::vector<std::string> problems;
+  Problems problems;
   const auto gyro = compensation::output_of(estimate, recording, "gyro", problems);
   out.sensors = {channel_of(estimate, recording, "temperature_top"),
                  channel_of(estimate, recording, "temperature_side")};

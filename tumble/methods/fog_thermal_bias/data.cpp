@@ -41,9 +41,9 @@ void refuse_backward(const Channel& channel) {
   const auto back = std::ranges::adjacent_find(stamps, [](double a, double b) { return b <= a; });
   if (back != stamps.end())
     throw Error(Error::Kind::bad_data,
-                fmt::format("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
-                            "before the test is reduced",
-                            channel.name, *back, *std::next(back)));
+                say("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
+                    "before the test is reduced",
+                    channel.name, *back, *std::next(back)));
 }
 
 namespace {
@@ -74,7 +74,7 @@ double mean_of(const Slice& s, double until, const std::string& what) {
     sum += s.value[k];
     ++count;
   }
-  if (count == 0) throw Error(Error::Kind::bad_data, what + ": no sample in the start window");
+  if (count == 0) throw Error(Error::Kind::bad_data, say("{}: no sample in the start window", what));
   return sum / static_cast<double>(count);
 }
 
@@ -200,7 +200,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
   const Slice gyro = slice(*role.gyro, run.begin, run.end);
   if (gyro.time.size() < 2)
-    throw Error(Error::Kind::bad_data, where + ": fewer than two samples of " + role.gyro->name);
+    throw Error(Error::Kind::bad_data, say("{}: fewer than two samples of {}", where, role.gyro->name));
   const double begin = std::isfinite(run.begin) ? run.begin : gyro.time.front();
   const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, settings, lag);
   RunData out;
@@ -217,9 +217,9 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   average(out, gyro, thermal, terms, begin, interval, spacing);
   if (out.time.empty())
     throw Error(Error::Kind::bad_data,
-                fmt::format("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
-                            "hold_out for the run",
-                            where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
+                say("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
+                    "hold_out for the run",
+                    where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
   out.regressors = beside(out.regressors, departures_of(out, interval));
   return out;
 }
@@ -243,14 +243,14 @@ void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
 Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag) {
   const double half = 0.5 * settings.number("smoothing");
   const Slice top = slice(*sensors.top, begin, end);
-  if (top.time.empty()) throw Error(Error::Kind::bad_data, "channel " + sensors.top->name + ": no sample in the run");
+  if (top.time.empty()) throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.top->name));
   Smoothed smooth = local_quadratic(top.time, top.value, half);
   blank_gaps(top, half, smooth);
   Smoothed other = smooth;
   if (sensors.side != nullptr) {
     const Slice side = slice(*sensors.side, begin, end);
     if (side.time.empty())
-      throw Error(Error::Kind::bad_data, "channel " + sensors.side->name + ": no sample in the run");
+      throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.side->name));
     Smoothed s = local_quadratic(side.time, side.value, half);
     blank_gaps(side, half, s);
     other = {onto(side.time, s.value, top.time), onto(side.time, s.slope, top.time),
@@ -273,7 +273,7 @@ Thermal thermal_of(const Sensors& sensors, double begin, double end, const Setti
     }
   }
   if (count == 0)
-    throw Error(Error::Kind::bad_data, "channel " + sensors.top->name + ": no temperature in the start window");
+    throw Error(Error::Kind::bad_data, say("channel {}: no temperature in the start window", sensors.top->name));
   out.start_temperature = sum / static_cast<double>(count);
   for (auto& felt : out.felt) felt.start_temperature = out.start_temperature;
   return out;

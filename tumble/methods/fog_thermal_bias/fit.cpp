@@ -273,9 +273,8 @@ LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& colu
   for (std::size_t k = 0; k < columns.size(); k += powers) first.push_back(columns[k]);
   const RunFits runs = run_by_run(factors, first, start_difference, unused);
   if (runs.fits.size() < powers)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("two_stage: {} runs determine the coefficients by themselves and {} are needed for a "
+    throw Error(Error::Kind::bad_data,
+                say("two_stage: {} runs determine the coefficients by themselves and {} are needed for a "
                     "polynomial of {} terms in the start temperature; use estimator = \"joint\" or add runs that "
                     "cross the temperature range",
                     runs.fits.size(), powers, powers));

@@ -74,20 +74,20 @@ std::vector<Option> options() {
 
 void refuse_impossible(const Evidence& evidence) {
   const Settings& settings = evidence.plan.settings;
-  std::vector<std::string> problems;
+  Problems problems;
   if (settings.word("estimator") == "two_stage" && settings.has("startup_time"))
     problems.push_back("estimator = \"two_stage\" has no start-up transient: remove startup_time or use \"joint\"");
   if (settings.number("averaging") < 2.0 * settings.number("smoothing"))
     problems.push_back(
-        fmt::format("averaging = {:.6g} s must be at least twice smoothing = {:.6g} s: in shorter averages the "
-                    "noise of the temperature sensors pulls the coefficients towards zero",
-                    settings.number("averaging"), settings.number("smoothing")));
+        say("averaging = {:.6g} s must be at least twice smoothing = {:.6g} s: in shorter averages the "
+            "noise of the temperature sensors pulls the coefficients towards zero",
+            settings.number("averaging"), settings.number("smoothing")));
   const auto runs = runs_of(evidence.recordings);
   if (settings.has("hold_out"))
     for (const int held : settings.integers("hold_out"))
       if (std::ranges::find(runs, held, &Run::number) == runs.end())
-        problems.push_back(fmt::format("hold_out: there is no run {} (the recordings hold runs {} to {})", held,
-                                       runs.empty() ? 0 : runs.front().number, runs.empty() ? 0 : runs.back().number));
+        problems.push_back(say("hold_out: there is no run {} (the recordings hold runs {} to {})", held,
+                               runs.empty() ? 0 : runs.front().number, runs.empty() ? 0 : runs.back().number));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "fog_thermal_bias needs at least one recording");
 }

@@ -101,9 +101,8 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
   for (const auto& run : runs)
     averages += static_cast<std::size_t>(std::ranges::count_if(run.share, [](double s) { return s > 0.0; }));
   if (starts < powers)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("{} start temperature{} (more than 2 K apart) cannot determine a polynomial of {} terms in the "
+    throw Error(Error::Kind::bad_data,
+                say("{} start temperature{} (more than 2 K apart) cannot determine a polynomial of {} terms in the "
                     "start temperature: add runs, or set start_temperature_power = {}",
                     starts, starts == 1 ? "" : "s", powers, starts ? starts - 1 : 0));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -114,10 +113,9 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
         highest = std::max(highest, run.output[k]);
       }
   if (averages < 10)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("{} averages of {:.6g} s are too few: the recordings are too short, or "
-                            "averaging is too long",
-                            averages, settings.number("averaging")));
+    throw Error(Error::Kind::bad_data, say("{} averages of {:.6g} s are too few: the recordings are too short, or "
+                                           "averaging is too long",
+                                           averages, settings.number("averaging")));
   if (!(highest > lowest))
     throw Error(Error::Kind::bad_data, "the gyro's output is constant: nothing can be identified from it");
   if (!temperature_varies(runs))

@@ -18,13 +18,12 @@ void require_finite(const Channel& channel) {
   double size = 0.0;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
     if (std::isinf(channel.values[i]))
-      throw Error(Error::Kind::bad_data, fmt::format("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
+      throw Error(Error::Kind::bad_data, say("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
     if (!std::isnan(channel.values[i])) size = std::max(size, std::abs(channel.values[i]));
   }
   if (size != 0.0 && (size < least || size > most))
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("'{}' shows {:.3g} [SI] at most, which is no measurement: check its unit", channel.name, size));
+    throw Error(Error::Kind::bad_data,
+                say("'{}' shows {:.3g} [SI] at most, which is no measurement: check its unit", channel.name, size));
 }
 
 bool accumulates(QuantityKind kind) {
@@ -80,9 +79,8 @@ double scale_factor_of(const Settings& settings, const Dimension& dimension) {
   const std::string& text = settings.word("scale_factor");
   const Quantity scale = parse_quantity(text);
   if (!(scale.unit.dimension() == dimension))
-    throw Error(Error::Kind::bad_input,
-                fmt::format("scale_factor = \"{}\" is {}, but the output over the reference is {}", text,
-                            name(scale.unit.dimension()), name(dimension)));
+    throw Error(Error::Kind::bad_input, say("scale_factor = \"{}\" is {}, but the output over the reference is {}",
+                                            text, name(scale.unit.dimension()), name(dimension)));
   const double value = scale.unit.to_si(scale.value);
   if (!(std::abs(value) > 0.0) || !std::isfinite(value))
     throw Error(Error::Kind::bad_input, "scale_factor must be finite and not zero");
@@ -167,8 +165,7 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
   if (!rate && output.kind != QuantityKind::specific_force && output.kind != QuantityKind::velocity)
     throw Error(
         Error::Kind::bad_data,
-        fmt::format(
-            "no reference is recorded, and the unit {} does not determine whether '{}' is a rate or a force: record "
+        say("no reference is recorded, and the unit {} does not determine whether '{}' is a rate or a force: record "
             "a reference channel",
             output.unit.text(), output.name));
   Channel made{"reference",
@@ -230,8 +227,8 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
   const Channel* recorded = channel_for(evidence, recording, "reference");
   const Channel& output = output_of(evidence, recording, recorded);
   if (output.values.size() < 16)
-    throw Error(Error::Kind::bad_data, fmt::format("'{}' has {} samples: too few for a frequency response", output.name,
-                                                   output.values.size()));
+    throw Error(Error::Kind::bad_data,
+                say("'{}' has {} samples: too few for a frequency response", output.name, output.values.size()));
   const Signal of_output = signal_of(output);
   const Channel& reference = reference_of(evidence, recording, marks, recorded, of_output, error, data);
   const Signal of_reference = signal_of(reference);
@@ -245,9 +242,8 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
     data.output_unit = output.unit;
     if (scaling.relative) data.findings.push_back({Finding::Severity::info, "gains_relative", {}, output.name});
   } else if (!(output.unit.dimension() == data.output_unit.dimension())) {
-    throw Error(Error::Kind::bad_data,
-                fmt::format("the recordings hold different kinds of output: '{}' in {} and '{}' in {}",
-                            data.output_name, data.output_unit.text(), output.name, output.unit.text()));
+    throw Error(Error::Kind::bad_data, say("the recordings hold different kinds of output: '{}' in {} and '{}' in {}",
+                                           data.output_name, data.output_unit.text(), output.name, output.unit.text()));
   }
   add_parts(marks, recording, of_output, of_reference, data);
 }

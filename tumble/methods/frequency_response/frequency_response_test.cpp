@@ -18,6 +18,7 @@
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -405,7 +406,7 @@ TEST(FrequencyResponse, RefusesWithWords) {
   evidence = Bench{}.evidence();
   evidence.plan.settings.set_number("averaging", 20.0, Unit::parse("s"));
   EXPECT_NE(refusal(method(), evidence).find("no time in common"), std::string::npos);
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(method().options(),
           {{"averaging", "-1 s", "--set", true, true}, {"points_per_decade", "1000", "--set", true, true}}, "method",
           problems);

@@ -106,8 +106,8 @@ Unit scale_unit_of(const Channel& channel) {
       break;
   }
   throw Error(Error::Kind::bad_data,
-              fmt::format("'{}' is in {}: the output of a gyro is a rate, an angle, counts, a current or a voltage",
-                          channel.name, channel.unit.text()));
+              say("'{}' is in {}: the output of a gyro is a rate, an angle, counts, a current or a voltage",
+                  channel.name, channel.unit.text()));
 }
 
 Unit scale_unit_of(const Evidence& evidence) {
@@ -118,7 +118,7 @@ Unit scale_unit_of(const Evidence& evidence) {
       throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in different units");
   for (const Recording& recording : evidence.recordings)
     for (const double v : require_channel(evidence, recording, "gyro").values)
-      if (std::isinf(v)) throw Error(Error::Kind::bad_data, fmt::format("'{}' holds infinite samples", channel.name));
+      if (std::isinf(v)) throw Error(Error::Kind::bad_data, say("'{}' holds infinite samples", channel.name));
   return scale_unit_of(channel);
 }
 

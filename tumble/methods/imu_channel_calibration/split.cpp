@@ -68,9 +68,9 @@ std::function<double(const Felt&)> input_of(const Plan& plan, const std::string&
     for (const auto& output : model.outputs(constants))
       if (output.channel == channel && output.input) return output.input;
   }
-  throw Error(Error::Kind::bad_input,
-              fmt::format("{}: [instrument] model must be one with an output '{}': its input axis is needed", plan.file,
-                          channel));
+  throw Error(
+      Error::Kind::bad_input,
+      say("{}: [instrument] model must be one with an output '{}': its input axis is needed", plan.file, channel));
 }
 
 /// y = w + b + k w: nabla = b/(1 + k), dK = 1/(1 + k) - 1.
@@ -115,7 +115,7 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
   out.temperature = temperature;
   const double assembly = sorted.whole.plan.settings.number("assembly_sd");
   std::vector<double> assembled(terms, 0.0);
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto role = role_of(kind, axis);
     const auto& evidence = sorted.alone.at(role);
@@ -128,7 +128,7 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
       }
     } catch (const Error& error) {
       if (error.kind == Error::Kind::internal) throw;
-      for (const auto& problem : error.problems) problems.push_back(role + " alone: " + problem);
+      for (const auto& problem : error.problems) problems.push_back(say("{} alone: {}", role, problem));
     }
     for (const std::size_t which : {2u, 3u}) assembled[index_of(axis, which)] = assembly * assembly;
   }

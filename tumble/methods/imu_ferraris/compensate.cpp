@@ -28,7 +28,7 @@ struct Triad {
 /// Value [SI] and place of a parameter of the result.
 double value_of(const Estimate& estimate, const std::string& name, std::vector<std::size_t>& places) {
   const Parameter* parameter = find_parameter(estimate, name);
-  if (parameter == nullptr) throw Error(Error::Kind::bad_file, fmt::format("the result lacks {}", name));
+  if (parameter == nullptr) throw Error(Error::Kind::bad_file, say("the result lacks {}", name));
   places.push_back(static_cast<std::size_t>(parameter - estimate.parameters.data()));
   return parameter->value;
 }
@@ -108,7 +108,7 @@ struct Channels {
 Channels channels_of(const Estimate& estimate, const Recording& recording) {
   Channels out;
   out.gyros = find_parameter(estimate, "gyro_x_scale_factor") != nullptr;
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t k = 0; k < (out.gyros ? outputs : 3); ++k) {
     const auto role = imu::role_of(k < 3 ? imu::Kind::accelerometer : imu::Kind::gyro, k % 3);
     const auto place = compensation::output_of(estimate, recording, role, problems);
@@ -116,13 +116,13 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
     out.index[k] = *place;
     const Channel& channel = recording.channels[*place];
     const Parameter* bias = find_parameter(estimate, role + "_bias");
-    if (!bias) throw Error(Error::Kind::bad_file, fmt::format("the result lacks {}_bias", role));
+    if (!bias) throw Error(Error::Kind::bad_file, say("the result lacks {}_bias", role));
     if (channel.unit.dimension() != bias->unit.dimension())
-      problems.push_back(fmt::format("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(),
-                                     bias->unit.text()));
+      problems.push_back(
+          say("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(), bias->unit.text()));
     if (const Channel& first = recording.channels[out.index[0]]; problems.empty() && !sampled_together(first, channel))
-      problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                     first.name, channel.name));
+      problems.push_back(
+          say("channels {} and {} are not sampled together: bring them to one clock first", first.name, channel.name));
   }
   compensation::refuse(recording, problems);
   return out;

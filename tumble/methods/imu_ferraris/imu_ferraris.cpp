@@ -113,9 +113,9 @@ Calibration calibrated(const Means& means) {
   } catch (const Error& error) {
     const auto text = exchanged_labels(means);
     if (text.empty()) throw;
-    throw Error(error.kind, fmt::format("the labels of poses look exchanged: by the accelerometers {}; correct the "
-                                        "labels, or state them: labels = \"x_p=...\"",
-                                        text));
+    throw Error(error.kind, say("the labels of poses look exchanged: by the accelerometers {}; correct the "
+                                "labels, or state them: labels = \"x_p=...\"",
+                                text));
   }
 }
 

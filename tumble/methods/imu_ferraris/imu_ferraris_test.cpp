@@ -9,6 +9,7 @@
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -39,7 +40,7 @@ struct Session {
   Evidence evidence(const std::vector<Given>& given = {}, bool gyros = true) const {
     constexpr double rate = 50.0;
     Evidence out;
-    std::vector<std::string> problems;
+    Problems problems;
     auto all = given;
     all.push_back({"gravity", "9.81 m/s^2", "--set", true, true});
     out.plan.method = "imu_ferraris";

@@ -47,8 +47,8 @@ std::map<std::string, std::string> renamed(const std::string& text) {
     const auto ours = trimmed(pair.substr(0, equals));
     if (equals == std::string::npos || std::ranges::find(known, ours) == known.end())
       throw Error(Error::Kind::bad_input,
-                  fmt::format("labels = \"{}\": \"{}\" is no pair as in \"x_p=face 1, x_a=face 2\"{}; sections are {}",
-                              text, trimmed(pair), did_you_mean(ours, known), fmt::join(known, ", ")));
+                  say("labels = \"{}\": \"{}\" is no pair as in \"x_p=face 1, x_a=face 2\"{}; sections are {}", text,
+                      trimmed(pair), did_you_mean(ours, known), fmt::join(known, ", ")));
     names[trimmed(pair.substr(equals + 1))] = ours;
     begin = end + 1;
   }
@@ -134,7 +134,7 @@ void add_output(const Channel& channel, std::size_t begin, std::size_t end, std:
 struct Reader {
   const Evidence& evidence;
   Recorded out;
-  std::vector<std::string> problems;
+  Problems problems;
   std::set<std::string> others;  ///< labels that are no section
 
   void take_unit(const Channel& channel, std::size_t output) {
@@ -143,8 +143,8 @@ struct Reader {
       out.kind[output] = channel.kind;
       out.channel[output] = channel.name;
     } else if (out.unit[output].dimension() != channel.unit.dimension()) {
-      problems.push_back(fmt::format("{} is in {} in one recording and in {} in another", role_of(output),
-                                     out.unit[output].text(), channel.unit.text()));
+      problems.push_back(say("{} is in {} in one recording and in {} in another", role_of(output),
+                             out.unit[output].text(), channel.unit.text()));
     }
   }
 
@@ -159,7 +159,7 @@ struct Reader {
       gyros += k >= 3 && channels[k];
     }
     if (gyros == 1 || gyros == 2)
-      problems.push_back(fmt::format("{} has {} of the three gyros: name all or none", recording.origin.file, gyros));
+      problems.push_back(say("{} has {} of the three gyros: name all or none", recording.origin.file, gyros));
     for (std::size_t m = 0; m < recording.marks.size(); ++m) {
       const std::size_t s = section_of(recording.marks[m].label, names);
       if (s == sections) {
@@ -190,8 +190,8 @@ struct Reader {
   void check_units() {
     for (std::size_t k = 0; k < outputs; ++k)
       if (!out.channel[k].empty() && out.unit[k].dimension() != out.unit[k / 3 * 3].dimension())
-        problems.push_back(fmt::format("{} is in {}, but {} in {}: the three of a triad must be in one unit",
-                                       role_of(k), out.unit[k].text(), role_of(k / 3 * 3), out.unit[k / 3 * 3].text()));
+        problems.push_back(say("{} is in {}, but {} in {}: the three of a triad must be in one unit", role_of(k),
+                               out.unit[k].text(), role_of(k / 3 * 3), out.unit[k / 3 * 3].text()));
   }
 
   void check_alive() {
@@ -200,7 +200,7 @@ struct Reader {
       bool alive = out.channel[k].empty();
       for (const auto& section : out.section)
         alive = alive || (section.parts > 0 && (section.density[k] > 0.0 || section.mean[k] != out.section[0].mean[k]));
-      if (!alive) problems.push_back(fmt::format("channel '{}' holds the same value throughout", out.channel[k]));
+      if (!alive) problems.push_back(say("channel '{}' holds the same value throughout", out.channel[k]));
     }
   }
 
@@ -216,7 +216,7 @@ struct Reader {
       if (out.gyros) missing.insert(missing.end(), missing_turns.begin(), missing_turns.end());
       const auto have = others.empty() ? "" : fmt::format("; other labels are {}", fmt::join(others, ", "));
       const bool none = missing_poses.size() == poses && others.empty();
-      problems.push_back(fmt::format(
+      problems.push_back(say(
           "no section {}{}{}", fmt::join(missing, ", "), have,
           none ? ": the recording has no labels; --set segment_column=COLUMN makes marks of a column that holds them"
                : "; record it, or say which label it has: labels = \"" + missing.front() + "=...\""));
@@ -231,10 +231,10 @@ struct Reader {
     if (section.parts == 0 || (s >= poses && !out.gyros)) return;
     const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
     if (section.samples < fewest_samples)
-      problems.push_back(fmt::format("section {} has {}: at least {} are needed", labels()[s],
-                                     say_count(section.samples, "sample"), fewest_samples));
+      problems.push_back(say("section {} has {}: at least {} are needed", labels()[s],
+                             say_count(section.samples, "sample"), fewest_samples));
     else if (2 * section.missing > measured)
-      problems.push_back(fmt::format("more than half of the samples of section {} are missing", labels()[s]));
+      problems.push_back(say("more than half of the samples of section {} are missing", labels()[s]));
     else if (section.missing > 0)
       out.findings.push_back({s < poses ? Finding::Severity::info : Finding::Severity::warning,
                               "section_lacks_samples",
@@ -242,7 +242,7 @@ struct Reader {
                               labels()[s]});
     for (std::size_t k = 0; k < (out.gyros ? outputs : 3) && section.samples >= fewest_samples; ++k)
       if (section.freedom[k] <= 0.0)
-        problems.push_back(fmt::format("{} has no samples in section {}", role_of(k), labels()[s]));
+        problems.push_back(say("{} has no samples in section {}", role_of(k), labels()[s]));
   }
 };
 

@@ -63,13 +63,12 @@ Table covered(const std::vector<Session>& sessions, const Rests& rests, const Fi
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   auto unit = imu::error_models(estimate, recording);
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& output : unit.outputs) {
     const Channel* channel = channel_of(estimate, recording, output.model.role);
     if (channel && counted(*channel) == output.model.scale_factor.empty())
-      problems.push_back(fmt::format("channel {} is in {}, but was calibrated in {}", channel->name,
-                                     channel->unit.text(),
-                                     output.model.scale_factor.empty() ? "units of what it measures" : "raw counts"));
+      problems.push_back(say("channel {} is in {}, but was calibrated in {}", channel->name, channel->unit.text(),
+                             output.model.scale_factor.empty() ? "units of what it measures" : "raw counts"));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   return imu::compensate(std::move(unit), estimate, recording, plan);

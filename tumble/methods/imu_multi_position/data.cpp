@@ -37,7 +37,7 @@ std::string label(const Evidence& evidence, std::size_t r) {
 
 /// The three channels, or what hinders; none at all: null and no problem.
 std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t r, const Kind& kind,
-                                          std::vector<std::string>& problems) {
+                                          Problems& problems) {
   std::array<const Channel*, 3> channels{};
   std::string missing;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -48,32 +48,32 @@ std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t 
   if (missing.empty()) return channels;
   const std::size_t present = 3 - static_cast<std::size_t>(std::ranges::count(channels, nullptr));
   if (present > 0)
-    problems.push_back(fmt::format("{}no channel for {}: all three of a triad are needed",
-                                   label(evidence, r).empty() ? "" : label(evidence, r) + ": ", missing));
+    problems.push_back(say("{}no channel for {}: all three of a triad are needed",
+                           label(evidence, r).empty() ? "" : label(evidence, r) + ": ", missing));
   return {};
 }
 
-void check(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
+void check(const std::array<const Channel*, 3>& channels, const Kind& kind, Problems& problems) {
   for (const Channel* c : channels) {
     if (c->kind != kind.quantity && c->kind != kind.increment && c->kind != QuantityKind::count)
-      problems.push_back(fmt::format("channel '{}' [{}] is {}; {} takes {}", c->name, c->unit.text(), name(c->kind),
-                                     kind.name, kind.units));
+      problems.push_back(
+          say("channel '{}' [{}] is {}; {} takes {}", c->name, c->unit.text(), name(c->kind), kind.name, kind.units));
     else if (c->kind != channels[0]->kind)
-      problems.push_back(fmt::format("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
-                                     channels[0]->unit.text(), c->name, c->unit.text()));
+      problems.push_back(say("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
+                             channels[0]->unit.text(), c->name, c->unit.text()));
     if (c->values.size() < fewest)
-      problems.push_back(fmt::format("channel '{}' has {}", c->name, say_count(c->values.size(), "sample")));
+      problems.push_back(say("channel '{}' has {}", c->name, say_count(c->values.size(), "sample")));
     else if (c->values.size() != channels[0]->values.size())
-      problems.push_back(fmt::format("channels '{}' and '{}' differ in length", channels[0]->name, c->name));
+      problems.push_back(say("channels '{}' and '{}' differ in length", channels[0]->name, c->name));
   }
 }
 
 /// A dead accelerometer would make the method ask for more rests without end.
-void check_alive(const std::array<const Channel*, 3>& channels, std::vector<std::string>& problems) {
+void check_alive(const std::array<const Channel*, 3>& channels, Problems& problems) {
   for (const Channel* c : channels) {
     const Extremes extremes = extremes_of(c->values);
     if (extremes.lowest == extremes.highest)
-      problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
+      problems.push_back(say("channel '{}' holds the same value throughout", c->name));
   }
 }
 
@@ -138,15 +138,15 @@ void fill_losses(Triad& triad) {
     }
 }
 
-Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
+Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, Problems& problems) {
   Triad triad;
   const Channel& first = *channels[0];
   const Clock clock = clock_of(first);
   if (clock.backward > 0)
     problems.push_back(
-        fmt::format("channel '{}': the stamps run backwards at sample {}", first.name, clock.first_backward + 1));
+        say("channel '{}': the stamps run backwards at sample {}", first.name, clock.first_backward + 1));
   if (!(clock.rate > 0.0)) {
-    problems.push_back(fmt::format("channel '{}': its stamps do not show a sampling rate", first.name));
+    problems.push_back(say("channel '{}': its stamps do not show a sampling rate", first.name));
     return triad;
   }
   triad.step = 1.0 / clock.rate;
@@ -169,7 +169,7 @@ Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, 
 }
 
 /// Empty where the recording has none of that kind.
-Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, std::vector<std::string>& problems) {
+Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, Problems& problems) {
   const auto before = problems.size();
   const auto channels = channels_of(evidence, r, kind, problems);
   if (channels[0] == nullptr || problems.size() > before) return {};
@@ -191,7 +191,7 @@ bool Triad::clipped(std::size_t sample) const {
 }
 
 std::vector<Session> sessions_of(const Evidence& evidence) {
-  std::vector<std::string> problems;
+  Problems problems;
   std::vector<Session> sessions;
   std::vector<Triad> gyros_alone;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
@@ -210,7 +210,7 @@ std::vector<Session> sessions_of(const Evidence& evidence) {
   for (const auto& session : sessions)
     if (session.accelerometer.counts != sessions[0].accelerometer.counts ||
         (!session.gyro.empty() && !sessions[0].gyro.empty() && session.gyro.counts != sessions[0].gyro.counts))
-      problems.push_back(session.where + ": recordings of one test must be in the same kind of unit");
+      problems.push_back(say("{}: recordings of one test must be in the same kind of unit", session.where));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, std::move(problems));
   return sessions;
 }

@@ -38,7 +38,7 @@ void check_unit(std::span<const Mistaken> units, const char* what, const std::st
   if (std::abs(std::log(scale * step)) < 0.2)
     like = ": they look like rates taken for increments; state the unit of the rates (deg/s, m/s^2) for the columns";
   if (like.empty()) like = ": check their unit, or give them as counts, unit LSB";
-  throw Error(Error::Kind::bad_data, fmt::format("the {} show {:.4g} times {}{}", what, scale, shown, like));
+  throw Error(Error::Kind::bad_data, say("the {} show {:.4g} times {}{}", what, scale, shown, like));
 }
 
 /// Row i shows axis along[i] with sign[i]; not sound: two rows show one axis.
@@ -105,7 +105,7 @@ void check_gyros(const Session& session, const Matrix3& matrix) {
       text += fmt::format("; or the accelerometers are a {} triad: {}", mirror ? "left-handed" : "turned",
                           exchanges(session.accelerometer.names, mirror ? mirrored : same));
     }
-    throw Error(Error::Kind::bad_data, text + "; correct [channels] and the signs of the columns");
+    throw Error(Error::Kind::bad_data, say("{}; correct [channels] and the signs of the columns", text));
   }
   if (session.gyro.counts) return;
   check_unit(rates, "gyros", "the turn between rests", std::cbrt(std::abs(determinant(matrix))), session.gyro.step);
@@ -128,8 +128,7 @@ void check_up(Vector3 first, Vector3 planned) {
   if (dot(first, planned) > -0.8) return;
   throw Error(
       Error::Kind::bad_data,
-      fmt::format(
-          "at the first rest ({:+.2f}, {:+.2f}, {:+.2f}) shows up, the opposite of the stated direction: the "
+      say("at the first rest ({:+.2f}, {:+.2f}, {:+.2f}) shows up, the opposite of the stated direction: the "
           "accelerometers show gravity instead of the specific force, which points up at rest; reverse their signs",
           first.x, first.y, first.z));
 }

@@ -71,7 +71,7 @@ double sd_of_gravity(const Plan& plan) {
 Surroundings surroundings_of(const Plan& plan) {
   const Settings& settings = plan.settings;
   Surroundings surroundings;
-  std::vector<std::string> problems;
+  Problems problems;
   if (settings.has("gravity")) {
     surroundings.gravity = settings.number("gravity"), surroundings.gravity_from = {"stated"};
   } else if (plan.site) {
@@ -111,9 +111,8 @@ void require_poses(const Rests& rests, double gravity, double rest_least) {
     if (rest.used()) means.push_back(rest.force);
   if (fit_sphere(means, gravity)) return;
   const std::string lacking = missing(directions_of(means));
-  throw Error(
-      Error::Kind::bad_data,
-      fmt::format("{} at rest {} found: nine coefficients of the accelerometers need 12 and more, with every axis up "
+  throw Error(Error::Kind::bad_data,
+              say("{} at rest {} found: nine coefficients of the accelerometers need 12 and more, with every axis up "
                   "and down{}; a rest lasts {} or longer (rest_least) between moves",
                   means.size() == 1 ? "only one stretch" : fmt::format("{} stretches", means.size()),
                   means.size() == 1 ? "was" : "were", lacking.empty() ? "" : "; lay it also with these up: " + lacking,

@@ -50,9 +50,9 @@ void set_matrix(const Estimate& estimate, Triad& triad) {
   const Matrix3 sensitivity = sensitivity_of(estimate, triad.kind);
   for (std::size_t i = 0; i < 3; ++i) triad.bias[i] = value_of(estimate, role_of(triad.kind, i) + "_bias");
   if (!(std::abs(determinant(sensitivity)) > 1e-6))
-    throw Error(Error::Kind::bad_data, fmt::format("the {}s of the result do not show three directions: their matrix "
-                                                   "cannot be inverted",
-                                                   triad.kind == Kind::gyro ? "gyro" : "accelerometer"));
+    throw Error(Error::Kind::bad_data, say("the {}s of the result do not show three directions: their matrix "
+                                           "cannot be inverted",
+                                           triad.kind == Kind::gyro ? "gyro" : "accelerometer"));
   triad.inverse = inverse(sensitivity);
 }
 
@@ -76,7 +76,7 @@ bool calibrated(const Estimate& estimate, Kind kind) {
 std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recording) {
   const Settings settings = settings_of(estimate, imu::scale_factor_options());
   std::vector<Triad> triads;
-  std::vector<std::string> problems;
+  Problems problems;
   const Channel* first = nullptr;
   for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
     if (!calibrated(estimate, kind)) continue;
@@ -86,8 +86,8 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
       if (!place) continue;
       const Channel& channel = recording.channels[*place];
       if (first && !sampled_together(*first, channel))
-        problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                       first->name, channel.name));
+        problems.push_back(say("channels {} and {} are not sampled together: bring them to one clock first",
+                               first->name, channel.name));
       first = first ? first : &channel;
       triad.channels[i] = *place;
       triad.scale[i] = imu::reading_of(kind, settings, channel).scale;

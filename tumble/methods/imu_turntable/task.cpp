@@ -119,7 +119,7 @@ void complete(Task& task) {
 /// The kinds that all recordings have in full.
 std::vector<Kind> kinds_of(const Evidence& evidence) {
   std::vector<Kind> kinds;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
     std::vector<std::string> missing;
     for (const auto& recording : evidence.recordings)
@@ -129,8 +129,8 @@ std::vector<Kind> kinds_of(const Evidence& evidence) {
           missing.push_back(role);
     if (missing.empty()) kinds.push_back(kind);
     if (!missing.empty() && missing.size() < 3)
-      problems.push_back(fmt::format("no channel plays {}: a triad needs all three; name the column under [channels]",
-                                     fmt::join(missing, ", ")));
+      problems.push_back(say("no channel plays {}: a triad needs all three; name the column under [channels]",
+                             fmt::join(missing, ", ")));
   }
   if (kinds.empty() && problems.empty())
     problems.push_back(
@@ -146,7 +146,7 @@ imu::Reading predicted_reading(Kind kind, const Settings& truth) {
   if (!truth.has(prefix + "output") || truth.word(prefix + "output") != "count") return {};
   if (!truth.has(prefix + "pulse_scale_factor") || truth.number(prefix + "pulse_scale_factor") == 0.0)
     throw Error(Error::Kind::bad_input,
-                fmt::format("[truth] {0}output = \"count\" needs {0}pulse_scale_factor, not zero", prefix));
+                say("[truth] {0}output = \"count\" needs {0}pulse_scale_factor, not zero", prefix));
   return {1.0, 1.0 / std::abs(truth.number(prefix + "pulse_scale_factor"))};
 }
 
@@ -159,7 +159,7 @@ std::vector<std::string> terms_of(Kind kind, std::size_t axis) {
       for (const auto& term : output.terms) names.push_back(term.name);
       return names;
     }
-  throw Error(Error::Kind::internal, "model imu lacks " + role_of(kind, axis));
+  throw Error(Error::Kind::internal, say("model imu lacks {}", role_of(kind, axis)));
 }
 
 Task task_of(const Evidence& evidence) {
@@ -186,9 +186,9 @@ Task task_of(const Plan& plan) {
     if (matching == 3) task.kinds.push_back(kind);
   }
   if (task.kinds.empty())
-    throw Error(Error::Kind::bad_input, fmt::format("the model {} has neither three gyros nor three accelerometers: "
-                                                    "imu and triad do",
-                                                    plan.instrument_model));
+    throw Error(Error::Kind::bad_input, say("the model {} has neither three gyros nor three accelerometers: "
+                                            "imu and triad do",
+                                            plan.instrument_model));
   for (const Kind kind : task.kinds)
     for (std::size_t axis = 0; axis < 3; ++axis)
       task.problems.push_back(problem_of(kind, axis, plan.settings, predicted_reading(kind, plan.truth)));

@@ -63,9 +63,9 @@ std::string turning_axis(const Plan& plan) {
                                           "into several directions"
                                         : fmt::format("the schedule turns {}", fmt::join(axes, " and "));
   throw Error(Error::Kind::bad_input,
-              fmt::format("{}; north finding needs one axis of the rig, vertical, that goes to index angles or turns "
-                          "(axes of {}: {})",
-                          what, plan.rig_kind, fmt::join(angles, ", ")));
+              say("{}; north finding needs one axis of the rig, vertical, that goes to index angles or turns "
+                  "(axes of {}: {})",
+                  what, plan.rig_kind, fmt::join(angles, ", ")));
 }
 
 }  // namespace
@@ -107,9 +107,9 @@ Index index_of(const Plan& plan) {
   const Vector3 n{turned.y.z - turned.z.y, turned.z.x - turned.x.z, turned.x.y - turned.y.x};
   if (n.z < 2.0 * std::sin(1.0) * (1.0 - 1e-9) || (base * Vector3{0.0, 0.0, 1.0}).z < 0.5)
     throw Error(Error::Kind::bad_input,
-                fmt::format("axis '{}' must be vertical, upwards (up to 60 deg of tilt), and turn the instrument about "
-                            "its own z axis: the method counts index angles so. Correct [rig] or the mounting",
-                            axis));
+                say("axis '{}' must be vertical, upwards (up to 60 deg of tilt), and turn the instrument about "
+                    "its own z axis: the method counts index angles so. Correct [rig] or the mounting",
+                    axis));
   return {axis, base};
 }
 

@@ -179,7 +179,7 @@ std::vector<Channel> channels_in(const Records& records) {
 
 template <class From>
 Bench assembled(const From& from, const Plan& plan, const Records& records) {
-  std::vector<std::string> problems;
+  Problems problems;
   Bench bench;
   bench.plan = &plan;
   bench.records = records;
@@ -237,9 +237,9 @@ Bench bench_of(const Plan& plan) {
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) records[channel] = recorded_by(plan, channel);
   if (!records[gyro].present)
     throw Error(Error::Kind::bad_input,
-                fmt::format("to predict, the model {} must have an output that plays the role gyro: [channels] gyro = "
-                            "\"...\"",
-                            plan.instrument_model));
+                say("to predict, the model {} must have an output that plays the role gyro: [channels] gyro = "
+                    "\"...\"",
+                    plan.instrument_model));
   return assembled(plan, plan, records);
 }
 

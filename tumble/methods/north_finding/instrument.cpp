@@ -23,15 +23,14 @@ Unit scale_unit(Channel channel, const Recorded& recorded) {
   return Unit::parse(fmt::format("{}/({})", recorded.unit.text(), channel == gyro ? "deg/h" : "m/s^2"));
 }
 
-std::optional<double> given_scale(const Settings& settings, const char* option, const Unit& unit,
-                                  std::vector<std::string>& problems) {
+std::optional<double> given_scale(const Settings& settings, const char* option, const Unit& unit, Problems& problems) {
   if (!settings.has(option) || settings.word(option).empty()) return std::nullopt;
   try {
     const double value = parse_si(settings.word(option), unit);
     if (std::isfinite(value) && value > 0.0) return value;
-    problems.push_back(fmt::format("[settings] {} must be above zero", option));
+    problems.push_back(say("[settings] {} must be above zero", option));
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) problems.push_back(fmt::format("[settings] {}: {}", option, problem));
+    for (const auto& problem : error.problems) problems.push_back(say("[settings] {}: {}", option, problem));
   }
   return std::nullopt;
 }
@@ -47,7 +46,7 @@ void add_prior(Instrument& instrument, const std::string& source, Quantity of, d
 }
 
 void set_scale(const Plan& plan, const Records& records, Channel channel, const char* option, const char* sd,
-               const char* source, Instrument& instrument, std::vector<std::string>& problems) {
+               const char* source, Instrument& instrument, Problems& problems) {
   const Recorded& recorded = records[channel];
   if (!recorded.present) return;
   auto& value = instrument.state[scale_of(channel)];
@@ -88,8 +87,7 @@ struct Used {
   std::vector<std::size_t> index;
 };
 
-Used used_of(const Estimate& result, const Records& records, Instrument& instrument,
-             std::vector<std::string>& problems) {
+Used used_of(const Estimate& result, const Records& records, Instrument& instrument, Problems& problems) {
   Used used;
   for (const auto& name : names) {
     const Parameter* parameter = find_parameter(result, name.name);
@@ -99,8 +97,8 @@ Used used_of(const Estimate& result, const Records& records, Instrument& instrum
                           : name.quantity == x_bias || name.quantity == y_bias ? Unit::parse("m/s^2")
                                                                                : Unit::parse("arcsec");
     if (!(parameter->unit.dimension() == expected.dimension())) {
-      problems.push_back(fmt::format("the calibration has {} in {}; this test needs it in {}", name.name,
-                                     parameter->unit.text(), expected.text()));
+      problems.push_back(say("the calibration has {} in {}; this test needs it in {}", name.name,
+                             parameter->unit.text(), expected.text()));
       continue;
     }
     forget(instrument, name.quantity);
@@ -113,7 +111,7 @@ Used used_of(const Estimate& result, const Records& records, Instrument& instrum
   return used;
 }
 
-void refuse(const std::vector<std::string>& problems) {
+void refuse(const Problems& problems) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -132,10 +130,10 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate) {
   for (const char* other : {"deg", "deg/h", "m/s", "m/s^2", "K", "s"})
     if (like(unit, other))
       throw Error(Error::Kind::bad_data,
-                  fmt::format("the channel of {} is in {}: it must be {}, counts, a current or a voltage",
-                              role_of(channel), unit.text(),
-                              is_gyro ? "an angular rate, an angle gained in each sample"
-                                      : "a specific force, a velocity gained in each sample"));
+                  say("the channel of {} is in {}: it must be {}, counts, a current or a voltage", role_of(channel),
+                      unit.text(),
+                      is_gyro ? "an angular rate, an angle gained in each sample"
+                              : "a specific force, a velocity gained in each sample"));
   return out;
 }
 
@@ -181,7 +179,7 @@ std::vector<Option> instrument_options() {
 
 Instrument nominal_instrument(const Plan& plan, const Records& records) {
   Instrument out;
-  std::vector<std::string> problems;
+  Problems problems;
   out.state[latitude] = plan.site->latitude;
   out.state[gravity_here] = gravity(*plan.site);
   set_scale(plan, records, gyro, "gyro_scale_factor", "gyro_scale_factor_sd", "scale factor of the gyro", out,
@@ -211,13 +209,13 @@ Instrument nominal_instrument(const Plan& plan, const Records& records) {
 Instrument identified_instrument(const Plan& plan, const Records& records) {
   Instrument out = nominal_instrument(plan, records);
   const Estimate& result = *plan.calibration.result;
-  std::vector<std::string> problems;
+  Problems problems;
   const Used used = used_of(result, records, out, problems);
   if (used.quantities.empty() && problems.empty()) {
     std::vector<std::string> wanted;
     for (const auto& name : names) wanted.emplace_back(name.name);
-    problems.push_back(fmt::format("the calibration {} ({}) has none of the parameters that north finding can use: {}",
-                                   plan.calibration.file, result.method, fmt::join(wanted, ", ")));
+    problems.push_back(say("the calibration {} ({}) has none of the parameters that north finding can use: {}",
+                           plan.calibration.file, result.method, fmt::join(wanted, ", ")));
   }
   refuse(problems);
   out.priors.push_back(

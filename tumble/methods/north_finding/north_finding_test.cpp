@@ -368,7 +368,7 @@ TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
 }
 
 TEST(NorthFinding, SettingsOutsideTheirRangeAreRefused) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(method().options(), {{"averaging", "0 s", ""}, {"settling", "-1 s", ""}, {"angle_tolerance", "0 deg", ""}},
           "", problems);
   EXPECT_EQ(problems.size(), 3u);

@@ -71,13 +71,13 @@ bool drift_wanted(const Bench& bench, const Shown& shown) {
 }
 
 void refuse_unshown(const Bench& bench, const Instrument& instrument, const Shown& shown) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto& signal = bench.signals.front();
   if (shown.none)
     problems.push_back(
-        fmt::format("all {} use the same index angle: they cannot distinguish the Earth's rate from the bias; "
-                    "turn the table to angles 90 or 180 deg apart",
-                    signal.positions.size() == 1 ? "samples" : "positions"));
+        say("all {} use the same index angle: they cannot distinguish the Earth's rate from the bias; "
+            "turn the table to angles 90 or 180 deg apart",
+            signal.positions.size() == 1 ? "samples" : "positions"));
   else if (!shown.both && !instrument.scale_known[gyro])
     problems.push_back(
         "index angles 180 deg apart alone give the azimuth from the size of the rate, which needs the gyro's scale "
@@ -85,9 +85,9 @@ void refuse_unshown(const Bench& bench, const Instrument& instrument, const Show
   for (const Channel channel : {accelerometer_x, accelerometer_y})
     if (bench.records[channel].present && !instrument.scale_known[channel])
       problems.push_back(
-          fmt::format("the output of {} is in {}: [settings] accelerometer_scale_factor or a calibration "
-                      "must say its scale factor",
-                      role_of(channel), bench.records[channel].unit.text()));
+          say("the output of {} is in {}: [settings] accelerometer_scale_factor or a calibration "
+              "must say its scale factor",
+              role_of(channel), bench.records[channel].unit.text()));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -135,9 +135,9 @@ void start_tilt(const Bench& bench, Setup& setup) {
   y /= count;
   if (const double square = x * x + y * y; square > 0.75)
     throw Error(Error::Kind::bad_data,
-                fmt::format("the accelerometers show a tilt of {:.3g} g: their scale factor or unit (g or m/s^2) is "
-                            "wrong, or their axes are not level",
-                            std::sqrt(square)));
+                say("the accelerometers show a tilt of {:.3g} g: their scale factor or unit (g or m/s^2) is "
+                    "wrong, or their axes are not level",
+                    std::sqrt(square)));
   setup.start[pitch] = std::asin(x);
   setup.start[roll] = std::atan2(y, std::sqrt(1.0 - x * x - y * y));
 }

@@ -199,17 +199,17 @@ Groups groups_of(const Data& data) {
     if (vibration::at_rest(data, series).parts.empty()) {
       if (std::ranges::find(without, series.label) == without.end()) without.push_back(series.label);
     } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512) {
-      problems.push_back(place_of(data, series) +
-                         ": fewer than 512 windows, too few for statistics: vibrate for longer");
+      problems.push_back(
+          say("{}: fewer than 512 windows, too few for statistics: vibrate for longer", place_of(data, series)));
     } else {
       groups[{series.recording, series.power_up, series.label}].push_back(i);
     }
   }
   if (!without.empty())
     problems.push_back(
-        fmt::format("{}: there is no segment at rest in the same power-up and position to subtract: "
-                    "record the units with the shaker at rest before and after",
-                    fmt::join(without, ", ")));
+        say("{}: there is no segment at rest in the same power-up and position to subtract: "
+            "record the units with the shaker at rest before and after",
+            fmt::join(without, ", ")));
   if (groups.empty() && problems.empty()) problems.emplace_back("the schedule has no random vibration");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   return groups;

@@ -26,25 +26,25 @@ std::vector<Type> types_of(const std::string& text, const std::vector<vibration:
     Type type;
     std::string more;
     if (!(name >> type.name) || name >> more || colon == std::string::npos) {
-      problems.push_back(fmt::format("[settings] types: '{}' is not \"name: unit unit\"", part));
+      problems.push_back(say("[settings] types: '{}' is not \"name: unit unit\"", part));
       continue;
     }
     for (std::string unit; members >> unit;) {
       if (unit.ends_with(',')) unit.pop_back();
       const auto recorded = std::ranges::find(names, unit);
       if (recorded == names.end()) {
-        problems.push_back(fmt::format("[settings] types: no unit '{}' is recorded{} (units: {})", unit,
-                                       did_you_mean(unit, names), fmt::join(names, ", ")));
+        problems.push_back(say("[settings] types: no unit '{}' is recorded{} (units: {})", unit,
+                               did_you_mean(unit, names), fmt::join(names, ", ")));
         continue;
       }
       const auto u = static_cast<std::size_t>(recorded - names.begin());
-      if (taken[u]) problems.push_back(fmt::format("[settings] types: unit '{}' is named twice", unit));
+      if (taken[u]) problems.push_back(say("[settings] types: unit '{}' is named twice", unit));
       taken[u] = true;
       type.units.push_back(u);
     }
-    if (type.units.empty()) problems.push_back(fmt::format("[settings] types: '{}' has no unit", type.name));
+    if (type.units.empty()) problems.push_back(say("[settings] types: '{}' has no unit", type.name));
     if (std::ranges::find(types, type.name, &Type::name) != types.end())
-      problems.push_back(fmt::format("[settings] types: '{}' is named twice", type.name));
+      problems.push_back(say("[settings] types: '{}' is named twice", type.name));
     types.push_back(std::move(type));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

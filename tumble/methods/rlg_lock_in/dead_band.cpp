@@ -15,7 +15,7 @@
 namespace tumble::rlg_lock_in {
 namespace {
 
-[[noreturn]] void refuse(const std::string& why) { throw Error(Error::Kind::bad_data, why); }
+[[noreturn]] void refuse(const Sentence& why) { throw Error(Error::Kind::bad_data, why); }
 
 constexpr const char* no_dead_band =
     "the beats are proportional to the rates and show no dead band; add rates nearer to it, or say that the dither was "
@@ -41,9 +41,9 @@ void refuse_too_few(const Sweep& sweep, const std::vector<std::size_t>& chosen, 
   for (const std::size_t i : chosen) positive += sweep.points[i].rate + bias > 0.0 ? 1 : 0;
   if (chosen.size() >= least_points(locked) && positive >= 2 && chosen.size() - positive >= 2) return;
   refuse(
-      fmt::format("{} rates that show the scale factor, {} of them positive: needed are {} or more{}, two or more of "
-                  "each sign",
-                  chosen.size(), positive, least_points(locked), locked ? " outside of the dead band" : ""));
+      say("{} rates that show the scale factor, {} of them positive: needed are {} or more{}, two or more of "
+          "each sign",
+          chosen.size(), positive, least_points(locked), locked ? " outside of the dead band" : ""));
 }
 
 /// K by the steepest of the beats at fast rates, with the sense in which the gyro counts: outside of a dead band no

@@ -40,10 +40,10 @@ BeatWalk beat_walk(const Sweep& sweep) {
       observations.push_back({allan.factor, allan.deviation * allan.deviation, allan.count});
     if (std::ranges::any_of(observations, [](const auto& allan) { return !(allan.variance > 0.0); }))
       throw Error(Error::Kind::bad_data,
-                  fmt::format("segment '{}': the counts do not change, as in the dead band without dither: the random "
-                              "walk is not observable; say in which segments the dither runs (dither = \"off\" or "
-                              "\"by_label\")",
-                              point->label));
+                  say("segment '{}': the counts do not change, as in the dead band without dither: the random "
+                      "walk is not observable; say in which segments the dither runs (dither = \"off\" or "
+                      "\"by_label\")",
+                      point->label));
     const auto fit = fit_allan(thinned(observations), point->beats.size(), {});
     const auto white = std::ranges::find(fit.terms, NoiseTerm::white, [](const FittedTerm& t) { return t.unit.term; });
     const double weight = point->duration, step = point->sample_step;

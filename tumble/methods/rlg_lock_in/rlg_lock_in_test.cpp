@@ -218,7 +218,7 @@ TEST(RlgLockIn, CountsInTheDeadBandAreNamed) {
 }
 
 TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(method().options(), {{"edges", "5", ""}, {"edge_margin", "0 %", ""}, {"dither_rate", "-1 deg/s", ""}}, "",
           problems);
   EXPECT_EQ(problems.size(), 3u);

@@ -113,23 +113,23 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
 double per_second(const Channel& channel) {
   if (channel.unit.dimension() == Unit::parse("pulse/s").dimension()) return 1.0;
   if (!(channel.unit.dimension() == Unit::parse("pulse").dimension()))
-    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: rlg_north_finder needs counts (pulse, or "
-                                                   "pulse/s)",
-                                                   channel.name, channel.unit.text()));
+    throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: rlg_north_finder needs counts (pulse, or "
+                                           "pulse/s)",
+                                           channel.name, channel.unit.text()));
   return sampling_rate(channel);
 }
 
 namespace {
 
 /// Counts of a sample become pulses a second.
-void make_rate(const std::string& where, Channel& channel, std::vector<std::string>& problems) try {
+void make_rate(const std::string& where, Channel& channel, Problems& problems) try {
   if (channel.unit.dimension() == Unit::parse("pulse/s").dimension()) return;
   const double rate = per_second(channel);
   for (double& v : channel.values) v *= rate;
   channel.unit = Unit::parse("pulse/s");
   channel.kind = QuantityKind::other;
 } catch (const Error& error) {
-  problems.push_back(where + error.problems.front());
+  problems.push_back(say("{}{}", where, error.problems.front()));
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ void make_rate(const std::string& where, Channel& channel, std::vector<std::stri
 Prepared prepared(const Evidence& evidence) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "rlg_north_finder needs at least one recording");
   Evidence counted = evidence;
-  std::vector<std::string> problems;
+  Problems problems;
   for (auto& recording : counted.recordings)
     for (const Which output : {gyro, accelerometer_x, accelerometer_y}) try {
         const Channel& source = require_channel(evidence, recording, role_of(output));
@@ -145,7 +145,7 @@ Prepared prepared(const Evidence& evidence) {
         make_rate(recording.origin.file.empty() ? "" : recording.origin.file + ": ", channel, problems);
         for (const double v : channel.values)
           if (std::isinf(v)) {
-            problems.push_back(fmt::format("channel '{}' holds infinite samples", channel.name));
+            problems.push_back(say("channel '{}' holds infinite samples", channel.name));
             break;
           }
       } catch (const Error& error) {

@@ -66,7 +66,7 @@ linear::Truth truth_of(const Participant& instrument, std::size_t number, Which 
 
 std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
   std::array<linear::Truth, outputs> truths;
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.instrument_model.empty()) problems.push_back("a prediction needs [instrument] model = \"...\"");
   if (plan.truth.texts().empty()) problems.push_back("a prediction needs [truth] with the noise that is expected");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -81,16 +81,16 @@ std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
         found = true;
         if (!instrument.model.record ||
             instrument.model.record(instrument.truth, k, 1.0, RandomStream(0)).kind != QuantityKind::count)
-          problems.push_back(fmt::format("'{}' does not count: let its truth say output = \"count\"", channel));
+          problems.push_back(say("'{}' does not count: let its truth say output = \"count\"", channel));
         else
           truths[which] = truth_of(instrument, k, which);
       }
     }
     if (!found)
       problems.push_back(
-          fmt::format("no instrument of the plan has the output '{}' that plays {}: name it in "
-                      "[channels], and put it into [beside.NAME]",
-                      channel, role_of(which)));
+          say("no instrument of the plan has the output '{}' that plays {}: name it in "
+              "[channels], and put it into [beside.NAME]",
+              channel, role_of(which)));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return truths;

@@ -18,11 +18,11 @@ constexpr std::size_t count = outputs * per_output;
 /// Index of each coefficient in the solution. Throws for those that the solution lacks.
 std::vector<std::size_t> places_of(const linear::JointSolution& solution) {
   std::vector<std::size_t> places;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& parameter : wanted()) {
     const auto& columns = solution.all.columns;
     const auto column = std::ranges::find(columns, parameter.name, &Term::name);
-    if (column == columns.end()) problems.push_back(fmt::format("the test does not show {}", parameter.name));
+    if (column == columns.end()) problems.push_back(say("the test does not show {}", parameter.name));
     places.push_back(static_cast<std::size_t>(column - columns.begin()));
   }
   for (const auto& finding : solution.all.findings)
@@ -63,10 +63,9 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
     const double k = fit.parameters[scale], b = fit.parameters[places[p]];
     const double sd = std::sqrt(fit.covariance(scale, scale));
     if (!std::isfinite(k) || !(std::abs(k) > 5.0 * sd))
-      throw Error(Error::Kind::bad_data,
-                  fmt::format("{} does not follow what it should measure: its scale factor is zero "
-                              "within its uncertainty",
-                              role_of(wanted()[p].output)));
+      throw Error(Error::Kind::bad_data, say("{} does not follow what it should measure: its scale factor is zero "
+                                             "within its uncertainty",
+                                             role_of(wanted()[p].output)));
     jacobian(p, places[p]) = p % per_output == 0 ? 1.0 : 1.0 / k;
     if (p % per_output != 0) jacobian(p, scale) = -b / (k * k);
     values.push_back(p % per_output == 0 ? k : b / k);

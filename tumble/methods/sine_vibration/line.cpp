@@ -31,8 +31,7 @@ Samples usable(std::span<const double> time, std::span<const double> value, doub
     s.time.push_back(time[i]);
     s.value.push_back(value[i]);
   }
-  if (s.time.size() < 32)
-    throw Error(Error::Kind::bad_data, fmt::format("{} windows are too few for a tone", s.time.size()));
+  if (s.time.size() < 32) throw Error(Error::Kind::bad_data, say("{} windows are too few for a tone", s.time.size()));
   const double first = s.time.front(), slack = stamp_slack(s.time.back(), interval);
   for (double& t : s.time) {  // of even windows without the rounding of their stamps
     const double even = std::round((t - first) / interval) * interval;
@@ -145,7 +144,7 @@ double search(const Samples& s, double start, std::vector<Complex>& wave) {
     const double step = std::clamp(step_of_frequency(s, wave, {}, false), -0.4 / s.span, 0.4 / s.span);
     f += step;
     if (!(std::abs(f - start) * s.span < 1.2))
-      throw Error(Error::Kind::bad_data, fmt::format("no steady tone near {:.6g} Hz", start));
+      throw Error(Error::Kind::bad_data, say("no steady tone near {:.6g} Hz", start));
     if (std::abs(step) * s.span < 1e-6) break;
   }
   return f;

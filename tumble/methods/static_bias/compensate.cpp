@@ -55,8 +55,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   model.terms = subtracted_terms();
   model.spread = "turn_on_repeatability";
   if (channel.unit.dimension() != bias->unit.dimension())
-    throw Error(Error::Kind::bad_data, fmt::format("channel {} is in {}, but the bias in {}", channel.name,
-                                                   channel.unit.text(), bias->unit.text()));
+    throw Error(Error::Kind::bad_data,
+                say("channel {} is in {}, but the bias in {}", channel.name, channel.unit.text(), bias->unit.text()));
   Estimate named = estimate;
   named.provenance.settings["channels.signal"] = channel.name;
   Compensation out = tumble::compensate(model, named, recording, plan);

@@ -258,8 +258,8 @@ std::vector<RunBias> analyse_runs(const Evidence& evidence, const std::vector<Ch
   for (const auto& stretch : stretches)
     if (stretch.channel->name != stretches.front().channel->name)
       throw Error(Error::Kind::bad_data,
-                  fmt::format("several channels are possible, {} and {} among them: name one with channels.signal=...",
-                              stretches.front().channel->name, stretch.channel->name));
+                  say("several channels are possible, {} and {} among them: name one with channels.signal=...",
+                      stretches.front().channel->name, stretch.channel->name));
   std::vector<RunBias> all(stretches.size()), usable;
   parallel_for(stretches.size(), [&](std::size_t i) {
     all[i] = analyse(stretches[i], evidence.plan.settings);

@@ -3,6 +3,7 @@
 #include "tumble/models/electronics/stages.hpp"
 #include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::dynamically_tuned_gyro {
 namespace {
@@ -97,7 +98,7 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   std::vector<std::string> names;
   for (const auto& option : physics()) names.push_back(option.name);
   if (given_of(truth, names).empty()) return {};
-  std::vector<std::string> problems;
+  Problems problems;
   require_with(truth, {"mass_offset_Z", "axial_compliance", "radial_compliance"}, {"mass"}, problems);
   names.erase(names.begin());
   require_with(truth, names, {"angular_momentum"}, problems);

@@ -109,7 +109,7 @@ TEST(DynamicallyTunedGyro, CaptureLoopOfEitherOrder) {
 }
 
 TEST(DynamicallyTunedGyro, ListsAllThatTheElectronicsCannotDo) {
-  std::vector<std::string> problems;
+  Problems problems;
   resolve(truth_options(model()),
           {{"natural_frequency", "-1 Hz", "test"},
            {"damping_ratio", "0", "test"},

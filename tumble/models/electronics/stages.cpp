@@ -4,6 +4,7 @@
 
 #include "tumble/models/given/given.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::electronics {
 namespace {
@@ -12,7 +13,7 @@ using namespace given;
 
 /// Options of this file that exclude or need each other.
 void refuse_unusable(const Settings& truth) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (truth.has("time_constant") && truth.has("natural_frequency"))
     problems.push_back("give time_constant (first-order loop) or natural_frequency (second-order), not both");
   if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");

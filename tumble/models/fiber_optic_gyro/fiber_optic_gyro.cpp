@@ -7,6 +7,7 @@
 #include "tumble/models/fiber_optic_gyro/coil.hpp"
 #include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::fiber_optic_gyro {
 namespace {
@@ -119,7 +120,7 @@ std::vector<Output> outputs(const Settings& constants) {
 
 /// The closed loop, what limits its output, and the coil that heat goes through.
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
-  std::vector<std::string> problems;
+  Problems problems;
   std::vector<Response> stages{attempt(problems, [&] { return electronics::loop(truth, step); }),
                                attempt(problems, [&] { return electronics::limits(truth); })};
   auto history = attempt(problems, [&] { return coil_drift(truth, step); });

@@ -25,25 +25,24 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-void require_positive(const Settings& truth, const std::vector<std::string>& names,
-                      std::vector<std::string>& problems) {
+void require_positive(const Settings& truth, const std::vector<std::string>& names, Problems& problems) {
   for (const auto& name : given_of(truth, names))
-    if (!(truth.number(name) > 0.0)) problems.push_back(name + " must be positive");
+    if (!(truth.number(name) > 0.0)) problems.push_back(say("{} must be positive", name));
 }
 
 void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
-                  std::vector<std::string>& problems) {
+                  Problems& problems) {
   const auto given = given_of(truth, names);
   if (given.empty()) return;
   std::vector<std::string> missing;
   for (const auto& name : needed)
     if (!truth.has(name)) missing.push_back(name);
-  if (!missing.empty()) problems.push_back(listed(given) + ": needs " + listed(missing) + " as well");
+  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", listed(given), listed(missing)));
 }
 
-void refuse(std::vector<std::string> problems) {
+void refuse(Problems problems) {
   for (auto& problem : problems)
-    if (!problem.starts_with("[truth] ")) problem = "[truth] " + problem;
+    if (!problem.what.pattern.starts_with("[truth] ")) problem = say("[truth] {}", problem.what);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

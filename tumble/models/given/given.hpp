@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// Physical constants that a [truth] may give or leave out.
 namespace tumble::given {
@@ -21,11 +22,11 @@ std::vector<std::string> given_of(const Settings& truth, const std::vector<std::
 std::string listed(const std::vector<std::string>& names);
 
 /// A message for each of the names that is given and not positive.
-void require_positive(const Settings& truth, const std::vector<std::string>& names, std::vector<std::string>& problems);
+void require_positive(const Settings& truth, const std::vector<std::string>& names, Problems& problems);
 
 /// A message if any of `names` is given while `needed` are not all there.
 void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
-                  std::vector<std::string>& problems);
+                  Problems& problems);
 
 /// Throws Error::bad_input that lists the problems of [truth]; nothing if there is none.
 void refuse(std::vector<std::string> problems);

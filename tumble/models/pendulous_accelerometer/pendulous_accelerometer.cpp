@@ -8,6 +8,7 @@
 #include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/pendulous_accelerometer/physics.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::pendulous_accelerometer {
 namespace {
@@ -145,7 +146,7 @@ double scale_factor(const Settings& truth, const std::string& word) {
 
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream& random) {
   const std::string word = truth.word("output");
-  std::vector<std::string> problems;
+  Problems problems;
   std::vector<Response> stages{attempt(problems, [&] { return servo_loop(truth, step); }),
                                attempt(problems, [&] { return electronics::limits(truth); })};
   if (word != "specific_force")

@@ -1,6 +1,7 @@
 #include "tumble/models/pendulous_accelerometer/physics.hpp"
 
 #include "tumble/models/given/given.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::pendulous_accelerometer {
 namespace {
@@ -8,7 +9,7 @@ namespace {
 using namespace given;
 
 void refuse_incomplete(const Settings& truth) {
-  std::vector<std::string> problems;
+  Problems problems;
   require_with(truth,
                {"mass_offset_I", "compliance_II", "compliance_PP", "compliance_IP", "compliance_IO", "compliance_PO"},
                {"mass", "pendulosity"}, problems);
@@ -91,7 +92,7 @@ std::vector<Option> physics() {
 }
 
 double tilt_per_specific_force(const Settings& constants) {
-  std::vector<std::string> problems;
+  Problems problems;
   require_with(constants, {"servo_stiffness"}, {"pendulosity"}, problems);
   refuse(std::move(problems));
   const double stiffness = total_stiffness(constants);

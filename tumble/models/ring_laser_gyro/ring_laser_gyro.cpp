@@ -37,7 +37,7 @@ std::vector<Option> constants() {
 }
 
 void refuse(const Settings& truth) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (truth.has("area") != truth.has("perimeter"))
     problems.push_back("ring_laser_gyro: area needs perimeter, and perimeter needs area");
   if (truth.integer("edges") == 3)

@@ -15,7 +15,7 @@ const Model& model() { return find_model("ring_laser_gyro"); }
 Settings truth(const std::vector<std::pair<std::string, std::string>>& values) {
   std::vector<Given> given;
   for (const auto& [key, value] : values) given.push_back({key, value, "--set", true, true});
-  std::vector<std::string> problems;
+  Problems problems;
   Settings settings = resolve(truth_options(model()), given, "test", problems);
   EXPECT_TRUE(problems.empty()) << problems.front();
   return settings;

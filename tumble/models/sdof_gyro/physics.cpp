@@ -1,6 +1,7 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
 #include "tumble/models/given/given.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::sdof_gyro {
 namespace {
@@ -21,18 +22,18 @@ std::vector<std::string> quantities() {
 }
 
 void refuse_incomplete(const Settings& truth) {
-  std::vector<std::string> problems;
+  Problems problems;
   require_with(truth, masses, {"mass"}, problems);
   require_with(truth, {"rotor_inertia"}, {"spin_rate"}, problems);
   require_with(truth, {"spin_rate"}, {"rotor_inertia"}, problems);
   require_with(truth, {"pickoff_gain", "amplifier_gain"}, gains, problems);
   const auto moments = given_of(truth, {"gimbal_inertia_I", "gimbal_inertia_S"});
-  if (moments.size() == 1) problems.push_back(moments[0] + ": K_IS needs gimbal_inertia_I and gimbal_inertia_S");
+  if (moments.size() == 1) problems.push_back(say("{}: K_IS needs gimbal_inertia_I and gimbal_inertia_S", moments[0]));
   const bool direct = truth.has("angular_momentum"), derived = truth.has("rotor_inertia");
   if (direct && derived) problems.push_back("give angular_momentum, or rotor_inertia and spin_rate, not both");
   if (!direct && !derived)
-    problems.push_back(listed(given_of(truth, quantities())) +
-                       ": needs angular_momentum, or rotor_inertia and spin_rate, as well");
+    problems.push_back(say("{}: needs angular_momentum, or rotor_inertia and spin_rate, as well",
+                           listed(given_of(truth, quantities()))));
   if (truth.has("loop_stiffness") && truth.has("pickoff_gain"))
     problems.push_back("give loop_stiffness, or pickoff_gain and amplifier_gain, not both");
   refuse(std::move(problems));

@@ -7,6 +7,7 @@
 #include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sdof_gyro/physics.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::sdof_gyro {
 namespace {
@@ -113,7 +114,7 @@ double torquer_scale_factor(const Settings& truth) {
 }
 
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
-  std::vector<std::string> problems;
+  Problems problems;
   std::vector<Response> stages{attempt(problems, [&] { return rebalance_loop(truth, step); }),
                                attempt(problems, [&] { return electronics::limits(truth); })};
   const bool current = truth.word("output") == "current";

@@ -7,7 +7,7 @@ namespace tumble::testing {
 Settings truth_of(const Model& model, const std::vector<std::pair<std::string, std::string>>& written) {
   std::vector<Given> given;
   for (const auto& [key, text] : written) given.push_back({key, text, "test", true, false});
-  std::vector<std::string> problems;
+  Problems problems;
   auto truth = resolve(truth_options(model), given, model.name, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return truth;

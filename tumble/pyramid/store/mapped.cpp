@@ -20,7 +20,7 @@ Mapped::Mapped(const std::string& path) {
     if (place != MAP_FAILED) bytes_ = static_cast<const char*>(place);
   }
   if (descriptor >= 0) close(descriptor);
-  if (!bytes_) throw Error{Error::Kind::bad_file, "'" + path + "' cannot be read"};
+  if (!bytes_) throw Error{Error::Kind::bad_file, say("'{}' cannot be read", path)};
 }
 
 Mapped::~Mapped() { munmap(const_cast<char*>(bytes_), size_); }

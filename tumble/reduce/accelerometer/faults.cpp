@@ -213,23 +213,23 @@ std::size_t different_positions(const Plan& plan) {
 
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fit) {
   if (linear::misplaced(fit.solution.findings)) return;
-  std::vector<std::string> problems;
+  Problems problems;
   if (fit.output.pulses) problems = overflows_of(evidence, fit);
   if (problems.empty())
     for (const double sign : {1.0, -1.0})
       if (const auto labels = clipped(fit.solution, sign); !labels.empty())
         problems.push_back(
-            fmt::format("{} show the same output, the {} of all, although the specific forces differ: the output is "
-                        "clipped, or the rig was not moved between them; extend its range, or remove the wrong "
-                        "segments from the recording",
-                        quoted(labels), sign > 0.0 ? "greatest" : "least"));
+            say("{} show the same output, the {} of all, although the specific forces differ: the output is "
+                "clipped, or the rig was not moved between them; extend its range, or remove the wrong "
+                "segments from the recording",
+                quoted(labels), sign > 0.0 ? "greatest" : "least"));
   if (problems.empty())
     if (const auto labels = short_of_the_others(fit.solution); labels.size() > 1)
       problems.push_back(
-          fmt::format("{}, where the specific force is greatest, show less than the other positions predict, which "
-                      "agree without them: the output is clipped; extend its range, or remove these segments from "
-                      "the recording",
-                      quoted(labels)));
+          say("{}, where the specific force is greatest, show less than the other positions predict, which "
+              "agree without them: the output is clipped; extend its range, or remove these segments from "
+              "the recording",
+              quoted(labels)));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

@@ -31,9 +31,9 @@ Output output_of(const Channel& channel) {
   if (is("mA")) return {Unit::parse("mA/g")};
   if (is("V")) return {Unit::parse("V/g")};
   if (is("pulse")) return {Unit::parse("pulse/s/g"), windows_per_second(channel), true};
-  throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: the accelerometer's output must be a "
-                                                 "specific force (g), mA, V or pulses",
-                                                 channel.name, channel.unit.text()));
+  throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: the accelerometer's output must be a "
+                                         "specific force (g), mA, V or pulses",
+                                         channel.name, channel.unit.text()));
 }
 
 Output output_of(const Settings& truth, double sample_rate) {
@@ -49,8 +49,7 @@ double scale_factor_of(const Settings& truth) {
   if (word == "specific_force") return 1.0;
   const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
   const double scale = truth.has(name) ? truth.number(name) : 0.0;
-  if (scale == 0.0)
-    throw Error(Error::Kind::bad_input, fmt::format("[truth] output = \"{}\" needs {}, not zero", word, name));
+  if (scale == 0.0) throw Error(Error::Kind::bad_input, say("[truth] output = \"{}\" needs {}, not zero", word, name));
   return scale;
 }
 
@@ -67,7 +66,7 @@ std::optional<double> given_scale_factor(const Settings& settings, const Output&
   try {
     scale = parse_si(settings.word("scale_factor"), output.scale_factor);
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, fmt::format("[settings] scale_factor: {}", error.what()));
+    throw Error(Error::Kind::bad_input, say("[settings] scale_factor: {}", error.what()));
   }
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");
@@ -93,9 +92,9 @@ double required_scale_factor(const Settings& settings, const Channel& channel) {
   if (output.scale_factor == Unit()) return 1.0;
   const auto scale = given_scale_factor(settings, output);
   if (!scale)
-    throw Error(Error::Kind::bad_input, fmt::format("channel '{}' is in {}: [settings] scale_factor must say how many "
-                                                    "{} it gives",
-                                                    channel.name, channel.unit.text(), output.scale_factor.text()));
+    throw Error(Error::Kind::bad_input, say("channel '{}' is in {}: [settings] scale_factor must say how many "
+                                            "{} it gives",
+                                            channel.name, channel.unit.text(), output.scale_factor.text()));
   return *scale;
 }
 

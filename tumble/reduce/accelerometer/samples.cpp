@@ -11,6 +11,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::accelerometer {
 namespace {
@@ -123,7 +124,7 @@ std::size_t overflown_samples(const Channel& channel, double begin, double end, 
 
 /// Overflows within segments of one recording, in the samples that were used.
 void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
-                            std::vector<std::string>& problems) {
+                            Problems& problems) {
   const Channel& channel = require_channel(evidence, recording, "accelerometer");
   const double least = 0.95 * span_of(channel);
   for (const auto& used : used_of(recording, channel, solution)) {
@@ -131,9 +132,9 @@ void find_overflown_samples(const Evidence& evidence, const Recording& recording
     const auto bad = overflown_samples(channel, used.begin, used.end, least, modulus);
     if (bad > 0)
       problems.push_back(
-          fmt::format("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
-                      "read it more often, or add {:.0f} to these counts",
-                      used.label, say_count(bad, "count"), modulus, modulus));
+          say("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
+              "read it more often, or add {:.0f} to these counts",
+              used.label, say_count(bad, "count"), modulus, modulus));
   }
 }
 
@@ -218,16 +219,16 @@ Findings about_limits(const Evidence& evidence, const Normalised& fit) {
   return findings.empty() ? about_opposite_ends(fit) : findings;
 }
 
-std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& fit) {
-  std::vector<std::string> problems;
+Problems overflows_of(const Evidence& evidence, const Normalised& fit) {
+  Problems problems;
   for (const auto& recording : evidence.recordings) find_overflown_samples(evidence, recording, fit.solution, problems);
   if (!problems.empty()) return problems;
   const auto overflow = overflow_of(fit);
   if (overflow.modulus > 0.0)
-    problems.push_back(fmt::format(
-        "the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
-        "read it more often, or add {:.0f} (subtract it where the input axis is down)",
-        quoted(overflow.labels), overflow.modulus, overflow.modulus));
+    problems.push_back(
+        say("the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
+            "read it more often, or add {:.0f} (subtract it where the input axis is down)",
+            quoted(overflow.labels), overflow.modulus, overflow.modulus));
   return problems;
 }
 

@@ -4,12 +4,13 @@
 #include <vector>
 
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// Faults that show in single samples of a segment.
 namespace tumble::accelerometer {
 
 /// Problems: counts that are off by a power of two, and the remedy; empty: there are none.
-std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& fit);
+Problems overflows_of(const Evidence& evidence, const Normalised& fit);
 
 /// A finding about segments whose output still changes between the halves of the samples used.
 Findings about_unsettled(const Evidence& evidence, const Normalised& fit);

@@ -103,7 +103,7 @@ std::pair<std::size_t, std::size_t> place_in(const std::vector<PowerUp>& power_u
 }
 
 void require_schedule(const Plan& plan) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.rig_kind.empty()) problems.emplace_back("the plan needs [rig] kind = \"...\" that says what was felt");
   if (plan.schedule.empty()) problems.emplace_back("the plan needs at least one [[schedule]]");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

@@ -12,35 +12,36 @@
 namespace tumble::compensation {
 
 std::optional<std::size_t> output_of(const Estimate& estimate, const Recording& recording, const std::string& role,
-                                     std::vector<std::string>& problems) {
+                                     Problems& problems) {
   const Channel* channel = channel_of(estimate, recording, role);
   if (!channel) {
-    problems.push_back("the recording has no channel for the role " + role);
+    problems.push_back(say("the recording has no channel for the role {}", role));
     return std::nullopt;
   }
   if (find_channel(recording, channel->name + ".compensation_sd")) {
-    problems.push_back("channel " + channel->name + " is compensated already: it would be subtracted twice");
+    problems.push_back(say("channel {} is compensated already: it would be subtracted twice", channel->name));
     return std::nullopt;
   }
   return static_cast<std::size_t>(channel - recording.channels.data());
 }
 
-void require_dimension(const Channel* channel, const std::string& unit, std::vector<std::string>& problems) {
+void require_dimension(const Channel* channel, const std::string& unit, Problems& problems) {
   if (channel && channel->unit.dimension() != Unit::parse(unit).dimension())
     problems.push_back(
-        fmt::format("channel {} is in {}, but must be in {} or the like", channel->name, channel->unit.text(), unit));
+        say("channel {} is in {}, but must be in {} or the like", channel->name, channel->unit.text(), unit));
 }
 
 double number_in(const Table& table, const Table::Cell& cell) {
   if (const auto* number = std::get_if<double>(&cell)) return *number;
-  throw Error(Error::Kind::bad_file, fmt::format("the result's table {} holds '{}' where a number belongs", table.name,
-                                                 std::get<std::string>(cell)));
+  throw Error(Error::Kind::bad_file,
+              say("the result's table {} holds '{}' where a number belongs", table.name, std::get<std::string>(cell)));
 }
 
 void refuse(const Recording& recording, std::vector<std::string> problems) {
   if (problems.empty()) return;
   if (!recording.origin.file.empty())
-    for (auto& problem : problems) problem = recording.origin.file + ": " + problem;
+    for (auto& problem : problems)
+      problem = within(Where{.file = recording.origin.file, .place = say("{}", Name{recording.origin.file})}, problem);
   throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -51,8 +52,7 @@ KnownTerms known_terms(const Estimate& estimate, const std::vector<Term>& candid
     const auto match = std::ranges::find(estimate.parameters, term.name, &Parameter::name);
     if (match == estimate.parameters.end()) continue;
     if (!std::isfinite(match->value) || match->unit.dimension() != Unit::parse(term.unit).dimension())
-      throw Error(Error::Kind::bad_file,
-                  fmt::format("the result's parameter '{}' has no value in {}", match->name, term.unit));
+      throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value in {}", match->name, term.unit));
     known.terms.push_back(term);
     known.coefficients.push_back(match->value);
     used.push_back(static_cast<std::size_t>(match - estimate.parameters.begin()));

@@ -8,6 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/recording.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// What every compensation does, whatever the form of its model: it finds its channels, takes terms and covariance from
 /// the result, and writes beside each output how far it can be trusted.
@@ -16,10 +17,10 @@ namespace tumble::compensation {
 /// Index of the channel that plays a role. Where the recording has none, or the channel is compensated already, this
 /// goes to `problems` and nothing is returned.
 std::optional<std::size_t> output_of(const Estimate& estimate, const Recording& recording, const std::string& role,
-                                     std::vector<std::string>& problems);
+                                     Problems& problems);
 
 /// Adds a problem where a channel is there and its dimension is not that of `unit`.
-void require_dimension(const Channel* channel, const std::string& unit, std::vector<std::string>& problems);
+void require_dimension(const Channel* channel, const std::string& unit, Problems& problems);
 
 /// A number [SI] of a result's table. Throws Error::bad_file where the cell holds text.
 double number_in(const Table& table, const Table::Cell& cell);

@@ -24,11 +24,10 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) 
   const auto pulses_of = [&](const char* option, const char* unit) {
     if (!settings.has(option) || settings.word(option).empty())
       throw Error(Error::Kind::bad_input,
-                  fmt::format("channel '{}' is in {}: [settings] {} must give the reference scale factor in {}",
-                              channel.name, channel.unit.text(), option, unit));
+                  say("channel '{}' is in {}: [settings] {} must give the reference scale factor in {}", channel.name,
+                      channel.unit.text(), option, unit));
     const double scale = parse_si(settings.word(option), Unit::parse(unit));
-    if (!(std::abs(scale) > 0.0))
-      throw Error(Error::Kind::bad_input, fmt::format("[settings] {} must not be zero", option));
+    if (!(std::abs(scale) > 0.0)) throw Error(Error::Kind::bad_input, say("[settings] {} must not be zero", option));
     return scale;
   };
   const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
@@ -42,9 +41,9 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) 
   if (is("deg/s")) return {};
   if (is("deg")) return {samples_per_second(channel), 0.0};
   if (!is("pulse"))
-    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: a gyro's output must be an angular rate, an "
-                                                   "angle gained in each sample, or pulses",
-                                                   channel.name, channel.unit.text()));
+    throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: a gyro's output must be an angular rate, an "
+                                           "angle gained in each sample, or pulses",
+                                           channel.name, channel.unit.text()));
   const double scale = pulses_of("gyro_scale_factor", "pulse/arcsec");
   return {samples_per_second(channel) / scale, 1.0 / std::abs(scale)};
 }

@@ -112,15 +112,15 @@ bool does_move(const Segment& segment) {
 /// `scale` is one for all recordings: a rate here and a current there would be taken for the same.
 void refuse_unlike_units(const Evidence& evidence, const Problem& problem) {
   const Channel& first = require_channel(evidence, evidence.recordings.front(), problem.role);
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, problem.role);
     if (channel.unit.dimension() == first.unit.dimension()) continue;
     problems.push_back(
-        fmt::format("{}: channel '{}' is in {}, but in {} it is in {}: recordings of one fit must hold "
-                    "the same quantity",
-                    recording.origin.file, channel.name, channel.unit.text(), evidence.recordings.front().origin.file,
-                    first.unit.text()));
+        say("{}: channel '{}' is in {}, but in {} it is in {}: recordings of one fit must hold "
+            "the same quantity",
+            recording.origin.file, channel.name, channel.unit.text(), evidence.recordings.front().origin.file,
+            first.unit.text()));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
@@ -136,9 +136,9 @@ void refuse_constant(const Evidence& evidence, const Problem& problem) {
     }
   if (std::isnan(some)) return;
   const auto& first = evidence.recordings.front();
-  throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
-                                                 first.origin.file.empty() ? "" : first.origin.file + ": ",
-                                                 require_channel(evidence, first, problem.role).name));
+  throw Error(Error::Kind::bad_data, say("{}channel '{}' holds the same value throughout",
+                                         first.origin.file.empty() ? "" : first.origin.file + ": ",
+                                         require_channel(evidence, first, problem.role).name));
 }
 
 StretchOptions options_of(const Problem& problem) {

@@ -73,9 +73,8 @@ void fill_segments(const Rows& rows, const std::vector<double>& predicted, doubl
 void refuse_too_few(std::size_t rows, std::size_t columns) {
   if (columns == 0) throw Error(Error::Kind::bad_data, "the schedule shows none of the parameters");
   if (rows < columns + 1)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("{} averages are too few for {} parameters and the noise: shorten averaging or settling, or "
+    throw Error(Error::Kind::bad_data,
+                say("{} averages are too few for {} parameters and the noise: shorten averaging or settling, or "
                     "add segments",
                     rows, columns));
 }
@@ -306,7 +305,7 @@ Information information(const Plan& plan, const Problem& problem, const Truth& t
 }
 
 Truth truth_of(const Plan& plan, const std::string& channel) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.instrument_model.empty()) problems.push_back("a prediction needs [instrument] model = \"...\"");
   if (plan.truth.texts().empty()) problems.push_back("a prediction needs [truth] with the noise that is expected");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -320,7 +319,7 @@ Truth truth_of(const Plan& plan, const std::string& channel) {
     truth.turn_on_sd = plan.truth.number(output.noise_prefix + "turn_on_repeatability");
     return truth;
   }
-  throw Error(Error::Kind::bad_input, fmt::format("model {} has no output '{}'", plan.instrument_model, channel));
+  throw Error(Error::Kind::bad_input, say("model {} has no output '{}'", plan.instrument_model, channel));
 }
 
 }  // namespace tumble::linear

@@ -110,7 +110,7 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
       for (const auto& term : output.terms)
         if (term.name == name) terms.push_back(term);
   if (terms.size() != names.size())
-    throw Error(Error::Kind::internal, "model " + model + " lacks a term of the method");
+    throw Error(Error::Kind::internal, say("model {} lacks a term of the method", model));
   return terms;
 }
 

@@ -31,7 +31,7 @@ class Complaints {
 
  private:
   std::optional<Error::Kind> kind_;
-  std::vector<std::string> problems_;
+  Problems problems_;
 };
 
 /// Given     evident   returns the evidence of output i

@@ -242,7 +242,7 @@ void per_second(const Draft& draft, Data& data) {
 }
 
 /// The first instrument is called by its serial where others stand beside it.
-void name_units(const Evidence& evidence, Data& data, std::vector<std::string>& problems) {
+void name_units(const Evidence& evidence, Data& data, Problems& problems) {
   const Settings& settings = evidence.plan.settings;
   const std::string& serial = evidence.plan.instrument_serial;
   const bool word =
@@ -256,16 +256,16 @@ void name_units(const Evidence& evidence, Data& data, std::vector<std::string>& 
   for (const auto& unit : data.units) names.push_back(unit.name);
   for (const auto& named : named_in_scale(settings))
     if (std::ranges::find(names, named) == names.end())
-      problems.push_back(fmt::format("[settings] scale_factor names a unit '{}' that is not recorded{} (units: {})",
-                                     named, did_you_mean(named, names), fmt::join(names, ", ")));
+      problems.push_back(say("[settings] scale_factor names a unit '{}' that is not recorded{} (units: {})", named,
+                             did_you_mean(named, names), fmt::join(names, ", ")));
 }
 
 /// Every scale factor that is given can be read, and is given once.
-void check_scales(const Evidence& evidence, const Data& data, std::vector<std::string>& problems) {
+void check_scales(const Evidence& evidence, const Data& data, Problems& problems) {
   const Settings& settings = evidence.plan.settings;
   for (const auto& twice : twice_in_scale(settings))
-    problems.push_back(fmt::format("[settings] scale_factor has {} twice",
-                                   twice.empty() ? "a value for all units" : "unit '" + twice + "'"));
+    problems.push_back(
+        say("[settings] scale_factor has {} twice", twice.empty() ? "a value for all units" : "unit '" + twice + "'"));
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) {
       const auto unit = std::ranges::find(data.units, channel->name, &UnitUnderTest::channel);
@@ -281,7 +281,7 @@ void check_scales(const Evidence& evidence, const Data& data, std::vector<std::s
 
 /// Units by name, with the settings that name them checked.
 void add_units(const Evidence& evidence, Data& data) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) unit_index(channel->name, data);
   name_units(evidence, data, problems);
@@ -334,7 +334,7 @@ void set_scales(Test& test, Data& data) {
 
 void require_vibration(const Data& data) {
   if (std::ranges::any_of(data.series, [](const Series& s) { return !s.at_rest(); })) return;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& finding : data.findings)
     if (finding.severity != Severity::info)
       problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);

@@ -7,6 +7,7 @@
 
 #include "tumble/reduce/vibration/scale.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::vibration {
 namespace {
@@ -53,7 +54,7 @@ Expected expected_of(const Settings& settings, const Draft& draft, const Data& d
 
 }  // namespace
 
-void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems) {
+void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, Problems& problems) {
   if (reading_of(*draft.channel) != Reading::pulses || draft.series.empty()) return;
   const Expected expected = expected_of(settings, draft, data);
   for (const std::size_t s : draft.series) {
@@ -68,13 +69,13 @@ void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std
                                draft.channel->name + ", " + series.label});
     if (result.outcome == Unwrapped::Outcome::ambiguous)
       problems.push_back(
-          fmt::format("{}, {}: the counter passed the end of its {} bits, and the data do not show in which windows: "
-                      "use a wider register, a shorter counting period or less amplitude",
-                      draft.channel->name, series.label, result.bits));
+          say("{}, {}: the counter passed the end of its {} bits, and the data do not show in which windows: "
+              "use a wider register, a shorter counting period or less amplitude",
+              draft.channel->name, series.label, result.bits));
   }
 }
 
-void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems) {
+void refuse_totals(const Draft& draft, const Data& data, Problems& problems) {
   if (reading_of(*draft.channel) != Reading::pulses) return;
   std::vector<double> steps;
   for (const std::size_t s : draft.series) {
@@ -91,9 +92,9 @@ void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string
   // Noise has as many down as up, and no drift is as fast.
   if (std::abs(step) >= 1.0 && static_cast<double>(alike) > 0.9 * static_cast<double>(steps.size()))
     problems.push_back(
-        fmt::format("'{}': at rest the counts grow by {:.4g} from window to window: they are a running "
-                    "total; record the pulses of each window, or take the differences",
-                    draft.channel->name, step));
+        say("'{}': at rest the counts grow by {:.4g} from window to window: they are a running "
+            "total; record the pulses of each window, or take the differences",
+            draft.channel->name, step));
 }
 
 namespace {

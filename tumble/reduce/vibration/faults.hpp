@@ -7,6 +7,7 @@
 
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/reduce/vibration/windows.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::vibration {
 
@@ -20,10 +21,10 @@ struct Draft {
 
 /// Corrects the counts of segments that vibrate where the register overflowed. At rest it does not overflow: the mean
 /// at rest shows what the other counts lie about. Where the correction is ambiguous, a problem.
-void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems);
+void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, Problems& problems);
 
 /// Counts at rest that grow by a pulse and more from window to window are a running total: a problem.
-void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems);
+void refuse_totals(const Draft& draft, const Data& data, Problems& problems);
 
 /// Removes segments that shake in which a unit gives one value throughout, or for a long time in succession: dead, or
 /// not connected. Segments at rest in which it gives the value at which it died are removed with them.
@@ -35,7 +36,7 @@ void compare_rests(const Settings& settings, Data& data);
 
 /// Values that no accelerometer shows, as by a unit or a scale factor that is wrong by many powers of ten: a problem
 /// for each unit and for the reference.
-void refuse_sizes(const Data& data, std::vector<std::string>& problems);
+void refuse_sizes(const Data& data, Problems& problems);
 
 /// Removes segments planned at rest in which the unit moves, as while the shaker runs up: the spread is 20 times that
 /// of the unit's quietest, and more than three pulses or a thousandth of the mean. Values are still those of the

@@ -7,6 +7,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::vibration {
 namespace {
@@ -124,13 +125,13 @@ void report_departures(const Data& data, const std::vector<double>& log_gain, co
   }
 }
 
-void refuse_sizes(const Data& data, std::vector<std::string>& problems) {
+void refuse_sizes(const Data& data, Problems& problems) {
   constexpr double least = 1e-12, most = 1e12;  // [m/s^2]
   const auto check = [&](const std::string& name, double size) {
     if (size == 0.0 || (size > least && size < most)) return;
     problems.push_back(
-        fmt::format("'{}' shows {:.3g} m/s^2 at most, which no accelerometer does: check its unit and its scale factor",
-                    name, size));
+        say("'{}' shows {:.3g} m/s^2 at most, which no accelerometer does: check its unit and its scale factor", name,
+            size));
   };
   double reference = 0.0;
   for (std::size_t unit = 0; unit < data.units.size(); ++unit) {

@@ -115,9 +115,9 @@ void set_scale(const Settings& settings, const Channel& channel, std::size_t uni
       const auto at_rest = scale_at_rest(rests, settings.number("bias_sd"));
       if (!at_rest)
         throw Error(Error::Kind::bad_input,
-                    fmt::format("'{}' is in {} and its scale factor is not known: set [settings] scale_factor, or add "
-                                "segments at rest with the input axis along gravity",
-                                channel.name, channel.unit.text()));
+                    say("'{}' is in {} and its scale factor is not known: set [settings] scale_factor, or add "
+                        "segments at rest with the input axis along gravity",
+                        channel.name, channel.unit.text()));
       scale = at_rest->scale;
       u.scale_relative_sd = at_rest->relative_sd;
       u.scale_from_rest = true;

@@ -15,9 +15,9 @@ namespace {
 void refuse_backwards(const Channel& channel, const Clock& clock) {
   if (clock.backward == 0 && clock.duplicates == 0) return;
   throw Error(Error::Kind::bad_data,
-              fmt::format("'{}': {} not later than the one before: such a clock does not determine counting windows; "
-                          "write the stamps with more digits, or omit them and give the rate (--set rate=200)",
-                          channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
+              say("'{}': {} not later than the one before: such a clock does not determine counting windows; "
+                  "write the stamps with more digits, or omit them and give the rate (--set rate=200)",
+                  channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
 }
 
 /// Samples beside a gap of the clock or beside missing samples are not usable.
@@ -91,14 +91,14 @@ Windows even_windows(const Channel& channel, Findings& findings) {
   const std::size_t n = channel.values.size();
   if (n < 16)
     throw Error(Error::Kind::bad_data,
-                fmt::format("'{}' has {}: too few for a vibration test", channel.name, say_count(n, "sample")));
+                say("'{}' has {}: too few for a vibration test", channel.name, say_count(n, "sample")));
   for (std::size_t i = 0; i < n; ++i)
     if (std::isinf(channel.values[i]))
-      throw Error(Error::Kind::bad_data, fmt::format("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
+      throw Error(Error::Kind::bad_data, say("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
   const Clock clock = clock_of(channel);
   refuse_backwards(channel, clock);
   if (!(clock.rate > 0.0))
-    throw Error(Error::Kind::bad_data, fmt::format("'{}': the stamps do not show the counting period", channel.name));
+    throw Error(Error::Kind::bad_data, say("'{}': the stamps do not show the counting period", channel.name));
   Windows windows;
   windows.begin.resize(n);
   windows.length.assign(n, 1.0 / clock.rate);

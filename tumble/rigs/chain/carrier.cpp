@@ -9,6 +9,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 namespace {
@@ -188,13 +189,12 @@ std::function<double(double)> last_value(const Schedule& run, const std::string&
   return [values, at = segment_at(run)](double time) { return values[at(time)]; };
 }
 
-void check_order(const Settings& options, const std::string& lowest, const std::string& highest,
-                 std::vector<std::string>& problems) {
+void check_order(const Settings& options, const std::string& lowest, const std::string& highest, Problems& problems) {
   if (!(options.number(lowest) < options.number(highest)))
-    problems.push_back(fmt::format("[rig] {} must lie below {}", lowest, highest));
+    problems.push_back(say("[rig] {} must lie below {}", lowest, highest));
 }
 
-bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems) {
+bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, Problems& problems) {
   const std::size_t before = problems.size();
   std::vector<std::string> known;
   for (const auto& axis : axes) known.push_back(axis.name);
@@ -202,17 +202,17 @@ bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::ve
     for (const auto& [name, motion] : segment.axes) {
       const auto axis = std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == name; });
       if (axis == axes.end()) {
-        problems.push_back(fmt::format("segment '{}': there is no axis '{}'; the rig has {}", segment.label, name,
-                                       fmt::join(known, ", ")));
+        problems.push_back(
+            say("segment '{}': there is no axis '{}'; the rig has {}", segment.label, name, fmt::join(known, ", ")));
         continue;
       }
       std::vector<std::string> words;
       for (const auto kind : axis->motions) words.emplace_back(word(kind));
       if (std::find(axis->motions.begin(), axis->motions.end(), motion.kind) == axis->motions.end())
-        problems.push_back(fmt::format("segment '{}': {} cannot {}: this axis accepts {}", segment.label, name,
-                                       word(motion.kind), fmt::join(words, ", ")));
+        problems.push_back(say("segment '{}': {} cannot {}: this axis accepts {}", segment.label, name,
+                               word(motion.kind), fmt::join(words, ", ")));
       else if (!finite(motion))
-        problems.push_back(fmt::format("segment '{}': the motion of {} is not a finite number", segment.label, name));
+        problems.push_back(say("segment '{}': the motion of {} is not a finite number", segment.label, name));
     }
   }
   return problems.size() == before;

@@ -9,6 +9,7 @@
 #include "tumble/rigs/chain/chain.hpp"
 #include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 
@@ -76,11 +77,10 @@ std::function<std::size_t(double time)> segment_at(const Schedule& run);
 Rotation base_from_level(const ErrorValues& errors);
 
 /// A problem unless `lowest` lies below `highest`.
-void check_order(const Settings& options, const std::string& lowest, const std::string& highest,
-                 std::vector<std::string>& problems);
+void check_order(const Settings& options, const std::string& lowest, const std::string& highest, Problems& problems);
 
 /// Axes the rig lacks and motions that they cannot do. True when there is nothing of the kind.
-bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems);
+bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, Problems& problems);
 
 /// The segments of each power-up.
 std::vector<Schedule> runs_of(const Schedule& schedule);

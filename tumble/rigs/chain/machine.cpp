@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tumble/rigs/chain/encoder.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 namespace {
@@ -146,7 +147,7 @@ std::vector<RigPart> parts_of(const Machine& machine, const std::shared_ptr<cons
   return parts;
 }
 
-void check_options(const Machine& machine, const Settings& options, std::vector<std::string>& problems) {
+void check_options(const Machine& machine, const Settings& options, Problems& problems) {
   for (const auto& axis : machine.axes) {
     const auto low = option_of(machine, axis, "lowest"), high = option_of(machine, axis, "highest");
     if (options.has(low) && options.has(high)) check_order(options, low, high, problems);
@@ -199,8 +200,8 @@ std::vector<RigError> errors_of(const Machine& machine, const Settings& options,
   return errors_of(present(machine), options, site);
 }
 
-std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems;
+Problems refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options) {
+  Problems problems;
   check_options(machine, options, problems);
   const bool bounded = problems.empty();
   if (!check_axes(axes_of(machine), schedule, problems) || !bounded) return problems;

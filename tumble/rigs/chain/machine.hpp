@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/rigs/chain/carrier.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 
@@ -39,7 +40,7 @@ std::vector<Imperfection> oscillation_imperfections(const std::vector<std::strin
 std::vector<Axis> axes_of(const Machine& machine);
 std::vector<Option> options_of(const Machine& machine);
 std::vector<RigError> errors_of(const Machine& machine, const Settings& options, const std::optional<Site>& site);
-std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options);
+Problems refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options);
 Reference reference_of(const Machine& machine, const RigRun& run);
 
 /// The catalogue entry of a machine.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/rigs/chain/carrier.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 namespace {
@@ -96,26 +97,25 @@ double settled_at(const Oven& oven, double begin, double end, const Motion* moti
   return end;
 }
 
-void check_segment(const Segment& segment, double& now, const Settings& options, std::vector<std::string>& problems) {
+void check_segment(const Segment& segment, double& now, const Settings& options, Problems& problems) {
   const Motion* motion = commanded(segment);
   if (!motion) return;
   const Unit celsius = Unit::parse("degC"), speed_unit = Unit::parse("K/min");
   const double target = target_of(*motion), limit = options.number("oven_ramp_limit");
   const double low = options.number("oven_lowest"), high = options.number("oven_highest");
   if (target < low || target > high)
-    problems.push_back(fmt::format("segment '{}': {:.6g} degC is outside of the oven's {:.6g} to {:.6g} degC",
-                                   segment.label, celsius.from_si(target), celsius.from_si(low),
-                                   celsius.from_si(high)));
+    problems.push_back(say("segment '{}': {:.6g} degC is outside of the oven's {:.6g} to {:.6g} degC", segment.label,
+                           celsius.from_si(target), celsius.from_si(low), celsius.from_si(high)));
   const double speed = motion->kind == Kind::ramp ? motion->value : limit;
   if (speed > limit * (1.0 + 1e-12))
-    problems.push_back(fmt::format("segment '{}': {:.6g} K/min is more than the oven_ramp_limit of {:.6g} K/min",
-                                   segment.label, speed_unit.from_si(speed), speed_unit.from_si(limit)));
+    problems.push_back(say("segment '{}': {:.6g} K/min is more than the oven_ramp_limit of {:.6g} K/min", segment.label,
+                           speed_unit.from_si(speed), speed_unit.from_si(limit)));
   const double needed = std::abs(target - now) / speed;
   if (needed > segment.duration * (1.0 + 1e-9))
     problems.push_back(
-        fmt::format("segment '{}': from {:.6g} to {:.6g} degC takes {:.6g} s, and the segment lasts "
-                    "{:.6g} s",
-                    segment.label, celsius.from_si(now), celsius.from_si(target), needed, segment.duration));
+        say("segment '{}': from {:.6g} to {:.6g} degC takes {:.6g} s, and the segment lasts "
+            "{:.6g} s",
+            segment.label, celsius.from_si(now), celsius.from_si(target), needed, segment.duration));
   now = target;
 }
 
@@ -150,11 +150,11 @@ std::vector<Imperfection> oven_imperfections() {
            {error_names::thermometer_scale}}};
 }
 
-void check_oven(const Settings& options, std::vector<std::string>& problems) {
+void check_oven(const Settings& options, Problems& problems) {
   check_order(options, "oven_lowest", "oven_highest", problems);
 }
 
-void check_oven_schedule(const Schedule& schedule, const Settings& options, std::vector<std::string>& problems) {
+void check_oven_schedule(const Schedule& schedule, const Settings& options, Problems& problems) {
   for (const auto& run : runs_of(schedule)) {
     const Motion* first = commanded(run.front());
     double now = first && first->kind != Kind::ramp ? first->value : options.number("temperature");

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// An oven around the instrument on a machine with turning axes: the axis `temperature` of its plan.
 namespace tumble::chain {
@@ -41,9 +42,9 @@ std::vector<Option> oven_options();
 /// The thermometer: offset and scale.
 std::vector<Imperfection> oven_imperfections();
 /// Options out of bounds.
-void check_oven(const Settings& options, std::vector<std::string>& problems);
+void check_oven(const Settings& options, Problems& problems);
 /// Temperatures that the oven cannot do, or not within their segment.
-void check_oven_schedule(const Schedule& schedule, const Settings& options, std::vector<std::string>& problems);
+void check_oven_schedule(const Schedule& schedule, const Settings& options, Problems& problems);
 
 /// What the oven makes of a run's schedule. It starts at the first temperature that is held, soaked through; else in
 /// the laboratory.

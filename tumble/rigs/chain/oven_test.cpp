@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 namespace {
@@ -14,7 +15,7 @@ using Kind = Motion::Kind;
 const Rig& head() { return find_rig("dividing_head"); }
 
 Settings options(const std::vector<Given>& given = {}) {
-  std::vector<std::string> problems;
+  Problems problems;
   auto settings = resolve(head().options(), given, "rig", problems);
   EXPECT_TRUE(problems.empty());
   return settings;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::chain {
@@ -210,7 +211,7 @@ TEST(Profile, ErrorsActWhereTheyShould) {
 }
 
 TEST(Profile, AllProblemsAreListedWithTheirSegments) {
-  std::vector<std::string> problems;
+  Problems problems;
   const AxisLimits limits{"table", 1.0, 1.0, -2.0, 2.0};
   profile_of({segment(1.0, rate(1.5)), segment(50.0, hold(3.0)), segment(0.5, hold(0.0)), segment(20.0, sine(1.0, 1.0)),
               segment(20.0, hold(0.0)), segment(50.0, slew(9.0, 1.0))},

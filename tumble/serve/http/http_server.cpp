@@ -53,19 +53,18 @@ void prepare_tls(Server& server) {
   Code code;
   tls.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
                   asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1);
-  std::vector<std::string> problems;
+  Problems problems;
   tls.use_certificate_chain_file(options.certificate, code);
-  if (code) problems.push_back("--cert " + options.certificate + ": " + code.message());
+  if (code) problems.push_back(say("--cert {}: {}", options.certificate, code.message()));
   tls.use_private_key_file(options.key, asio::ssl::context::pem, code);
-  if (code) problems.push_back("--key " + options.key + ": " + code.message());
+  if (code) problems.push_back(say("--key {}: {}", options.key, code.message()));
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
 }
 
 void listen(Server& server) {
   const HttpOptions& options = server.options;
   const auto refuse_with = [&](const std::string& why) {
-    throw Error{Error::Kind::bad_input,
-                fmt::format("cannot listen at {} port {}: {}", options.host, options.port, why)};
+    throw Error{Error::Kind::bad_input, say("cannot listen at {} port {}: {}", options.host, options.port, why)};
   };
   Code code;
   Tcp::resolver resolver(server.context);

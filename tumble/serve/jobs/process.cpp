@@ -107,6 +107,17 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return all;
 }
 
+/// Takes the line "problems [...]" out of what is waiting.
+void take_problems(std::string& waiting, std::string& problems) {
+  constexpr std::string_view mark = "problems ";
+  for (std::size_t begin = 0, end = 0; (end = waiting.find('\n', begin)) != std::string::npos; begin = end + 1)
+    if (std::string_view(waiting).substr(begin).starts_with(mark)) {
+      problems = waiting.substr(begin + mark.size(), end - begin - mark.size());
+      waiting.erase(begin, end + 1 - begin);
+      return;
+    }
+}
+
 /// The last whole line of "0.25 what": earlier ones are history.
 void take_progress(std::string& waiting, const std::function<void(double, const std::string&)>& progress) {
   const auto end = waiting.rfind('\n');
@@ -139,6 +150,7 @@ void listen_to(int messages, int progress, Outcome& outcome,
         if (outcome.messages.size() < most_messages) outcome.messages.append(bytes, static_cast<std::size_t>(count));
       } else {
         waiting.append(bytes, static_cast<std::size_t>(count));
+        take_problems(waiting, outcome.problems);
         take_progress(waiting, say);
       }
     }
@@ -147,7 +159,7 @@ void listen_to(int messages, int progress, Outcome& outcome,
 
 Outcome run(const std::string& program, const std::vector<std::string>& arguments, Files files,
             const std::function<void(int)>& started, const std::function<void(double, const std::string&)>& progress) {
-  Outcome outcome{-1, {}};
+  Outcome outcome{-1, {}, {}};
   Pipe messages, steps;
   std::vector<std::string> words{program}, environment = environment_of_job();
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -162,7 +174,7 @@ Outcome run(const std::string& program, const std::vector<std::string>& argument
            {files.input, files.output, messages.write, steps.write}, parent);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) {
-    outcome.messages = "error: no process can be started\n";
+    outcome.messages = "no process can be started\n";
     return outcome;
   }
   setpgid(child, child);
@@ -222,7 +234,7 @@ int file_of_messages(const std::string& path, const std::string& line) {
     close(file);
     unlink(path.c_str());
   }
-  throw Error{Error::Kind::bad_file, "cannot write '" + path + "': " + reason};
+  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path, reason)};
 }
 
 }  // namespace
@@ -237,7 +249,7 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
                     std::string& output, const std::function<void(int)>& started) {
   const MemoryFile given, answered;
   if (given.descriptor < 0 || answered.descriptor < 0 || !write_all(given.descriptor, input))
-    return {-1, "error: there is not enough memory for the plan\n"};
+    return {-1, "there is not enough memory for the plan\n", {}};
   const auto outcome =
       run(program, arguments, {given.descriptor, answered.descriptor}, started, [](double, const std::string&) {});
   read_all(answered.descriptor, output);

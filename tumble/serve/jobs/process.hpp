@@ -10,6 +10,7 @@ namespace tumble::jobs {
 struct Outcome {
   int status = 0;        ///< exit status; -1: it was ended by a signal, or could not be started
   std::string messages;  ///< what it wrote to standard error
+  std::string problems;  ///< what it refused, as JSON (report/problem_json.hpp); empty: it said nothing so
 };
 
 /// Starts the program, reads its progress and messages until it ends.

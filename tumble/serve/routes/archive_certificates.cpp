@@ -62,9 +62,7 @@ Certificate previewed(const Context& context, const HttpRequest& request) {
   try {
     return made_from(context, request);
   } catch (Error& error) {
-    const std::string root = context.options.folder.string() + "/";
-    for (auto& problem : error.problems)
-      if (const auto place = problem.find(root); place != std::string::npos) problem.erase(place, root.size());
+    for (auto& problem : error.problems) problem = named_from(context.options.folder.string(), problem);
     throw;
   }
 }

@@ -169,7 +169,7 @@ HttpResponse chart(Context& context, const HttpRequest& request) {
   if (kind == "summary")
     return json_response(
         json_of(archive, summary_of_model(archive, {.what = what, .limits = limits_in(request, unit)}), language));
-  throw Error{Error::Kind::bad_input, fmt::format("'kind' is chart, drift or summary, not '{}'", kind)};
+  throw Error{Error::Kind::bad_input, say("'kind' is chart, drift or summary, not '{}'", kind)};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
@@ -20,6 +21,16 @@ HttpResponse json_response(const Json& json, unsigned status) {
   response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return response;
 }
+
+namespace {
+
+HttpResponse refusal_response(unsigned status, std::string_view code, const Problems& problems) {
+  return json_response(
+      {{"problems", texts_of(problems)}, {"errors", Json::parse(problems_to_json(code, problems, Language::english))}},
+      status);
+}
+
+}  // namespace
 
 HttpResponse problem_response(const Error& error) {
   unsigned status = 500;
@@ -37,11 +48,15 @@ HttpResponse problem_response(const Error& error) {
     case Error::Kind::internal:
       break;
   }
-  return json_response({{"problems", error.problems}}, status);
+  return refusal_response(status, code_of(error.kind), error.problems);
 }
 
-HttpResponse problem_response(unsigned status, const std::string& problem) {
-  return json_response({{"problems", {problem}}}, status);
+HttpResponse problem_response(unsigned status, const Problem& problem) {
+  return problem_response(status, Problems{problem});
+}
+
+HttpResponse problem_response(unsigned status, const Problems& problems) {
+  return refusal_response(status, status >= 500 ? "internal" : "refused", problems);
 }
 
 std::string user_of(const Context& context, const HttpRequest& request) {
@@ -56,7 +71,7 @@ HttpResponse started(Context& context, const HttpRequest& request, Job job) {
 
 std::string required(const HttpRequest& request, std::string_view name) {
   if (const auto* value = find_query(request, name)) return *value;
-  throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' is missing", name)};
+  throw Error{Error::Kind::bad_input, say("the parameter '{}' is missing", name)};
 }
 
 std::string optional(const HttpRequest& request, std::string_view name) {
@@ -69,7 +84,7 @@ Json body_of(const HttpRequest& request) {
   static constexpr int deepest = 64;
   const auto look = [](int depth, Json::parse_event_t, const Json&) {
     if (depth <= deepest) return true;
-    throw Error{Error::Kind::bad_input, fmt::format("the body is nested deeper than {} levels", deepest)};
+    throw Error{Error::Kind::bad_input, say("the body is nested deeper than {} levels", deepest)};
   };
   const Json body = Json::parse(request.body, look, false);
   if (!body.is_object()) throw Error{Error::Kind::bad_input, "the body must be an object of JSON"};
@@ -79,7 +94,7 @@ Json body_of(const HttpRequest& request) {
 std::string text_in(const Json& body, const char* name) {
   const auto found = body.find(name);
   if (found == body.end()) return "";
-  if (!found->is_string()) throw Error{Error::Kind::bad_input, fmt::format("'{}' must be a text", name)};
+  if (!found->is_string()) throw Error{Error::Kind::bad_input, say("'{}' must be a text", name)};
   return found->get<std::string>();
 }
 
@@ -88,7 +103,7 @@ double required_number(const HttpRequest& request, std::string_view name) {
   double value = 0.0;
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-    throw Error{Error::Kind::bad_input, fmt::format("the parameter '{}' must be a number, not '{}'", name, text)};
+    throw Error{Error::Kind::bad_input, say("the parameter '{}' must be a number, not '{}'", name, text)};
   return value;
 }
 
@@ -111,7 +126,7 @@ Language language_asked(const HttpRequest& request) {
   const auto* code = find_query(request, "language");
   if (code == nullptr || *code == "en") return Language::english;
   if (*code == "zh") return Language::chinese;
-  throw Error{Error::Kind::unsupported, "there is no language '" + *code + "' (languages: en, zh)"};
+  throw Error{Error::Kind::unsupported, say("there is no language '{}' (languages: en, zh)", *code)};
 }
 
 Json findings_in(Language language, Json findings) {
@@ -138,9 +153,8 @@ Sets sets_of(const std::vector<std::string>& texts) {
     const auto equals = text.find('=');
     const auto key = text.substr(0, equals);
     if (equals == std::string::npos || (std::ranges::find(known, key) == known.end() && !key.starts_with("unit.")))
-      throw Error{
-          Error::Kind::bad_input,
-          fmt::format("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
+      throw Error{Error::Kind::bad_input,
+                  say("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
                       "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
                       "skip=LINES",
                       text)};

@@ -23,7 +23,7 @@ Value member(const Json& body, const char* name, Value fallback) {
   try {
     return body.at(name).get<Value>();
   } catch (const Json::exception&) {
-    throw Error{Error::Kind::bad_input, fmt::format("'{}' is not of the kind that is expected", name)};
+    throw Error{Error::Kind::bad_input, say("'{}' is not of the kind that is expected", name)};
   }
 }
 
@@ -43,7 +43,7 @@ std::string what_to_identify(const Context& context, const Json& body) {
   const auto plan = member<std::string>(body, "plan", ""), method = member<std::string>(body, "method", "");
   if (plan.empty() == method.empty()) throw Error{Error::Kind::bad_input, "either a plan or a method is expected"};
   if (!plan.empty()) return existing(context, plan);
-  if (find_method(method).needs_plan) throw Error{Error::Kind::bad_input, "the method " + method + " needs a plan"};
+  if (find_method(method).needs_plan) throw Error{Error::Kind::bad_input, say("the method {} needs a plan", method)};
   return method;
 }
 
@@ -102,7 +102,7 @@ HttpResponse convert_to(Context& context, const HttpRequest& request) {
   const auto file = member<std::string>(body, "file", ""), to = member<std::string>(body, "to", "");
   const auto path = existing(context, file);
   require_file_name(to);
-  if (!format_to_write(to).writer) throw Error{Error::Kind::bad_input, "'" + to + "' cannot be written"};
+  if (!format_to_write(to).writer) throw Error{Error::Kind::bad_input, say("'{}' cannot be written", to)};
   Job job;
   job.kind = "convert";
   job.title = file + ": " + to;
@@ -138,7 +138,7 @@ HttpResponse list_jobs(Context& context, const HttpRequest& request) {
 
 HttpResponse cancel(Context& context, const HttpRequest& request) {
   const auto id = required(request, "id");
-  if (context.jobs.find(id).id.empty()) throw Error{Error::Kind::unsupported, "there is no job '" + id + "'"};
+  if (context.jobs.find(id).id.empty()) throw Error{Error::Kind::unsupported, say("there is no job '{}'", id)};
   return json_response({{"cancelled", context.jobs.cancel(id)}});
 }
 
@@ -156,7 +156,7 @@ HttpResponse job_file(Context& context, const HttpRequest& request) {
   const auto name = required(request, "name");
   HttpResponse response;
   response.more = context.jobs.reader_of(required(request, "id"), name);
-  if (!response.more) throw Error{Error::Kind::unsupported, "the job has no file '" + name + "'"};
+  if (!response.more) throw Error{Error::Kind::unsupported, say("the job has no file '{}'", name)};
   response.type = type_of(name);
   response.headers.emplace_back(
       "Content-Security-Policy",

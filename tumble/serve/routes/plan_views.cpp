@@ -32,7 +32,7 @@ const Json& catalogue_of(const std::string& kind, Language language) {
   static const auto all = catalogues_by_language();
   const auto found = all.find({kind, language});
   if (found == all.end())
-    throw Error{Error::Kind::unsupported, "there is no list of '" + kind + "' (lists: methods, models, rigs)"};
+    throw Error{Error::Kind::unsupported, say("there is no list of '{}' (lists: methods, models, rigs)", kind)};
   return found->second;
 }
 
@@ -45,13 +45,13 @@ HttpResponse catalogue(Context&, const HttpRequest& request) {
     if (name && entry["name"] == *name) return json_response(entry);
     list.push_back({{"name", entry["name"]}, {"summary", entry["summary"]}});
   }
-  if (name) throw Error{Error::Kind::unsupported, "there is no '" + *name + "' in this list"};
+  if (name) throw Error{Error::Kind::unsupported, say("there is no '{}' in this list", *name)};
   return json_response(list);
 }
 
 double number_in(const Json& body, const char* name) {
   if (!body.contains(name) || !body[name].is_number() || !std::isfinite(body[name].get<double>()))
-    throw Error{Error::Kind::bad_input, fmt::format("'{}' must be a number", name)};
+    throw Error{Error::Kind::bad_input, say("'{}' must be a number", name)};
   return body[name].get<double>();
 }
 
@@ -88,7 +88,7 @@ HttpResponse motion(Context& context, const HttpRequest& request) {
   const auto path = place_of_plan(context, text_in(body, "file"));
   const double from = number_in(body, "from"), step = number_in(body, "step"), count = number_in(body, "count");
   if (!(count >= 1.0 && count <= most_instants))
-    throw Error{Error::Kind::bad_input, fmt::format("'count' must be from 1 to {}", most_instants)};
+    throw Error{Error::Kind::bad_input, say("'count' must be from 1 to {}", most_instants)};
   const auto moved = motion_of(plan_of_text(text_in(body, "text"), path), static_cast<int>(number_in(body, "run")),
                                from, step, static_cast<std::size_t>(count));
   Json parts = Json::array(), axes = Json::array();
@@ -166,7 +166,7 @@ HttpResponse predict(Context& context, const HttpRequest& request) {
   if (!answers[0].estimate) {
     Json problems = Json::array();
     for (const auto& problem : answers[0].problems)
-      problems.push_back(said_in(language_asked(request), named_from_folder(context, problem)));
+      problems.push_back(in_language(language_asked(request), named_from(context.options.folder.string(), problem)));
     return json_response({{"ready", true},
                           {"rows", Json::array()},
                           {"lost", Json::array()},

@@ -89,30 +89,26 @@ HttpResponse plan(Context& context, const HttpRequest& request) {
   const auto path = existing(context, name);
   std::error_code failed;
   if (fs::file_size(path, failed) > longest_plan || failed)
-    throw Error{Error::Kind::bad_input, "'" + name + "' is larger than a plan may be (1 MB)"};
+    throw Error{Error::Kind::bad_input, say("'{}' is larger than a plan may be (1 MB)", name)};
   const auto text = read_text_file(path);
   return json_response({{"file", name}, {"text", text}, {"tag", sha256_of(text)}});
 }
 
-/// A problem with the line of the plan where it is; 0: none. "plan.toml:12: message".
-Json placed_problem(const std::string& problem, const std::string& path) {
-  unsigned line = 0;
-  std::size_t rest = 0;
-  if (problem.starts_with(path + ":")) {
-    const char* const end = problem.data() + problem.size();
-    const auto [after, fault] = std::from_chars(problem.data() + path.size() + 1, end, line);
-    if (fault == std::errc{}) {
-      rest = static_cast<std::size_t>(after - problem.data());
-      unsigned column = 0;  // of what is not TOML
-      if (rest < problem.size() && problem[rest] == ':')
-        if (const auto [next, none] = std::from_chars(after + 1, end, column); none == std::errc{})
-          rest = static_cast<std::size_t>(next - problem.data());
-      if (problem.compare(rest, 2, ": ") == 0) rest += 2;
-    } else if (problem.compare(path.size(), 2, ": ") == 0) {
-      rest = path.size() + 2;
-    }
-  }
-  return {{"line", line}, {"message", problem.substr(rest)}};
+/// The problem without the outermost of its places.
+Problem without_file(Problem problem) {
+  const Sentence place = problem.where.place;
+  const bool nested = place.pattern == "{}: {}" && place.values.size() == 2 && !place.values[1].nested.empty();
+  problem.where.place = nested ? place.values[1].nested.front() : Sentence();
+  return problem;
+}
+
+/// A problem with the line of the plan where it is; 0: none.
+Json placed_problem(const Context& context, Language language, Problem problem, const std::string& path) {
+  const bool here = problem.where.file == path && problem.where.place.text().starts_with(path);
+  const auto line = here ? problem.where.line : 0;
+  if (here) problem = without_file(std::move(problem));
+  problem = named_from(context.options.folder.string(), std::move(problem));
+  return {{"line", line}, {"message", in_language(language, problem)}};
 }
 
 /// What the form shows of a value: its text, how it is written, and its line.
@@ -160,9 +156,7 @@ HttpResponse look(Context& context, const HttpRequest& request) {
     answer["schedule"] = timeline_of(plan_of_text(text, path));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) {
-      auto placed = placed_problem(problem, path);
-      placed["message"] = said_in(language, named_from_folder(context, placed["message"].get<std::string>()));
-      answer["problems"].push_back(std::move(placed));
+      answer["problems"].push_back(placed_problem(context, language, problem, path));
     }
   }
   return json_response(answer);
@@ -216,7 +210,7 @@ HttpResponse edit(Context&, const HttpRequest& request) {
     for (const auto& [key, one] : value.items()) lines += key + " = " + toml_of(one) + "\n";
     changed = with_table(text, file, path[0], lines);
   } else
-    throw Error{Error::Kind::bad_input, "there is no change '" + kind + "'"};
+    throw Error{Error::Kind::bad_input, say("there is no change '{}'", kind)};
   return json_response({{"text", changed}});
 }
 
@@ -230,13 +224,12 @@ HttpResponse save(Context& context, const HttpRequest& request) {
   const std::lock_guard lock(one_at_a_time);
   std::error_code failed;
   const bool there = fs::exists(path, failed);
-  if (there && tag.empty()) return problem_response(409, "'" + file + "' is there already; choose another name");
+  if (there && tag.empty()) return problem_response(409, say("'{}' is there already; choose another name", file));
   if (there && sha256_of(read_text_file(path)) != tag)
-    return problem_response(409, "'" + file +
-                                     "' changed on the disk after it was opened here: save under another name, or "
-                                     "open it again");
+    return problem_response(
+        409, say("'{}' changed on the disk after it was opened here: save under another name, or open it again", file));
   if (!there && !tag.empty())
-    return problem_response(409, "'" + file + "' is not there any more: save under another name");
+    return problem_response(409, say("'{}' is not there any more: save under another name", file));
   write_file_atomically(path, text);
   return json_response({{"file", file}, {"tag", sha256_of(text)}});
 }
@@ -272,7 +265,7 @@ std::string named_from_folder(const Context& context, std::string message) {
 
 std::string place_of_plan(const Context& context, const std::string& name) {
   if (name.empty()) return (context.options.folder / "plan.toml").string();
-  if (!name.ends_with(".toml")) throw Error{Error::Kind::bad_input, "'" + name + "': the name must end in .toml"};
+  if (!name.ends_with(".toml")) throw Error{Error::Kind::bad_input, say("'{}': the name must end in .toml", name)};
   const auto slash = name.rfind('/');
   const auto last = slash == std::string::npos ? name : name.substr(slash + 1);
   require_file_name(last);
@@ -280,7 +273,8 @@ std::string place_of_plan(const Context& context, const std::string& name) {
       slash == std::string::npos ? context.options.folder : inside(context.options.folder, name.substr(0, slash));
   std::error_code failed;
   if (fs::exists(folder / last, failed)) return inside(context.options.folder, name).string();
-  if (!fs::is_directory(folder, failed)) throw Error{Error::Kind::bad_input, "'" + name + "': there is no such folder"};
+  if (!fs::is_directory(folder, failed))
+    throw Error{Error::Kind::bad_input, say("'{}': there is no such folder", name)};
   return (folder / last).string();
 }
 

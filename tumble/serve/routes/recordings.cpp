@@ -113,7 +113,7 @@ std::size_t serious_findings(const std::string& inspection) {
 }
 
 void describe(const RecordingState& state, Json& entry) {
-  if (!state.problems.empty()) entry["problems"] = state.problems;
+  if (!state.problems.empty()) entry["problems"] = texts_of(state.problems);
   if (!state.job.empty()) entry["job"] = state.job;
   if (!state.prepared) return;
   const Pyramid& pyramid = *state.prepared->pyramid;
@@ -144,7 +144,7 @@ HttpResponse list_recordings(Context& context, const HttpRequest& request) {
       asked += !state.job.empty();
       describe(state, entry);
     } catch (const Error& error) {
-      entry["problems"] = error.problems;
+      entry["problems"] = texts_of(error.problems);
     }
     files.push_back(std::move(entry));
   }
@@ -177,7 +177,7 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   const auto file = required(request, "file");
   const auto path = existing(context, file);
   const auto state = context.recordings.find(path, sets_of(all_of(request, "set")), true, user_of(context, request));
-  if (!state.prepared && !state.problems.empty()) return json_response({{"problems", state.problems}}, 422);
+  if (!state.prepared && !state.problems.empty()) return problem_response(422, state.problems);
   Json answer{{"name", file}, {"job", state.job}};
   if (!state.prepared) return json_response(answer, 202);
   const Pyramid& pyramid = *state.prepared->pyramid;
@@ -204,7 +204,7 @@ HttpResponse one_recording(Context& context, const HttpRequest& request) {
   answer["findings"] = inspection.is_object()
                            ? findings_in(language_asked(request), inspection.value("findings", Json::array()))
                            : Json();
-  if (!state.problems.empty()) answer["problems"] = said_in(language_asked(request), state.problems);
+  if (!state.problems.empty()) answer["problems"] = in_language(language_asked(request), state.problems);
   return json_response(answer);
 }
 
@@ -219,15 +219,15 @@ fs::path place_for(const fs::path& folder, const std::string& name, const std::s
     fs::create_hard_link(temporary, place, failed);
     if (!failed) return place;
     if (failed != std::errc::file_exists)
-      throw Error{Error::Kind::bad_file, "cannot write '" + place.filename().string() + "': " + failed.message()};
+      throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", place.filename().string(), failed.message())};
   }
-  throw Error{Error::Kind::bad_input, "'" + name + "': there are many files of that name"};
+  throw Error{Error::Kind::bad_input, say("'{}': there are many files of that name", name)};
 }
 
 HttpResponse upload(Context& context, const HttpRequest& request) {
   const auto name = required(request, "name");
   require_file_name(name);
-  if (!request.file || request.body_bytes == 0) throw Error{Error::Kind::bad_input, "'" + name + "' is empty"};
+  if (!request.file || request.body_bytes == 0) throw Error{Error::Kind::bad_input, say("'{}' is empty", name)};
   const auto place = place_for(context.options.folder / "uploads", name, request.file->path());
   const auto file = "uploads/" + place.filename().string();
   context.feed.publish("recordings", "{}");

@@ -14,6 +14,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::routes {
 namespace {
@@ -170,19 +171,18 @@ bool compensates(const Estimate& estimate) {
 }  // namespace
 
 void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& text : units) {
     const auto at = text.rfind('~');
     const auto name = text.substr(0, at);
     const auto found = std::ranges::find(estimate.parameters, name, &Parameter::name);
     if (at == std::string::npos || found == estimate.parameters.end()) {
-      problems.push_back("there is no parameter '" + name + "'");
+      problems.push_back(say("there is no parameter '{}'", name));
       continue;
     }
     const Unit unit = Unit::parse(text.substr(at + 1));
     if (unit.dimension() != found->unit.dimension())
-      problems.push_back(
-          fmt::format("'{}' is in {}, which is not a kind of {}", name, found->unit.text(), unit.text()));
+      problems.push_back(say("'{}' is in {}, which is not a kind of {}", name, found->unit.text(), unit.text()));
     else
       found->unit = unit;
   }

@@ -67,7 +67,8 @@ std::vector<Route> plan_view_routes();
 HttpResponse json_response(const Json& json, unsigned status = 200);
 /// {"problems": [...]} with the status that the kind of error has.
 HttpResponse problem_response(const Error& error);
-HttpResponse problem_response(unsigned status, const std::string& problem);
+HttpResponse problem_response(unsigned status, const Problem& problem);
+HttpResponse problem_response(unsigned status, const Problems& problems);
 
 /// A job of the user who asks, in the queue; its identifier as the answer.
 HttpResponse started(Context& context, const HttpRequest& request, Job job);

@@ -11,10 +11,10 @@ HttpResponse password_refusal(const PasswordCheck& check) {
   const auto seconds = static_cast<long>(std::ceil(check.pause));
   HttpResponse response;
   if (check.state == State::paused) {
-    response = problem_response(429, fmt::format("too many wrong passwords: try again in {} s", seconds));
+    response = problem_response(429, say("too many wrong passwords: try again in {} s", seconds));
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   } else if (check.remaining == 0) {
-    response = problem_response(403, fmt::format("the name or the password is wrong; try again in {} s", seconds));
+    response = problem_response(403, say("the name or the password is wrong; try again in {} s", seconds));
   } else {
     response = problem_response(
         403, fmt::format("the name or the password is wrong; attempts before a pause: {}", check.remaining));

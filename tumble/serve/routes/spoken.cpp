@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tumble/core/said.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {
@@ -15,7 +16,11 @@ bool is_for_people(const std::string& key) {
 }
 
 void say_in(Language language, Json& json, bool for_people = false) {
-  if (json.is_object())
+  if (json.is_object() && json.contains("errors") && json.contains("problems")) {
+    json["problems"] = in_language(language, problems_from_json(json["errors"].dump()));
+    for (auto& [key, value] : json.items())
+      if (key != "problems" && key != "errors") say_in(language, value, is_for_people(key));
+  } else if (json.is_object())
     for (auto& [key, value] : json.items()) say_in(language, value, is_for_people(key));
   else if (json.is_array())
     for (auto& value : json) say_in(language, value, for_people);

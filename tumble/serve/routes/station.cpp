@@ -9,8 +9,10 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <sstream>
 #include <thread>
 
+#include "tumble/core/said.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/process.hpp"
@@ -21,6 +23,7 @@
 #include "tumble/station/run_texts.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::routes {
 
@@ -64,11 +67,8 @@ bool looks_like_station(const fs::path& path) {
 }
 
 /// Names in messages are those of the folder.
-std::vector<std::string> named_from_folder(const fs::path& root, std::vector<std::string> problems) {
-  const std::string prefix = root.string() + "/";
-  for (auto& problem : problems)
-    for (auto place = problem.find(prefix); place != std::string::npos; place = problem.find(prefix))
-      problem.erase(place, prefix.size());
+Problems named_from_folder(const fs::path& root, Problems problems) {
+  for (auto& problem : problems) problem = named_from(root.string(), problem);
   return problems;
 }
 
@@ -83,7 +83,7 @@ Json station_json(const fs::path& root, const std::string& name) {
       devices.push_back({{"name", device.name}, {"controller", device.controller}, {"link", device.link}});
     json.update({{"name", station.name}, {"slots", slots}, {"devices", devices}});
   } catch (const Error& error) {
-    json["problems"] = named_from_folder(root, error.problems);
+    json["problems"] = texts_of(named_from_folder(root, error.problems));
   }
   return json;
 }
@@ -142,7 +142,7 @@ WantedRun wanted_run_of(const Context& context, const HttpRequest& request) {
 }
 
 template <class Work>
-void collect_problems(std::vector<std::string>& problems, Work work) {
+void collect_problems(Problems& problems, Work work) {
   try {
     work();
   } catch (const Error& error) {
@@ -151,8 +151,8 @@ void collect_problems(std::vector<std::string>& problems, Work work) {
 }
 
 /// All reasons why it cannot be begun, and what it would do.
-std::pair<std::vector<std::string>, Json> checked_run(const Context& context, const WantedRun& wanted) {
-  std::vector<std::string> problems;
+std::pair<Problems, Json> checked_run(const Context& context, const WantedRun& wanted) {
+  Problems problems;
   std::optional<Plan> plan;
   std::optional<Station> station;
   collect_problems(problems, [&] { plan = load_plan(existing(context, wanted.plan), {}); });
@@ -195,7 +195,7 @@ std::pair<std::vector<std::string>, Json> checked_run(const Context& context, co
 
 HttpResponse dry_run_at_station(Context& context, const HttpRequest& request) {
   auto [problems, json] = checked_run(context, wanted_run_of(context, request));
-  json["problems"] = problems;
+  json["problems"] = in_language(language_asked(request), problems);
   return said_response(request, json);
 }
 
@@ -213,6 +213,18 @@ std::string new_run(const Context& context, const std::string& plan) {
   return "runs/" + name;
 }
 
+/// "error: a\n       b\n" are the problems a and b: the file of messages of a run that goes on by itself.
+Problems problems_of_messages(const std::string& messages) {
+  Problems problems;
+  std::istringstream lines(messages);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("tumble: ") || line.empty()) continue;
+    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
+    problems.emplace_back(line.substr(begin == std::string::npos ? 0 : begin));
+  }
+  return problems;
+}
+
 /// Where a refusal stands among what a program has said; nothing: it refused nothing.
 std::optional<std::size_t> refusal_in(const std::string& messages) {
   if (messages.starts_with("error: ")) return 0;
@@ -222,8 +234,8 @@ std::optional<std::size_t> refusal_in(const std::string& messages) {
 
 /// What the program has said against it; empty: its run goes on, or has ended by itself. A run that is carried on has a
 /// store from before, which shows nothing.
-std::vector<std::string> begun_problems(const Context& context, const std::string& run,
-                                        const std::vector<std::string>& arguments, bool again = false) {
+Problems begun_problems(const Context& context, const std::string& run, const std::vector<std::string>& arguments,
+                        bool again = false) {
   using namespace std::chrono_literals;
   const std::string log = (context.options.folder / (run + ".log")).string();
   int alive = -1;
@@ -232,7 +244,7 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
   } catch (const Error& error) {
     return named_from_folder(context.options.folder, not_begun(error, false).problems);
   }
-  if (alive < 0) return {"no process can be started"};
+  if (alive < 0) return {Problem("no process can be started")};
   const auto until = std::chrono::steady_clock::now() + 30s;
   bool ended = false, open = false;
   while (!ended && !open && std::chrono::steady_clock::now() < until) {
@@ -245,8 +257,8 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
   const std::string said = read_text_file(log);
   const auto refusal = refusal_in(said);
   if (ended && fs::exists(context.options.folder / run / live_store_name) && !(again && refusal)) return {};
-  if (!ended) return {"the run has not begun within 30 s; its messages are in " + run + ".log"};
-  auto problems = named_from_folder(context.options.folder, problems_of_messages(said.substr(refusal.value_or(0)), ""));
+  if (!ended) return {say("the run has not begun within 30 s; its messages are in {}", Name{run + ".log"})};
+  auto problems = named_from_folder(context.options.folder, problems_of_messages(said.substr(refusal.value_or(0))));
   if (problems.empty()) problems.emplace_back("the program ended without a message");
   return problems;
 }
@@ -254,7 +266,7 @@ std::vector<std::string> begun_problems(const Context& context, const std::strin
 HttpResponse start_run(Context& context, const HttpRequest& request) {
   const WantedRun wanted = wanted_run_of(context, request);
   if (auto [problems, timeline] = checked_run(context, wanted); !problems.empty())
-    return json_response({{"problems", problems}}, 422);
+    return problem_response(422, problems);
   const std::string run = new_run(context, wanted.plan);
   const std::string folder = (context.options.folder / run).string();
   std::vector<std::string> arguments;
@@ -270,7 +282,7 @@ HttpResponse start_run(Context& context, const HttpRequest& request) {
   }
   if (!wanted.speed.empty() && wanted.mode != "run") arguments.push_back("--speed=" + wanted.speed);
   if (auto problems = begun_problems(context, run, arguments); !problems.empty())
-    return json_response({{"problems", problems}}, 422);
+    return problem_response(422, problems);
   return json_response({{"run", run}}, 201);
 }
 
@@ -284,7 +296,7 @@ HttpResponse resume_run(Context& context, const HttpRequest& request) {
   std::vector<std::string> arguments{"resume", folder, "--operator=" + who};
   if (!speed.empty()) arguments.push_back("--speed=" + speed);
   if (auto problems = begun_problems(context, run, arguments, true); !problems.empty())
-    return json_response({{"problems", problems}}, 422);
+    return problem_response(422, problems);
   return json_response({{"run", run}}, 201);
 }
 
@@ -303,7 +315,7 @@ HttpResponse check_devices(Context& context, const HttpRequest& request) {
 std::string plain_text_in(const Json& body, const char* name) {
   auto text = text_in(body, name);
   if (text.size() <= 1000 && is_plain_name(text)) return text;
-  throw Error{Error::Kind::bad_input, fmt::format("'{}' is too long, or has characters that cannot be shown", name)};
+  throw Error{Error::Kind::bad_input, say("'{}' is too long, or has characters that cannot be shown", name)};
 }
 
 std::string who_of(const Context& context, const HttpRequest& request, const Json& body) {

@@ -37,17 +37,17 @@ void take_rows(const HttpRequest& request, Wanted& wanted) {
   const auto names = all_of(request, "channel"), units = all_of(request, "unit");
   if (!units.empty() && units.size() != names.size())
     throw Error{Error::Kind::bad_input, "there must be one unit for each channel, or none"};
-  std::vector<std::string> problems;
+  Problems problems;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::ranges::find(channels, names[i], &PyramidChannel::name);
     if (found == channels.end()) {
-      problems.push_back("there is no channel '" + names[i] + "'");
+      problems.push_back(say("there is no channel '{}'", names[i]));
       continue;
     }
     const Unit unit = units.empty() || units[i].empty() ? found->unit : Unit::parse(units[i]);
     if (unit.dimension() != found->unit.dimension())
       problems.push_back(
-          fmt::format("channel '{}' is in {}, which is not a kind of {}", names[i], found->unit.text(), unit.text()));
+          say("channel '{}' is in {}, which is not a kind of {}", names[i], found->unit.text(), unit.text()));
     wanted.rows.push_back({static_cast<std::size_t>(found - channels.begin()), unit});
   }
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};

@@ -81,11 +81,11 @@ void confirm_by_state(Station& station, const StationDevice& device, const Contr
 }
 
 template <class Work>
-void collect(std::vector<std::string>& problems, const std::string& what, Work work) {
+void collect(Problems& problems, const std::string& what, Work work) {
   try {
     work();
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) problems.push_back(what + ": " + problem);
+    for (const auto& problem : error.problems) problems.push_back(say("{}: {}", what, problem));
   }
 }
 
@@ -93,7 +93,7 @@ void collect(std::vector<std::string>& problems, const std::string& what, Work w
 
 StationParts parts_of(Station& station) {
   StationParts parts;
-  std::vector<std::string> problems;
+  Problems problems;
   for (StationDevice& device : station.devices)
     collect(problems, device.name, [&] {
       parts.controllers.push_back(
@@ -120,9 +120,9 @@ StationParts parts_of(Station& station) {
       const bool listens = instrument.link.starts_with("udp:") && parse_link(instrument.link).host.empty();
       if (instrument.start && listens)
         throw Error(Error::Kind::bad_input,
-                    fmt::format("'{}' only listens, and {} is started by commands; give its address, udp:HOST:PORT, or "
-                                "start = false for an instrument that streams already",
-                                instrument.link, instrument.frames));
+                    say("'{}' only listens, and {} is started by commands; give its address, udp:HOST:PORT, or "
+                        "start = false for an instrument that streams already",
+                        instrument.link, instrument.frames));
     });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return parts;

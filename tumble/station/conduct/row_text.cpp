@@ -48,7 +48,7 @@ RunRow row_of(const std::string& text) try {
   if (json.contains("reached")) row.reached = json["reached"].get<double>();
   return row;
 } catch (const Json::exception& problem) {
-  throw Error(Error::Kind::bad_file, std::string("a row of the journal cannot be read: ") + problem.what());
+  throw Error(Error::Kind::bad_file, say("a row of the journal cannot be read: {}", problem.what()));
 }
 
 std::optional<JournalRow> step_of(const RunRow& row, double time) {

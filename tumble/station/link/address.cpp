@@ -21,26 +21,26 @@ std::optional<long> whole_number(std::string_view text) {
   return value;
 }
 
-void read_port(std::string_view text, LinkAddress& address, std::vector<std::string>& problems) {
+void read_port(std::string_view text, LinkAddress& address, Problems& problems) {
   const auto port = whole_number(text);
   if (!port || *port < 1 || *port > 65535)
-    return problems.push_back(fmt::format("'{}' is not a port, which is a whole number from 1 to 65535", text));
+    return problems.push_back(say("'{}' is not a port, which is a whole number from 1 to 65535", text));
   address.port = static_cast<std::uint16_t>(*port);
 }
 
 /// HOST:PORT after "tcp:" or "udp:".
-void read_host(std::string_view rest, const char* scheme, LinkAddress& address, std::vector<std::string>& problems) {
+void read_host(std::string_view rest, const char* scheme, LinkAddress& address, Problems& problems) {
   const auto colon = rest.rfind(':');
   std::string_view host = rest.substr(0, colon == std::string_view::npos ? rest.size() : colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   address.host = host;
-  if (host.empty()) problems.push_back(fmt::format("the host is missing, for example {}:192.168.0.10:4001", scheme));
+  if (host.empty()) problems.push_back(say("the host is missing, for example {}:192.168.0.10:4001", scheme));
   if (colon == std::string_view::npos)
-    return problems.push_back(fmt::format("the port is missing, for example {}:192.168.0.10:4001", scheme));
+    return problems.push_back(say("the port is missing, for example {}:192.168.0.10:4001", scheme));
   read_port(rest.substr(colon + 1), address, problems);
 }
 
-void read_udp(std::string_view rest, LinkAddress& address, std::vector<std::string>& problems) {
+void read_udp(std::string_view rest, LinkAddress& address, Problems& problems) {
   address.kind = LinkAddress::Kind::udp;
   if (whole_number(rest)) return read_port(rest, address, problems);
   read_host(rest, "udp", address, problems);
@@ -52,7 +52,7 @@ bool is_framing(std::string_view text) {
 }
 
 /// DEVICE, DEVICE:BAUD or DEVICE:BAUD:8N1; a device may have colons in its name, as those of /dev/serial/by-path have.
-void read_serial(std::string_view rest, LinkAddress& address, std::vector<std::string>& problems) {
+void read_serial(std::string_view rest, LinkAddress& address, Problems& problems) {
   const auto last_part = [&] { return rest.substr(rest.rfind(':') + 1); };
   const auto drop_part = [&] { rest = rest.substr(0, rest.rfind(':')); };
   const bool parts = rest.find(':') != std::string_view::npos;
@@ -61,16 +61,16 @@ void read_serial(std::string_view rest, LinkAddress& address, std::vector<std::s
       address.framing = last_part();
     else
       problems.push_back(
-          fmt::format("'{}' is neither a rate such as 921600 nor a framing such as 8N1 (5 to 8 data "
-                      "bits, parity N, E or O, 1 or 2 stop bits)",
-                      last_part()));
+          say("'{}' is neither a rate such as 921600 nor a framing such as 8N1 (5 to 8 data "
+              "bits, parity N, E or O, 1 or 2 stop bits)",
+              last_part()));
     drop_part();
   }
   if (rest.find(':') != std::string_view::npos)
     if (const auto baud = whole_number(last_part())) {
       address.baud = *baud;
       if (*baud < 50 || *baud > 20'000'000)
-        problems.push_back(fmt::format("{} baud is not a rate of a serial line, which is 50 to 20000000", *baud));
+        problems.push_back(say("{} baud is not a rate of a serial line, which is 50 to 20000000", *baud));
       drop_part();
     }
   address.device = rest;
@@ -81,7 +81,7 @@ void read_serial(std::string_view rest, LinkAddress& address, std::vector<std::s
 
 LinkAddress parse_link(std::string_view text) {
   LinkAddress address;
-  std::vector<std::string> problems;
+  Problems problems;
   if (text.starts_with("tcp:")) {
     read_host(text.substr(4), "tcp", address, problems);
   } else if (text.starts_with("udp:")) {

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw Error(Error::Kind::bad_file, what); }
+[[noreturn]] void refuse(const Sentence& what) { throw Error(Error::Kind::bad_file, what); }
 
 std::string advice_on(const Code& code) {
   if (code == asio::error::connection_refused)
@@ -56,14 +56,14 @@ std::string devices_here() {
 
 [[noreturn]] void refuse_serial(const LinkAddress& address, int code) {
   const std::string device = address.device;
-  if (code == ENOENT) refuse(fmt::format("there is no serial device '{}'; {}", device, devices_here()));
+  if (code == ENOENT) refuse(say("there is no serial device '{}'; {}", device, devices_here()));
   if (code == EACCES)
     refuse(
-        fmt::format("the serial device '{}' may not be opened by this user; on most systems a member of the group "
-                    "'dialout' may",
-                    device));
-  if (code == EBUSY) refuse(fmt::format("the serial device '{}' is in use by another program", device));
-  refuse(fmt::format("cannot open the serial device '{}': {}", device, std::system_category().message(code)));
+        say("the serial device '{}' may not be opened by this user; on most systems a member of the group "
+            "'dialout' may",
+            device));
+  if (code == EBUSY) refuse(say("the serial device '{}' is in use by another program", device));
+  refuse(say("cannot open the serial device '{}': {}", device, std::system_category().message(code)));
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
   const std::string name = text_of(address);
   Code code;
   const auto ends = Tcp::resolver(context_).resolve(address.host, std::to_string(address.port), code);
-  if (code) refuse(fmt::format("cannot open {}: {}{}", name, code.message(), advice_on(code)));
+  if (code) refuse(say("cannot open {}: {}{}", name, code.message(), advice_on(code)));
   auto link = std::make_shared<Connection>(links_.size(), Tcp::socket(context_));
   auto& socket = std::get<Tcp::socket>(link->stream);
   std::optional<Code> result;
@@ -85,10 +85,10 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
     Code ignored;
     socket.close(ignored);
     while (!result) context_.restart(), context_.run_one();
-    refuse(fmt::format("cannot open {}: no answer within {:.3g} s; is the device on, and is the address right?", name,
-                       timeout));
+    refuse(
+        say("cannot open {}: no answer within {:.3g} s; is the device on, and is the address right?", name, timeout));
   }
-  if (*result) refuse(fmt::format("cannot open {}: {}{}", name, result->message(), advice_on(*result)));
+  if (*result) refuse(say("cannot open {}: {}{}", name, result->message(), advice_on(*result)));
   socket.set_option(Tcp::no_delay(true), code);
   return add(link, silence);
 }
@@ -96,7 +96,7 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
 std::size_t Loop::open_udp(const LinkAddress& address, double silence) {
   const std::string name = text_of(address);
   const auto check = [&](const Code& code) {
-    if (code) refuse(fmt::format("cannot open {}: {}{}", name, code.message(), advice_on(code)));
+    if (code) refuse(say("cannot open {}: {}{}", name, code.message(), advice_on(code)));
   };
   Code code;
   const bool listens = address.host.empty();
@@ -129,25 +129,25 @@ std::size_t Loop::open_serial(const LinkAddress& address, double silence) {
   const int descriptor = ::open(address.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) refuse_serial(address, errno);
   auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
-  if (isatty(descriptor) != 1) refuse(fmt::format("'{}' is not a serial device; {}", address.device, devices_here()));
+  if (isatty(descriptor) != 1) refuse(say("'{}' is not a serial device; {}", address.device, devices_here()));
   if (const auto reason = take_alone(descriptor); !reason.empty())
-    refuse(fmt::format("the serial device '{}' is not free: {}", address.device, reason));
+    refuse(say("the serial device '{}' is not free: {}", address.device, reason));
   if (const auto reason = set_line(descriptor, address.baud, address.framing); !reason.empty())
-    refuse(fmt::format("the serial device '{}' cannot be set to {}: {}", address.device, text_of(address), reason));
+    refuse(say("the serial device '{}' cannot be set to {}: {}", address.device, text_of(address), reason));
   return add(link, silence);
 }
 
 std::uint16_t Loop::listen(std::uint16_t port, const std::string& host) {
   Code code;
   const auto address = asio::ip::make_address(host, code);
-  if (code) refuse(fmt::format("'{}' is not an address of this computer: {}", host, code.message()));
+  if (code) refuse(say("'{}' is not an address of this computer: {}", host, code.message()));
   auto door = std::make_shared<Tcp::acceptor>(context_);
   const Tcp::endpoint end(address, port);
   door->open(end.protocol(), code);
   if (!code) door->set_option(Tcp::acceptor::reuse_address(true), code);
   if (!code) door->bind(end, code);
   if (!code) door->listen(asio::socket_base::max_listen_connections, code);
-  if (code) refuse(fmt::format("cannot listen at {}:{}: {}", host, port, code.message()));
+  if (code) refuse(say("cannot listen at {}:{}: {}", host, port, code.message()));
   doors_.push_back(door);
   accept(door);
   return door->local_endpoint().port();
@@ -175,14 +175,14 @@ void Loop::accept_later(const std::shared_ptr<Tcp::acceptor>& door) {
 
 Links::Terminal Loop::open_terminal() {
   const int descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (descriptor < 0) refuse("this system gives no pseudo-terminal: " + std::system_category().message(errno));
+  if (descriptor < 0) refuse(say("this system gives no pseudo-terminal: {}", std::system_category().message(errno)));
   auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
   char name[128];
   if (grantpt(descriptor) != 0 || unlockpt(descriptor) != 0 || ptsname_r(descriptor, name, sizeof name) != 0)
-    refuse("this system gives no pseudo-terminal: " + std::system_category().message(errno));
+    refuse(say("this system gives no pseudo-terminal: {}", std::system_category().message(errno)));
   link->other_side = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (const auto reason = set_line(link->other_side, 0, "8N1"); !reason.empty())
-    refuse("a pseudo-terminal cannot be set up: " + reason);
+    refuse(say("a pseudo-terminal cannot be set up: {}", reason));
   return {add(link, 0.0), name};
 }
 

@@ -27,22 +27,22 @@ std::uint64_t inode_of(const std::string& path) {
 [[noreturn]] void refuse_store(const std::string& path, const Refusal& refusal) {
   if (refusal.busy())
     throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' is being recorded by another process: one process writes a store", path));
-  throw Error(Error::Kind::bad_file, fmt::format("cannot record into '{}': {}", path, refusal.text));
+                say("'{}' is being recorded by another process: one process writes a store", path));
+  throw Error(Error::Kind::bad_file, say("cannot record into '{}': {}", path, refusal.text));
 }
 
 void check_place(const std::string& folder, const Disk& disk, const RecorderOptions& options) {
   const std::string path = store_path(folder);
   if (!fs::is_directory(folder))
-    throw Error(Error::Kind::bad_file, fmt::format("cannot record into '{}': there is no such folder", folder));
+    throw Error(Error::Kind::bad_file, say("cannot record into '{}': there is no such folder", folder));
   if (fs::exists(path) && !options.resume)
     throw Error(Error::Kind::bad_file,
-                fmt::format("'{}' holds a recording already; `tumble seal {}` makes a file of it", path, folder));
+                say("'{}' holds a recording already; `tumble seal {}` makes a file of it", path, folder));
   const std::uint64_t room = disk.room(folder), needed = options.reserve_bytes + options.floor_bytes;
   if (room < needed)
     throw Error(Error::Kind::bad_file,
-                fmt::format("the disk under '{}' has room for {:.0f} MB; a recording begins with at least {:.0f} MB",
-                            folder, static_cast<double>(room) * 1e-6, static_cast<double>(needed) * 1e-6));
+                say("the disk under '{}' has room for {:.0f} MB; a recording begins with at least {:.0f} MB", folder,
+                    static_cast<double>(room) * 1e-6, static_cast<double>(needed) * 1e-6));
 }
 
 /// The store of a folder, and its name there for certain.

@@ -28,7 +28,7 @@ struct Checking {
   const Plan& plan;
   const Station& station;
   const StationRequest& request;
-  std::vector<std::string> problems;
+  Problems problems;
 
   void add(const std::string& problem) {
     if (std::find(problems.begin(), problems.end(), problem) == problems.end()) problems.push_back(problem);

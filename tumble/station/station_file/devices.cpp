@@ -117,7 +117,7 @@ void read_axis(const toml::table& table, std::size_t device, Draft& draft) {
   section.close();
   for (const auto& other : draft.station.axes)
     if (other.device == device && other.number == axis.number)
-      section.problem_at("number", fmt::format("axis {} of this controller is '{}' already", axis.number, other.name));
+      section.problem_at("number", say("axis {} of this controller is '{}' already", axis.number, other.name));
   draft.station.axes.push_back(std::move(axis));
 }
 
@@ -184,7 +184,7 @@ void default_conduct(Section& section, StationDevice& device, bool moves, const 
   if (device.verbs.empty()) return;
   for (const auto& [key, list] : {std::pair{"prepare", &device.prepare}, std::pair{"finish", &device.finish}})
     for (const auto& verb : *list)
-      if (!device.can(verb)) section.problem_at(key, fmt::format("{} has no verb '{}'", device.controller, verb));
+      if (!device.can(verb)) section.problem_at(key, say("{} has no verb '{}'", device.controller, verb));
 }
 
 /// A request is answered after the pauses that its declaration wants.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/station/station_file/motion_extremes.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::station_file {
 
@@ -47,7 +48,7 @@ class AxisLimits {
       beyond(value, *axis_.max_acceleration, unit, crest);
   }
 
-  std::vector<std::string> problems;
+  Problems problems;
 
  private:
   void beyond(double value, double limit, const Unit& unit, double crest = 1.0) {
@@ -55,8 +56,8 @@ class AxisLimits {
         crest == 1.0 ? ""
                      : fmt::format(" in its peaks, {:.3g} standard deviations{},", crest,
                                    axis_.clips_at ? "" : " (if the drive clips them, state `clips_at` of the axis)");
-    problems.push_back(fmt::format("{}{}: {:.6g} {}{} is beyond the station's {:.6g} {}", where_, axis_.name,
-                                   unit.from_si(value), unit.text(), peaks, unit.from_si(limit), unit.text()));
+    problems.push_back(say("{}{}: {:.6g} {}{} is beyond the station's {:.6g} {}", where_, axis_.name,
+                           unit.from_si(value), unit.text(), peaks, unit.from_si(limit), unit.text()));
   }
 
   const StationAxis& axis_;

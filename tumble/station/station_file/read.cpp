@@ -66,12 +66,12 @@ void read_instrument(Section& section, Draft& draft) {
     section.problem("a stream needs both `frames`, its declaration, and `link`");
   for (const auto& other : draft.station.instruments)
     if (other.slot == instrument.slot && !other.slot.empty())
-      section.problem_at("slot", fmt::format("there are two slots '{}'", instrument.slot));
+      section.problem_at("slot", say("there are two slots '{}'", instrument.slot));
   try {
     const auto choice = parse_instrument(instrument.frames);
     if (choice.name.ends_with(".toml")) {
       const auto path = file_named_in(draft.folder, choice.name);
-      if (!std::filesystem::exists(path)) section.problem_at("frames", "there is no file " + path);
+      if (!std::filesystem::exists(path)) section.problem_at("frames", say("there is no file {}", path));
     } else if (!instrument.frames.empty()) {
       find_instrument(choice.name);
     }
@@ -94,9 +94,9 @@ void check_safe_temperature(Section& section, const SafeCommand& command, double
   }
   if (!limited && !(temperature > coldest && temperature <= hottest))
     section.problem_at("temperature",
-                       fmt::format("{:.6g} degC is not a temperature of a chamber; above {:.6g} degC and "
-                                   "up to {:.6g} degC is accepted",
-                                   celsius.from_si(temperature), celsius.from_si(coldest), celsius.from_si(hottest)));
+                       say("{:.6g} degC is not a temperature of a chamber; above {:.6g} degC and "
+                           "up to {:.6g} degC is accepted",
+                           celsius.from_si(temperature), celsius.from_si(coldest), celsius.from_si(hottest)));
 }
 
 void read_safe_command(Section& section, Draft& draft) {
@@ -116,14 +116,14 @@ void read_safe_command(Section& section, Draft& draft) {
   if (sets && temperature) command.request.values["temperature"] = *temperature;
   if (!command.request.verb.empty() &&
       std::find(harmless.begin(), harmless.end(), command.request.verb) == harmless.end())
-    section.problem_at("verb", fmt::format("'{}' is not for a safe list; accepted: {}", command.request.verb,
-                                           fmt::join(harmless, ", ")));
+    section.problem_at(
+        "verb", say("'{}' is not for a safe list; accepted: {}", command.request.verb, fmt::join(harmless, ", ")));
   if (command.within <= 0.0) section.problem_at("within", "must be above zero");
   section.close();
   if (!device) return;
   const auto& setup = draft.station.devices[*device];
   if (!setup.verbs.empty() && !command.request.verb.empty() && !setup.can(command.request.verb))
-    section.problem_at("verb", fmt::format("{} has no verb '{}'", setup.controller, command.request.verb));
+    section.problem_at("verb", say("{} has no verb '{}'", setup.controller, command.request.verb));
   command.device = *device;
   if (sets && temperature) check_safe_temperature(section, command, *temperature, draft.station);
   draft.station.safe.push_back(std::move(command));
@@ -157,8 +157,8 @@ void check_safe_list(Section& root, Draft& draft) {
       return command.device == axis.device && command.request.axis == axis.number && command.request.verb == "stop";
     });
     if (!stopped)
-      root.problem(fmt::format("[[safe]]: nothing stops the axis '{}': add device = \"{}\", verb = \"stop\", axis = {}",
-                               axis.name, station.devices[axis.device].name, axis.number));
+      root.problem(say("[[safe]]: nothing stops the axis '{}': add device = \"{}\", verb = \"stop\", axis = {}",
+                       axis.name, station.devices[axis.device].name, axis.number));
   }
 }
 
@@ -182,15 +182,15 @@ void check_names(Section& root, Draft& draft) {
   std::set<std::string> names;
   const auto once = [&](const std::string& name, const char* what) {
     if (!name.empty() && !names.insert(name).second)
-      root.problem(fmt::format("two things are called '{}': a {} needs a name of its own", name, what));
+      root.problem(say("two things are called '{}': a {} needs a name of its own", name, what));
   };
   for (const auto& device : draft.station.devices) once(device.name, "device");
   std::set<std::string> axes;
   for (const auto& axis : draft.station.axes)
     if (!axis.name.empty() && !axes.insert(axis.name).second)
-      root.problem(fmt::format("the axis '{}' of the rig is given to two axes of controllers", axis.name));
+      root.problem(say("the axis '{}' of the rig is given to two axes of controllers", axis.name));
   for (const auto& axis : draft.station.by_hand)
-    if (!axes.insert(axis).second) root.problem(fmt::format("the axis '{}' is moved by hand and by a device", axis));
+    if (!axes.insert(axis).second) root.problem(say("the axis '{}' is moved by hand and by a device", axis));
 }
 
 }  // namespace
@@ -204,7 +204,7 @@ std::vector<const toml::table*> tables_at(Section& section, const std::string& k
       if (const auto* table = element.as_table()) found.push_back(table);
   const auto* array = node->as_array();
   if (!array || found.size() != array->size())
-    section.problem_at(key, fmt::format("is a list of tables, each headed {}", heading));
+    section.problem_at(key, say("is a list of tables, each headed {}", heading));
   return found;
 }
 
@@ -234,8 +234,8 @@ std::optional<std::size_t> device_at(Section& section, const std::string& key, c
     if (station.devices[i].name == name) return i;
     known.push_back(station.devices[i].name);
   }
-  section.problem_at(key, fmt::format("the station has no device '{}'{} (devices: {})", name, did_you_mean(name, known),
-                                      fmt::join(known, ", ")));
+  section.problem_at(key, say("the station has no device '{}'{} (devices: {})", name, did_you_mean(name, known),
+                              fmt::join(known, ", ")));
   return std::nullopt;
 }
 
@@ -245,7 +245,7 @@ std::optional<std::size_t> choice(Section& section, const std::string& key, cons
   const auto found = std::find(words.begin(), words.end(), *text);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
   section.problem_at(
-      key, fmt::format("'{}' is not known{}; accepted: {}", *text, did_you_mean(*text, words), fmt::join(words, ", ")));
+      key, say("'{}' is not known{}; accepted: {}", *text, did_you_mean(*text, words), fmt::join(words, ", ")));
   return std::nullopt;
 }
 

@@ -43,9 +43,9 @@ const FaultRule* rule_in(Section& section) {
     names.emplace_back(rule.name);
   }
   const auto near = nearest(*text, names);
-  section.problem_at(
-      "kind", fmt::format("there is no fault '{}'{}; there are {}", *text,
-                          near.empty() ? "" : fmt::format("; did you mean '{}'?", near), fmt::join(names, ", ")));
+  section.problem_at("kind",
+                     say("there is no fault '{}'{}; there are {}", *text,
+                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near), fmt::join(names, ", ")));
   return nullptr;
 }
 
@@ -61,7 +61,7 @@ void read_size(Section& section, const FaultRule& rule, VirtualFault& fault) {
   fault.by = rule.by;
   const auto text = section.text("by");
   if (rule.by_units.empty()) {
-    if (text) section.problem_at("by", fmt::format("{} has no size", rule.name));
+    if (text) section.problem_at("by", say("{} has no size", rule.name));
     return;
   }
   if (!text) {
@@ -78,8 +78,8 @@ void read_size(Section& section, const FaultRule& rule, VirtualFault& fault) {
       return;
     } catch (const Error&) {  // the next unit
     }
-  section.problem_at("by", fmt::format("'{}' is not understood: a quantity in {} is expected", *text,
-                                       fmt::join(rule.by_units, " or ")));
+  section.problem_at(
+      "by", say("'{}' is not understood: a quantity in {} is expected", *text, fmt::join(rule.by_units, " or ")));
 }
 
 void read_when(Section& section, const FaultRule& rule, VirtualFault& fault) {
@@ -91,7 +91,7 @@ void read_when(Section& section, const FaultRule& rule, VirtualFault& fault) {
   if (fault.random && !(*fault.random > 0.0)) section.problem_at("random", "more than 0 is expected");
   fault.at = at.value_or(0.0);
   fault.lasts = time_in(section, "for");
-  if (fault.lasts && !rule.lasts) section.problem_at("for", fmt::format("{} has no duration", rule.name));
+  if (fault.lasts && !rule.lasts) section.problem_at("for", say("{} has no duration", rule.name));
 }
 
 void read_outcome(Section& section, VirtualFault& fault) {
@@ -99,7 +99,7 @@ void read_outcome(Section& section, VirtualFault& fault) {
   if (const auto ends = section.text("ends")) {
     fault.ends = *ends;
     if (std::ranges::find(endings, *ends) == endings.end())
-      section.problem_at("ends", fmt::format("one of {} is expected", fmt::join(endings, ", ")));
+      section.problem_at("ends", say("one of {} is expected", fmt::join(endings, ", ")));
   } else {
     section.missing("ends", "\"stopped\"");
   }

@@ -17,13 +17,15 @@ constexpr double window = 0.2;                        ///< [s] over which a rate
 constexpr std::size_t readings = 11;                  ///< in this window
 
 void refuse_incomplete_plan(const Plan& plan) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.instrument_model.empty()) problems.emplace_back("a virtual rig needs [instrument] model = \"...\"");
   if (plan.rig_kind.empty()) problems.emplace_back("a virtual rig needs [rig] kind = \"...\"");
   if (!(plan.sample_rate > 0.0)) problems.emplace_back("a virtual rig needs [instrument] rate = \"1 Hz\" or the like");
   if (!plan.instrument_model.empty() && plan.truth.texts().empty())
     problems.emplace_back("a virtual rig needs [truth]");
-  for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
+  if (!plan.file.empty())
+    for (auto& problem : problems)
+      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -70,8 +72,7 @@ AxisControl& Bench::control(const std::string& axis) {
   if (found != axes.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& [name, control] : axes) names.push_back(name);
-  throw Error(Error::Kind::bad_input,
-              fmt::format("there is no axis '{}'; the rig has {}", axis, fmt::join(names, ", ")));
+  throw Error(Error::Kind::bad_input, say("there is no axis '{}'; the rig has {}", axis, fmt::join(names, ", ")));
 }
 
 DriveState Bench::drive(double time, const std::string& axis) {
@@ -82,7 +83,7 @@ DriveState Bench::drive(double time, const std::string& axis) {
 }
 
 void Bench::advance(double time) {
-  if (!(time >= now)) throw Error(Error::Kind::bad_input, fmt::format("time goes back from {} s to {} s", now, time));
+  if (!(time >= now)) throw Error(Error::Kind::bad_input, say("time goes back from {} s to {} s", now, time));
   while (!later.empty() && later.begin()->first <= time) {
     const auto [when, what] = *later.begin();
     later.erase(later.begin());

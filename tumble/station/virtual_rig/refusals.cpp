@@ -13,7 +13,7 @@ Refusal said_against(const Bench& bench, Schedule trial, const std::string& axis
   trial.push_back({label, time, 1, {{axis, motion}}});
   const std::string mine = std::string("segment '") + label + "': ";
   Refusal all;
-  for (const auto& problem : bench.rig->refusals(trial, bench.plan->rig))
+  for (const std::string problem : bench.rig->refusals(trial, bench.plan->rig))
     if (problem.starts_with(mine)) all += (all.empty() ? "" : "; ") + problem.substr(mine.size());
   return all;
 }

@@ -8,7 +8,7 @@ namespace tumble::fleet {
 
 LimitsByName limits_by_name(const Sets& sets) {
   LimitsByName limits;
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [key, text] : sets) {
     const auto dot = key.rfind('.');
     const std::string end = dot == std::string::npos ? "" : key.substr(dot + 1);
@@ -17,7 +17,7 @@ LimitsByName limits_by_name(const Sets& sets) {
     else if (end == "max")
       limits[key.substr(0, dot)].upper = text;
     else
-      problems.push_back(fmt::format("limit '{}': write PARAMETER.min or PARAMETER.max", key));
+      problems.push_back(say("limit '{}': write PARAMETER.min or PARAMETER.max", key));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return limits;
@@ -31,7 +31,7 @@ ParameterLimits limits_in(const LimitsByName& limits, const std::string& name, c
   if (!written->second.upper.empty()) both.upper = parse_si(written->second.upper, unit);
   if (!(both.lower < both.upper))
     throw Error(Error::Kind::bad_input,
-                fmt::format("limits of {}: {} is not below {}", name, written->second.lower, written->second.upper));
+                say("limits of {}: {} is not below {}", name, written->second.lower, written->second.upper));
   return both;
 }
 

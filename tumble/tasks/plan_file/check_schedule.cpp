@@ -5,6 +5,7 @@
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::plan_file {
 namespace {
@@ -19,7 +20,7 @@ class Places {
         segments_.emplace(label->get(), &node);  // the first of those that share it
   }
 
-  std::string of(const std::string& refusal) const {
+  Where of(const std::string& refusal) const {
     const auto quoted = [&](std::size_t from, char end) {
       return refusal.substr(from, refusal.find(end, from) - from);
     };
@@ -27,7 +28,8 @@ class Places {
     if (refusal.starts_with("[rig] ") && rig_) node = rig_->get(quoted(6, ' '));
     if (refusal.starts_with("segment '"))
       if (const auto found = segments_.find(quoted(9, '\'')); found != segments_.end()) node = found->second;
-    return node ? problems_.place(node->source()) : problems_.file;
+    return node ? problems_.where(node->source())
+                : Where{.file = problems_.file, .place = say("{}", Name{problems_.file})};
   }
 
  private:
@@ -36,9 +38,9 @@ class Places {
   std::map<std::string, const toml::node*> segments_;
 };
 
-std::vector<std::string> refusals_of(const Plan& plan, const Rig& rig) {
+tumble::Problems refusals_of(const Plan& plan, const Rig& rig) {
   if (!recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
-  std::vector<std::string> refusals;
+  tumble::Problems refusals;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s)
     for (auto& refusal : rig.refusals({standing_alone(plan.schedule, s)}, plan.rig))
       if (std::ranges::find(refusals, refusal) == refusals.end()) refusals.push_back(std::move(refusal));
@@ -52,7 +54,7 @@ void check_schedule(const Plan& plan, const Rig& rig, Section& root, Problems& p
   const auto refusals = refusals_of(plan, rig);
   if (refusals.empty()) return;
   const Places places(root, problems);
-  for (const auto& refusal : refusals) problems.all.push_back(places.of(refusal) + ": " + refusal);
+  for (const auto& refusal : refusals) problems.all.push_back(within(places.of(refusal.text()), refusal));
 }
 
 }  // namespace tumble::plan_file

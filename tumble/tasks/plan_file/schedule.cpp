@@ -125,14 +125,14 @@ bool read_motion(const toml::table& table, const std::string& name, const Axis& 
     if (!table.contains(key)) continue;
     ++found;
     if (std::find(axis.motions.begin(), axis.motions.end(), kind) == axis.motions.end())
-      section.problem(fmt::format("cannot {}: this axis accepts {}", key, fmt::join(accepted, ", ")));
+      section.problem(say("cannot {}: this axis accepts {}", key, fmt::join(accepted, ", ")));
     motion.kind = kind;
     read_values(section, kind, AxisUnits(axis), problems, motion);
   }
   if (found > 1) section.problem("one motion for each axis of a segment");
   if (found == 0) {
     for (const auto& key : accepted) section.find(key);
-    if (section.unread().empty()) section.problem(fmt::format("needs one of {}", fmt::join(accepted, ", ")));
+    if (section.unread().empty()) section.problem(say("needs one of {}", fmt::join(accepted, ", ")));
   }
   section.close();
   return found == 1;
@@ -157,7 +157,7 @@ void read_axes(Section& section, const Rig* rig, Problems& problems, Segment& se
   }
   if (!rig && !section.unread().empty())
     section.problem(
-        fmt::format("moves {}, but the plan names no rig: [rig] kind = \"...\"", fmt::join(section.unread(), ", ")));
+        say("moves {}, but the plan names no rig: [rig] kind = \"...\"", fmt::join(section.unread(), ", ")));
   else
     section.close();
 }
@@ -207,17 +207,17 @@ std::optional<double> duration_of(const Draft& draft, const Positions& positions
     const auto start = positions.find(axis);
     if (start == positions.end()) {
       problems.add(draft.table->source(),
-                   fmt::format("[[schedule]] \"{}\": duration is missing, and nothing before it in run {} says where "
-                               "{} starts",
-                               draft.segment.label, draft.segment.run, axis));
+                   say("[[schedule]] \"{}\": duration is missing, and nothing before it in run {} says where "
+                       "{} starts",
+                       draft.segment.label, draft.segment.run, axis));
       return std::nullopt;
     }
     duration = std::max(duration.value_or(0.0), std::abs(motion.to - start->second) / motion.value);
   }
   if (!duration || *duration == 0.0)
-    problems.add(draft.table->source(), fmt::format("[[schedule]] \"{}\": duration {}", draft.segment.label,
-                                                    duration ? "would be zero: the axis is already there"
-                                                             : "is missing, for example duration = \"5 min\""));
+    problems.add(draft.table->source(), say("[[schedule]] \"{}\": duration {}", draft.segment.label,
+                                            duration ? "would be zero: the axis is already there"
+                                                     : "is missing, for example duration = \"5 min\""));
   return duration;
 }
 

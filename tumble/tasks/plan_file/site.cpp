@@ -6,6 +6,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::plan_file {
 
@@ -27,9 +28,8 @@ Site read_site(const toml::table& table, tables::Problems& problems) {
   // what rock and relief do to gravity stays below 1e-3 of it
   else if (const double normal = normal_gravity(site.latitude, site.height.value_or(0.0));
            site.gravity && std::abs(*site.gravity / normal - 1.0) > 0.01)
-    section.problem_at("gravity",
-                       fmt::format("{:g} m/s^2 is impossible: at this latitude and height it is about {:.3f} m/s^2",
-                                   *site.gravity, normal));
+    section.problem_at("gravity", say("{:g} m/s^2 is impossible: at this latitude and height it is about {:.3f} m/s^2",
+                                      *site.gravity, normal));
   section.close();
   return site;
 }

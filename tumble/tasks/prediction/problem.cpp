@@ -75,22 +75,22 @@ void describe(const OutputProblem& output, Estimate& estimate) {
 }  // namespace
 
 void refuse_unpredictable(const Plan& plan) {
-  std::vector<std::string> problems;
+  Problems problems;
   if (plan.instrument_model.empty()) problems.push_back("to predict, the plan needs [instrument] model = \"...\"");
   if (plan.rig_kind.empty()) problems.push_back("to predict, the plan needs [rig] kind = \"...\"");
   if (!(plan.sample_rate > 0.0))
     problems.push_back("to predict, the plan needs [instrument] rate = \"1 Hz\" or the like");
   if (plan.schedule.empty()) problems.push_back("to predict, the plan needs at least one [[schedule]]");
   if (plan.schedule.size() > most_segments)
-    problems.push_back(fmt::format("the schedule has {} segments, and {} can be predicted: all are correlated",
-                                   plan.schedule.size(), most_segments));
+    problems.push_back(say("the schedule has {} segments, and {} can be predicted: all are correlated",
+                           plan.schedule.size(), most_segments));
   double samples = 0.0;
   for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;
   if (samples > most_samples)
     problems.push_back(
-        fmt::format("the schedule has {:.2g} samples, and {:.2g} can be predicted: is [instrument] rate "
-                    "(here {:g} Hz) right?",
-                    samples, most_samples, plan.sample_rate));
+        say("the schedule has {:.2g} samples, and {:.2g} can be predicted: is [instrument] rate "
+            "(here {:g} Hz) right?",
+            samples, most_samples, plan.sample_rate));
   if (plan.truth.texts().empty())
     problems.push_back(
         "to predict, the plan needs [truth] with the noise of the instrument: angle_random_walk = \"...\"");
@@ -102,12 +102,14 @@ void refuse_unpredictable(const Plan& plan) {
             std::ranges::find(silent, name) == silent.end())
           silent.push_back(name);
     for (const auto& name : silent)
-      problems.push_back(fmt::format(
+      problems.push_back(say(
           "to predict, [truth] must state the white noise of the instrument: {} = \"...\"; without it the uncertainty "
           "would be that of the rig alone",
           name));
   }
-  for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
+  if (!plan.file.empty())
+    for (auto& problem : problems)
+      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -143,7 +145,7 @@ std::vector<std::string> problems_of_terms(const Plan& plan, const std::vector<s
     for (const auto& term : output.terms) known.push_back(term.name);
   for (const auto& name : names)
     if (std::ranges::find(known, name) == known.end())
-      problems.push_back(fmt::format("{} has no term '{}'{}", plan.instrument_model, name, did_you_mean(name, known)));
+      problems.push_back(say("{} has no term '{}'{}", plan.instrument_model, name, did_you_mean(name, known)));
   return problems;
 }
 

@@ -31,9 +31,8 @@ struct LineDraft {
   bool keeps(const FrameNumber& number) const { return !base.empty() && !cell(number).format.given; }
 };
 
-[[noreturn]] void refuse_cell(const LineDraft& draft, const std::string& what, const std::string& why) {
-  throw Error(Error::Kind::bad_input,
-              fmt::format("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
+[[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const std::string& why) {
+  throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
 }
 
 /// All bits of a number with digits, as they stand in a cell.
@@ -201,7 +200,7 @@ std::string encode_line(const FrameCodec& codec, const FrameContent& content, st
   draft.places.fill({0, 0});
   const bool is_new = base.empty();
   if (!is_new && !locate(layout, base, draft.places))
-    throw Error(Error::Kind::bad_input, fmt::format("{}: these bytes are no line '{}'", codec.name, layout.name));
+    throw Error(Error::Kind::bad_input, say("{}: these bytes are no line '{}'", codec.name, layout.name));
   for (std::size_t i = 0; i < draft.cells.size() && !is_new; ++i)
     if (draft.places[i].at >= 0)
       draft.cells[i] =

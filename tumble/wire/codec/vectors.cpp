@@ -10,9 +10,9 @@ namespace tumble {
 namespace {
 
 void compare_values(const FrameCodec& codec, const FrameVector& vector, const FrameContent& content,
-                    std::vector<std::string>& problems) {
+                    Problems& problems) {
   const auto differs = [&](const std::string& what, const std::string& is, const std::string& should) {
-    problems.push_back(fmt::format("{}: [[vector]]: {} is {}, and should be {}", vector.place, what, is, should));
+    problems.push_back(say("{}: [[vector]]: {} is {}, and should be {}", vector.place, what, is, should));
   };
   for (std::size_t i = 0; i < codec.channels.size(); ++i) {
     const FrameChannel& channel = codec.channels[i];
@@ -36,22 +36,21 @@ void compare_values(const FrameCodec& codec, const FrameVector& vector, const Fr
 
 }  // namespace
 
-std::vector<std::string> problems_of_vectors(const FrameCodec& codec) {
-  std::vector<std::string> problems;
+Problems problems_of_vectors(const FrameCodec& codec) {
+  Problems problems;
   for (const FrameVector& vector : codec.vectors) {
     const auto content = decode_frame(codec, vector.bytes);
     if (!content) {
-      problems.push_back(vector.place +
-                         ": [[vector]]: its bytes are not a whole frame of this declaration whose "
-                         "checksum holds");
+      problems.push_back(say("{}: [[vector]]: its bytes are not a whole frame of this declaration whose checksum holds",
+                             vector.place));
       continue;
     }
     compare_values(codec, vector, *content, problems);
     try {
       if (encode_frame(codec, *content, vector.bytes) != vector.bytes)
-        problems.push_back(vector.place + ": [[vector]]: its values, encoded again, do not give its bytes");
+        problems.push_back(say("{}: [[vector]]: its values, encoded again, do not give its bytes", vector.place));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(vector.place + ": [[vector]]: " + problem);
+      for (const auto& problem : error.problems) problems.push_back(say("{}: [[vector]]: {}", vector.place, problem));
     }
   }
   return problems;

@@ -91,7 +91,7 @@ void ControllerDevice::take_body(const std::string& body, bool bare, std::uint16
   slot.transaction = transaction;
   const auto matches = matches_of(body, bare);
   if (!matches.empty()) return proceed(matches, slot, requests);
-  problems_.push_back(fmt::format("unknown command '{}'", controller::shown(body)));
+  problems_.push_back(say("unknown command '{}'", controller::shown(body)));
   slot.answered = true;
   slot.bytes = error_bytes(slot, "unknown command");
   slots_.push_back(slot);
@@ -147,11 +147,12 @@ std::string ControllerDevice::error_bytes(const Slot& slot, const std::string& t
 
 void ControllerDevice::answer(const ControllerReply& reply) {
   const auto slot = std::ranges::find(slots_, false, &Slot::answered);
-  if (slot == slots_.end()) throw Error(Error::Kind::bad_input, controller_->name + ": there is no request to answer");
+  if (slot == slots_.end())
+    throw Error(Error::Kind::bad_input, say("{}: there is no request to answer", controller_->name));
   try {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
-    throw Error(error.kind, fmt::format("{}: answer to {}: {}", controller_->name, slot->request.verb, error.what()));
+    throw Error(error.kind, say("{}: answer to {}: {}", controller_->name, slot->request.verb, error.what()));
   }
   slot->answered = true;
 }
@@ -166,7 +167,7 @@ void ControllerDevice::notice(const std::string& state) {
     slots_.push_back(slot);
     return;
   }
-  throw Error(Error::Kind::bad_input, fmt::format("{}: there is no notice that says '{}'", controller_->name, state));
+  throw Error(Error::Kind::bad_input, say("{}: there is no notice that says '{}'", controller_->name, state));
 }
 
 std::string ControllerDevice::output() {
@@ -175,8 +176,8 @@ std::string ControllerDevice::output() {
   return bytes;
 }
 
-std::vector<std::string> ControllerDevice::problems() {
-  std::vector<std::string> problems;
+Problems ControllerDevice::problems() {
+  Problems problems;
   problems.swap(problems_);
   return problems;
 }

@@ -12,7 +12,7 @@ namespace tumble::controller {
 namespace {
 
 [[noreturn]] void refuse_field(std::string_view field, std::string_view why) {
-  throw Error(Error::Kind::bad_input, fmt::format("{{{}}}: {}", field, why));
+  throw Error(Error::Kind::bad_input, say("{{{}}}: {}", field, why));
 }
 
 /// The whole number at the begin of `text`, which it is removed from.

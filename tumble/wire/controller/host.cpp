@@ -24,20 +24,19 @@ bool is_wanted(const ControllerExchange& exchange, const ControllerRequest& requ
 }
 
 void require_values(const Controller& declaration, const ControllerCommand& command, const ControllerRequest& request) {
-  std::vector<std::string> problems;
+  Problems problems;
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
-      problems.push_back(
-          fmt::format("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
-                      command.takes.empty() ? "nothing" : fmt::format("{}", fmt::join(command.takes, ", "))));
-    if (!std::isfinite(value)) problems.push_back(fmt::format("{}: {} is not a number", declaration.name, name));
+      problems.push_back(say("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
+                             command.takes.empty() ? "nothing" : fmt::format("{}", fmt::join(command.takes, ", "))));
+    if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", declaration.name, name));
   }
   for (const auto& name : command.requires_)
     if (!request.values.contains(name))
-      problems.push_back(fmt::format("{}: {} needs the value '{}'", declaration.name, command.verb, name));
+      problems.push_back(say("{}: {} needs the value '{}'", declaration.name, command.verb, name));
   const int axes = static_cast<int>(declaration.axes.size());
   if (request.axis < 1 || request.axis > axes)
-    problems.push_back(fmt::format("{}: there is no axis {} (it has {})", declaration.name, request.axis, axes));
+    problems.push_back(say("{}: there is no axis {} (it has {})", declaration.name, request.axis, axes));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -45,8 +44,8 @@ const ControllerCommand& command_of(const Controller& declaration, const std::st
   if (const auto* command = declaration.find(verb)) return *command;
   std::vector<std::string> known;
   for (const auto& command : declaration.commands) known.push_back(command.verb);
-  throw Error(Error::Kind::unsupported, fmt::format("{} cannot '{}'{} (it can: {})", declaration.name, verb,
-                                                    did_you_mean(verb, known), fmt::join(known, ", ")));
+  throw Error(Error::Kind::unsupported, say("{} cannot '{}'{} (it can: {})", declaration.name, verb,
+                                            did_you_mean(verb, known), fmt::join(known, ", ")));
 }
 
 /// A value that comes back under the name that was sent, and is another one.
@@ -93,8 +92,8 @@ std::map<std::string, double> ControllerHost::values_to_send(const ControllerExc
 
 std::string ControllerHost::ask(const ControllerRequest& request) {
   if (command_)
-    throw Error(Error::Kind::bad_input, fmt::format("{}: {} was asked while {} is outstanding", controller_->name,
-                                                    request.verb, request_.verb));
+    throw Error(Error::Kind::bad_input,
+                say("{}: {} was asked while {} is outstanding", controller_->name, request.verb, request_.verb));
   const ControllerCommand& command = command_of(*controller_, request.verb);
   require_values(*controller_, command, request);
   const ControllerRequest before = request_;
@@ -105,7 +104,7 @@ std::string ControllerHost::ask(const ControllerRequest& request) {
         controller::request_body(*controller_, exchange, {values_to_send(exchange), {}, request.axis});
   } catch (const Error& error) {
     request_ = before;
-    throw Error(error.kind, fmt::format("{}: {}: {}", controller_->name, request.verb, error.what()));
+    throw Error(error.kind, say("{}: {}: {}", controller_->name, request.verb, error.what()));
   }
   command_ = &command;
   reply_ = {request.verb};
@@ -202,14 +201,14 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   if (body.empty()) return;
   drop_late(body);
   if (const auto notice = controller::notice_of(*controller_, body)) return replies.push_back(*notice);
-  if (!now) return replies.push_back(problem(fmt::format("{} came although nothing was asked", quoted(body))));
+  if (!now) return replies.push_back(problem(say("{} came although nothing was asked", quoted(body))));
   for (const auto& command : controller_->commands)
     for (const auto& other : command.exchanges)
       if (&command != command_ && !other.modbus && controller::parse_reply(*controller_, other, "", body))
-        return replies.push_back(problem(
-            fmt::format("{} is a reply to '{}', and '{}' was asked", quoted(body), command.verb, request_.verb)));
+        return replies.push_back(
+            problem(say("{} is a reply to '{}', and '{}' was asked", quoted(body), command.verb, request_.verb)));
   spoiled_ = true;
-  replies.push_back(problem(fmt::format("unknown reply {} to {}", quoted(body), quoted(sent_))));
+  replies.push_back(problem(say("unknown reply {} to {}", quoted(body), quoted(sent_))));
 }
 
 std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
@@ -224,8 +223,7 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
     if (!line->body) continue;
     const bool is_tcp = controller_->protocol == Controller::Protocol::modbus_tcp;
     if (is_tcp && line->transaction != transaction_)
-      replies.push_back(
-          problem(fmt::format("a reply of transaction {}, and {} was asked", line->transaction, transaction_)));
+      replies.push_back(problem(say("a reply of transaction {}, and {} was asked", line->transaction, transaction_)));
     else
       take_body(*line->body, replies);
   }
@@ -234,7 +232,7 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
 
 ControllerReply ControllerHost::give_up() {
   const std::string rest = pending_.empty() ? "" : fmt::format("; received was {}, which is cut", quoted(pending_));
-  auto reply = problem(fmt::format("no reply to {} within {:g} s{}", quoted(sent_), timeout(), rest));
+  auto reply = problem(say("no reply to {} within {:g} s{}", quoted(sent_), timeout(), rest));
   if (const ControllerExchange* const late = awaited(); late && !spoiled_) owe(*late);
   pending_.clear();
   command_ = nullptr;

@@ -117,8 +117,7 @@ void ControllerHost::take_while_unclear(const std::string& body, std::vector<Con
   if (const auto notice = controller::notice_of(*controller_, body)) return replies.push_back(*notice);
   const bool is_late = drop_late(body);
   if (!is_late && probe_ && controller::parse_reply(*controller_, *probe_, sent_, body)) return line_is_clear();
-  replies.push_back(
-      problem(fmt::format("'{}' is a late reply to a request that was given up", controller::shown(body))));
+  replies.push_back(problem(say("'{}' is a late reply to a request that was given up", controller::shown(body))));
   if (quiet_ && owed_.empty()) line_is_clear();
 }
 

@@ -113,7 +113,7 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     const auto found = std::ranges::find(words->second, text, &ControllerWords::value_type::second);
     if (found == words->second.end())
       throw Error(Error::Kind::bad_input,
-                  fmt::format("{}: this controller has no text for the {} '{}'", controller.name, name, text));
+                  say("{}: this controller has no text for the {} '{}'", controller.name, name, text));
     text = written(*found);
   }
   for (const auto& bits : controller.bits) {
@@ -121,8 +121,8 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     if (word == reply.words.end() || content.values.contains(bits.from)) continue;
     const auto number = bits_of_word(bits, word->second);
     if (!number)
-      throw Error(Error::Kind::bad_input, fmt::format("{}: this controller has no bits for the {} '{}'",
-                                                      controller.name, bits.word, word->second));
+      throw Error(Error::Kind::bad_input,
+                  say("{}: this controller has no bits for the {} '{}'", controller.name, bits.word, word->second));
     content.values[bits.from] = *number;
   }
   return content;

@@ -14,8 +14,8 @@ namespace {
 
 [[noreturn]] void does_not_fit(const ControllerPiece& piece, double steps) {
   throw Error(Error::Kind::bad_input,
-              fmt::format("{} = {:.9g}{}{} does not fit the format of the controller", key_of(piece),
-                          steps * piece.factor, piece.unit.text() == "1" ? "" : " ", piece.unit.text()));
+              say("{} = {:.9g}{}{} does not fit the format of the controller", key_of(piece), steps * piece.factor,
+                  piece.unit.text() == "1" ? "" : " ", piece.unit.text()));
 }
 
 std::string write_binary(const ControllerPiece& piece, double steps) {
@@ -171,7 +171,7 @@ double resolution(const ControllerPiece& piece, double si) {
 
 double value_of_default(const ControllerPiece& piece) {
   const auto steps = parse_decimal(piece.otherwise.value_or("0"));
-  if (!steps) throw Error(Error::Kind::bad_input, fmt::format("'{}' is not a number", *piece.otherwise));
+  if (!steps) throw Error(Error::Kind::bad_input, say("'{}' is not a number", *piece.otherwise));
   return piece.unit.to_si(*steps * piece.factor);
 }
 

@@ -26,13 +26,13 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
       if (const auto text = tables::text_of(node))
         settings[known.back()] = *text;
       else
-        draft.problems.add(node.source(), fmt::format("[setting]: {}: a text or a number is expected", known.back()));
+        draft.problems.add(node.source(), say("[setting]: {}: a text or a number is expected", known.back()));
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))
-      draft.problems.all.push_back(fmt::format("{}: there is no setting '{}'{} (settings: {})", draft.problems.file,
-                                               name, did_you_mean(name, known),
-                                               known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+      draft.problems.all.push_back(say("{}: there is no setting '{}'{} (settings: {})", draft.problems.file, name,
+                                       did_you_mean(name, known),
+                                       known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
     settings[name] = value;
   }
   return settings;
@@ -47,7 +47,7 @@ void put_into(std::string& text, const toml::source_region& place, Draft& draft)
     if (end == std::string::npos || setting == settings.end()) {
       std::vector<std::string> known;
       for (const auto& [key, value] : settings) known.push_back(key);
-      draft.problems.add(place, fmt::format("there is no setting '{}'{}", name, did_you_mean(name, known)));
+      draft.problems.add(place, say("there is no setting '{}'{}", name, did_you_mean(name, known)));
       return;
     }
     text.replace(at, end + 1 - at, setting->second);
@@ -166,7 +166,7 @@ std::optional<int> number_at(Section& section, std::string_view key, int most) {
   const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
   const int value = digits ? std::stoi(text) : -1;
   if (value >= 0 && value <= most) return value;
-  section.problem_at(key, fmt::format("a whole number from 0 to {} is expected", most));
+  section.problem_at(key, say("a whole number from 0 to {} is expected", most));
   return std::nullopt;
 }
 

@@ -32,13 +32,13 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
   if (units && std::ranges::any_of(*units, fits)) return;
   if (!units && piece.unit.dimension() == Dimension{}) return;
   if (units)
-    section.problem_at(key, fmt::format("'{}' must be in {} or the like, not '{}'", piece.text, units->front().text(),
-                                        piece.unit.text()));
+    section.problem_at(
+        key, say("'{}' must be in {} or the like, not '{}'", piece.text, units->front().text(), piece.unit.text()));
   else
     section.problem_at(
-        key, fmt::format("a number with a unit has one of the names position, rate, acceleration, "
-                         "amplitude, frequency, phase, temperature, set_point, ramp, voltage, current; '{}' is not one",
-                         piece.text));
+        key, say("a number with a unit has one of the names position, rate, acceleration, "
+                 "amplitude, frequency, phase, temperature, set_point, ramp, voltage, current; '{}' is not one",
+                 piece.text));
 }
 
 /// Absolute temperatures keep their zero: 0.1 degC of a register is a step, and 0 is 0 degC.
@@ -47,10 +47,10 @@ void check_template(Section& section, const char* key, const ControllerTemplate&
   for (const auto& piece : form.pieces) {
     require_unit(section, key, piece);
     if (piece.axis > static_cast<int>(draft.controller.axes.size()))
-      section.problem_at(key, fmt::format("'{}': there is no axis {} (see axes)", key_of(piece), piece.axis));
+      section.problem_at(key, say("'{}': there is no axis {} (see axes)", key_of(piece), piece.axis));
     if (is_send && piece.kind == ControllerPiece::Kind::word)
-      section.problem_at(
-          key, fmt::format("the word '{}': only numbers and the axis are sent; write the text itself", piece.text));
+      section.problem_at(key,
+                         say("the word '{}': only numbers and the axis are sent; write the text itself", piece.text));
     if (piece.kind == ControllerPiece::Kind::any && piece.width > 0 && !piece.otherwise)
       section.problem_at(key, "{_} with a width needs a default, {_:3s=abc}");
   }
@@ -78,8 +78,7 @@ ControllerPiece register_field(std::string text) {
   if (piece.bytes != 2 && piece.bytes != 4)
     throw Error(
         Error::Kind::bad_input,
-        fmt::format("\"{}\": a type of a register is expected, \"temperature:f32 degC\" (i16, u16, i32, u32, f32)",
-                    text));
+        say("\"{}\": a type of a register is expected, \"temperature:f32 degC\" (i16, u16, i32, u32, f32)", text));
   if (piece.big) return piece;
   throw Error(Error::Kind::bad_input, "Modbus sends the high byte first; the order of words is words = \"low first\"");
 }
@@ -200,8 +199,8 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
   command.note = section.text("note").value_or("");
   command.certainty = certainty_at(section, draft.controller.certainty);
   if (std::ranges::find(known_verbs(), verb) == known_verbs().end())
-    section.problem(fmt::format("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, known_verbs()),
-                                fmt::join(known_verbs(), ", ")));
+    section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, known_verbs()),
+                        fmt::join(known_verbs(), ", ")));
   if (table.contains("exchange")) {
     for (const auto* one : declaration::tables_at(section, "exchange")) {
       Section inner(*one, fmt::format("[command.{}] exchange", verb), draft.problems);
@@ -223,10 +222,9 @@ void resolve_same(ControllerCommand& command, Draft& draft, Section& root) {
   if (command.same_as.empty()) return;
   const auto* other = draft.controller.find(command.same_as);
   if (!other || !other->same_as.empty() || !command.exchanges.empty())
-    return root.problem_at("command",
-                           fmt::format("[command.{}]: same_as names another command, and has nothing to send "
-                                       "beside it",
-                                       command.verb));
+    return root.problem_at("command", say("[command.{}]: same_as names another command, and has nothing to send "
+                                          "beside it",
+                                          command.verb));
   command.exchanges = other->exchanges;
   summarise(command);
 }

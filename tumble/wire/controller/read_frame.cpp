@@ -97,8 +97,7 @@ void read_bits(Section& root, Draft& draft) {
     for (const auto* rule : declaration::tables_at(section, "rules")) bits.rules.push_back(rule_of(*rule, draft));
     for (const auto& rule : bits.rules)
       if (!rule.means.empty() && !bits_of_word(bits, rule.means))
-        section.problem_at("rules",
-                           fmt::format("no number means '{}': the rules before it hold for all of them", rule.means));
+        section.problem_at("rules", say("no number means '{}': the rules before it hold for all of them", rule.means));
     section.close();
     draft.controller.bits.push_back(bits);
   }
@@ -112,7 +111,7 @@ ControllerSaying saying_of(const toml::table& table, const char* name, Draft& dr
   guarded(section, "expect", [&] { saying.expect = parse_template(text.value_or("")); });
   for (const auto& piece : saying.expect.pieces)
     if (piece.kind == ControllerPiece::Kind::number && !piece.otherwise)
-      section.problem_at("expect", fmt::format("the number '{}' needs a default, {{{}:d=1}}", piece.text, piece.text));
+      section.problem_at("expect", say("the number '{}' needs a default, {{{}:d=1}}", piece.text, piece.text));
   if (const auto* meanings = section.table("meaning"))
     for (const auto& [key, node] : *meanings)
       if (const auto meaning = tables::text_of(node)) saying.meaning[std::string(key.str())] = *meaning;

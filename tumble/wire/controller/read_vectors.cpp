@@ -39,8 +39,7 @@ std::map<std::string, double> quantities_at(Section& around, const char* key, Dr
       const Quantity quantity = parse_quantity(text);
       const auto fits = [&](const Unit& unit) { return unit.dimension() == quantity.unit.dimension(); };
       if (units ? std::ranges::none_of(*units, fits) : quantity.unit.dimension() != Dimension{})
-        throw Error(Error::Kind::bad_input,
-                    fmt::format("'{}' must be in {}", text, units ? units->front().text() : "no unit"));
+        throw Error(Error::Kind::bad_input, say("'{}' must be in {}", text, units ? units->front().text() : "no unit"));
       values[name] = quantity.unit.to_si(quantity.value);
       if (tolerance) (*tolerance)[name] = half_of_last_digit(text) * std::abs(quantity.unit.factor());
     });
@@ -98,9 +97,10 @@ void read_vector(const toml::table& table, Draft& draft) {
 void read_vectors(Section& root, Draft& draft) {
   for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, draft);
   if (draft.controller.vectors.empty() && draft.problems.all.empty())
-    draft.problems.all.push_back(draft.problems.file +
-                                 ": there is no [[vector]]; give the bytes of one command and of its reply, and the "
-                                 "values that they mean, so that formats and units are tested");
+    draft.problems.all.push_back(
+        say("{}: there is no [[vector]]; give the bytes of one command and of its reply, and the values that they "
+            "mean, so that formats and units are tested",
+            draft.problems.file));
 }
 
 }  // namespace tumble::controller

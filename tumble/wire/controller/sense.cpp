@@ -29,7 +29,7 @@ void require_sense(Draft& draft) {
   const auto& commands = draft.controller.commands;
   auto& all = draft.problems.all;
   const auto say = [&](const std::string& verb, const std::string& text) {
-    all.push_back(fmt::format("{}: [command.{}]: {}", draft.problems.file, verb, text));
+    all.push_back(say("{}: [command.{}]: {}", draft.problems.file, verb, text));
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const auto& command = commands[i];
@@ -46,8 +46,7 @@ void require_sense(Draft& draft) {
       return std::ranges::find(command.gives, bits.from) != command.gives.end();
     });
     if (!carried)
-      all.push_back(
-          fmt::format("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word, bits.from));
+      all.push_back(say("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word, bits.from));
   }
 }
 

@@ -26,9 +26,9 @@ void require_ends(const ControllerTemplate& form) {
     const bool runs_on = is_open(before) || (before.kind == Kind::number && !number_ends);
     if (piece.kind != Kind::literal && runs_on && !(before.kind == Kind::number && is_fixed && piece.bytes > 0))
       throw Error(Error::Kind::bad_input,
-                  fmt::format("\"{}\": nothing says where the field '{}' ends; put a fixed text behind it, or a width "
-                              "({{name:3s}}, {{name:06.1f}})",
-                              form.source, before.text));
+                  say("\"{}\": nothing says where the field '{}' ends; put a fixed text behind it, or a width "
+                      "({{name:3s}}, {{name:06.1f}})",
+                      form.source, before.text));
   }
 }
 
@@ -41,19 +41,17 @@ double value_for(const ControllerPiece& piece, const Content& content) {
   if (!value && piece.axis > 0 && content.axis == piece.axis) value = get(piece.text);
   if (!value && piece.otherwise) value = value_of_default(piece);
   if (!value)
-    throw Error(Error::Kind::bad_input,
-                fmt::format("the value '{}' [{}] is missing", key_of(piece), piece.unit.text()));
+    throw Error(Error::Kind::bad_input, say("the value '{}' [{}] is missing", key_of(piece), piece.unit.text()));
   return *value;
 }
 
 std::string word_for(const ControllerPiece& piece, const Content& content) {
   const auto found = content.words.find(piece.text);
   if (found == content.words.end() && !piece.otherwise && piece.kind == Kind::word)
-    throw Error(Error::Kind::bad_input, fmt::format("the word '{}' is missing", piece.text));
+    throw Error(Error::Kind::bad_input, say("the word '{}' is missing", piece.text));
   const std::string text = found == content.words.end() ? piece.otherwise.value_or("") : found->second;
   if (piece.width > 0 && text.size() != static_cast<std::size_t>(piece.width))
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{} = '{}' must have {} characters", piece.text, text, piece.width));
+    throw Error(Error::Kind::bad_input, say("{} = '{}' must have {} characters", piece.text, text, piece.width));
   return text;
 }
 
@@ -160,11 +158,11 @@ ControllerTemplate parse_template(std::string_view utf8) {
     } else if (text[i] == '{') {
       const auto end = text.find('}', i);
       if (end == std::string::npos)
-        throw Error(Error::Kind::bad_input, fmt::format("\"{}\": a field begins with {{ and has no }}", utf8));
+        throw Error(Error::Kind::bad_input, say("\"{}\": a field begins with {{ and has no }}", utf8));
       form.pieces.push_back(parse_field(std::string_view(text).substr(i + 1, end - i - 1)));
       i = end;
     } else if (text[i] == '}') {
-      throw Error(Error::Kind::bad_input, fmt::format("\"{}\": a }} without {{; a brace itself is }}}}", utf8));
+      throw Error(Error::Kind::bad_input, say("\"{}\": a }} without {{; a brace itself is }}}}", utf8));
     } else {
       add_literal(text[i]);
     }

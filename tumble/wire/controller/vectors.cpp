@@ -13,10 +13,10 @@ namespace {
 struct VectorCheck {
   const Controller& declaration;
   const ControllerVector& vector;
-  std::vector<std::string>& problems;
+  Problems& problems;
 
   void say(const std::string& text) const {
-    problems.push_back(fmt::format("{}: [[vector]] {}: {}", vector.place, vector.request.verb, text));
+    problems.push_back(say("{}: [[vector]] {}: {}", vector.place, vector.request.verb, text));
   }
   void compare_bytes(const char* side, std::size_t line, const std::vector<std::string>& stated,
                      const std::string& made) const {
@@ -100,8 +100,8 @@ void VectorCheck::as_device() const {
 
 }  // namespace
 
-std::vector<std::string> problems_of_vectors(const Controller& declaration) {
-  std::vector<std::string> problems;
+Problems problems_of_vectors(const Controller& declaration) {
+  Problems problems;
   for (const auto& vector : declaration.vectors) {
     const VectorCheck check{declaration, vector, problems};
     try {

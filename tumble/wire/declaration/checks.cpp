@@ -22,7 +22,7 @@ std::uint32_t hex_of(Section& section, std::string_view key, int width) {
     if (digits.size() % 2 != 0) digits.insert(0, 1, '0');
     const std::string bytes = parse_hex(digits);
     if (bytes.empty() || bytes.size() > static_cast<std::size_t>(width / 8))
-      throw Error(Error::Kind::bad_input, fmt::format("{} hexadecimal digits are expected", width / 4));
+      throw Error(Error::Kind::bad_input, say("{} hexadecimal digits are expected", width / 4));
     for (const unsigned char byte : bytes) value = value << 8 | byte;
   });
   return value;
@@ -134,7 +134,7 @@ void read_check(const toml::table& table, bool big, FrameLayout& layout, Draft& 
     check.at = static_cast<int>(std::clamp(whole_of(section, "at").value_or(0), -9000ll, 9000ll));
     if (!section.find("at")) section.missing("at", "-4");
     if (!codec::has_room(check, static_cast<std::size_t>(layout.length)))
-      section.problem(fmt::format("it does not lie in a frame of {} bytes", layout.length));
+      section.problem(say("it does not lie in a frame of {} bytes", layout.length));
   }
   section.close();
   layout.checks.push_back(check);

@@ -75,7 +75,7 @@ void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft&
   layout.length = std::max({layout.length, number.at + number.bytes, layout.length_add});
   if (number.at < 0 || number.kind != FrameNumber::Kind::natural)
     length.problem_at("at", "a natural number counted from the begin of the frame is expected");
-  if (layout.longest > longest_frame) length.problem_at("longest", fmt::format("at most {} bytes", longest_frame));
+  if (layout.longest > longest_frame) length.problem_at("longest", say("at most {} bytes", longest_frame));
   length.close();
 }
 
@@ -141,7 +141,7 @@ int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Draft& d
   read_masks(section, big, layout, draft);
   const int least = std::max(static_cast<int>(layout.sync.size() + layout.end.size()), 1);
   if (layout.length < least || layout.length > longest_frame) {
-    section.problem(fmt::format("length is needed, {} to {} bytes", least, longest_frame));
+    section.problem(say("length is needed, {} to {} bytes", least, longest_frame));
     layout.length = std::clamp(layout.length, std::min(least, longest_frame), longest_frame);
   }
   return lock;
@@ -153,7 +153,7 @@ FrameLayout like(tables::Section& section, const Draft& draft) {
   if (!name) return {};
   for (const FrameLayout& frame : draft.codec.frames)
     if (frame.name == *name) return frame;
-  section.problem_at("like", fmt::format("there is no frame '{}' before this one", *name));
+  section.problem_at("like", say("there is no frame '{}' before this one", *name));
   return {};
 }
 

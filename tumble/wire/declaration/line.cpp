@@ -49,7 +49,7 @@ int add_cell(tables::Section& section, const FrameCell& cell, FrameLayout& layou
     return index;
   }
   if (cells.size() == codec::most_items) {
-    section.problem(fmt::format("more than {} cells in one line", codec::most_items));
+    section.problem(say("more than {} cells in one line", codec::most_items));
     return 0;
   }
   cells.push_back(cell);
@@ -78,7 +78,7 @@ int cell_of(tables::Section& section, FrameLayout& layout, int offset) {
   if (column) {
     cell.column = *column + offset;
     if (cell.column >= most_columns)
-      section.problem_at("column", fmt::format("a column below {} is expected", most_columns)), cell.column = 0;
+      section.problem_at("column", say("a column below {} is expected", most_columns)), cell.column = 0;
   } else if (width && at) {
     cell.at = *at + offset;
     cell.width = *width;
@@ -113,7 +113,7 @@ bool read_line(tables::Section& section, FrameLayout& layout) {
   }
   layout.longest = section.integer("longest").value_or(layout.longest);
   if (layout.longest < 1 || layout.longest > longest_line)
-    section.problem_at("longest", fmt::format("at most {} bytes", longest_line)), layout.longest = longest_line;
+    section.problem_at("longest", say("at most {} bytes", longest_line)), layout.longest = longest_line;
   return true;
 }
 
@@ -137,10 +137,9 @@ void close_line(tables::Section& section, FrameLayout& layout) {
   text.least = columns.empty() ? used : columns.front();
   text.most = columns.empty() ? used : columns.back();
   if (columns.size() > 2 || text.least > text.most || text.most > most_columns || text.most < used)
-    section.problem_at("columns",
-                       fmt::format("how many columns a line has is expected, or the least and the most: {} or more, "
-                                   "up to {}",
-                                   used, most_columns));
+    section.problem_at("columns", say("how many columns a line has is expected, or the least and the most: {} or more, "
+                                      "up to {}",
+                                      used, most_columns));
   if (layout.sync.empty() && layout.checks.empty() && text.cells.empty())
     section.problem("a line is recognised by its head, its checksum or its columns: it has none of these");
 }

@@ -40,8 +40,8 @@ void read_bits(tables::Section& section, FrameNumber& number) {
   if (bits.empty()) return;
   const int low = bits.front(), high = bits.back();
   if (bits.size() > 2 || low > high || high >= 8 * number.bytes || number.kind == FrameNumber::Kind::real) {
-    section.problem_at("bits", fmt::format("the lowest and the highest bit of a whole number are expected, [0, {}]",
-                                           8 * number.bytes - 1));
+    section.problem_at(
+        "bits", say("the lowest and the highest bit of a whole number are expected, [0, {}]", 8 * number.bytes - 1));
     return;
   }
   number.shift = low;
@@ -62,9 +62,9 @@ FrameNumber number_of_line(tables::Section& section, std::string_view type) {
     number.bytes = 8;
     number.bits = 64;
   } else if (!known || (real && digits != "hex")) {
-    section.problem_at("type", fmt::format("'{}' is no type of a cell; decimal (any number), u8, i16, u32 are, and f32 "
-                                           "and f64 with digits = \"hex\"",
-                                           text));
+    section.problem_at("type", say("'{}' is no type of a cell; decimal (any number), u8, i16, u32 are, and f32 "
+                                   "and f64 with digits = \"hex\"",
+                                   text));
     number.kind = FrameNumber::Kind::natural;
   }
   read_bits(section, number);
@@ -75,7 +75,7 @@ int item_of(tables::Section& section, std::string_view key, std::uint64_t id, Fr
   const auto found = std::ranges::find(layout.items, id, &FrameItem::id);
   if (found != layout.items.end()) return static_cast<int>(found - layout.items.begin());
   if (layout.items.size() == codec::most_items) {
-    section.problem_at(key, fmt::format("more than {} items in one frame", codec::most_items));
+    section.problem_at(key, say("more than {} items in one frame", codec::most_items));
     return 0;
   }
   layout.items.push_back({id, 0});
@@ -92,8 +92,8 @@ std::string parse_hex(std::string_view text, std::string* mask) {
     const bool any = mask && c == '.';
     const int digit = any ? 0 : digit_of(c);
     if (digit < 0)
-      throw Error(Error::Kind::bad_input, fmt::format("'{}' is no hexadecimal digit; write bytes as \"FE 81\"{}", c,
-                                                      mask ? ", and .. for a byte that may be any" : ""));
+      throw Error(Error::Kind::bad_input, say("'{}' is no hexadecimal digit; write bytes as \"FE 81\"{}", c,
+                                              mask ? ", and .. for a byte that may be any" : ""));
     value = value << 4 | digit;
     fixed = fixed << 4 | (any ? 0 : 15);
     if (++digits % 2 != 0) continue;
@@ -142,9 +142,9 @@ FrameNumber number_of(tables::Section& section, bool big, std::string_view type,
   FrameNumber number;
   const auto text = section.text("type").value_or(std::string(type));
   if (!parse_type(text, number))
-    section.problem_at("type", fmt::format("'{}' is no type; u8, i16, i24, u32, f32 and f64 are, and u and i with any "
-                                           "number of bits up to 64",
-                                           text));
+    section.problem_at("type", say("'{}' is no type; u8, i16, i24, u32, f32 and f64 are, and u and i with any "
+                                   "number of bits up to 64",
+                                   text));
   number.big = order_of(section, big);
   const auto at = whole_of(section, "at");
   if (!at && !section.find("at")) section.missing("at", "4");
@@ -187,8 +187,8 @@ void place_number(tables::Section& section, const FrameNumber& number, FrameLayo
   }
   const int begin = number.at < 0 ? layout.length + number.at : number.at;
   if (begin < 0 || begin + number.bytes > layout.length)
-    section.problem_at(
-        "at", fmt::format("{} bytes at {} do not lie in a frame of {} bytes", number.bytes, number.at, layout.length));
+    section.problem_at("at",
+                       say("{} bytes at {} do not lie in a frame of {} bytes", number.bytes, number.at, layout.length));
 }
 
 }  // namespace tumble::declaration

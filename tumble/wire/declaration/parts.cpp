@@ -39,7 +39,7 @@ FrameCondition condition_in(Section& section, int item, bool big, FrameLayout& l
   condition.modulus = static_cast<std::uint64_t>(section.integer("modulo").value_or(0));
   if (condition.number.kind != FrameNumber::Kind::natural) section.problem_at("type", "a natural number is expected");
   if (condition.equals > codec::mask_of(condition.number.bits))
-    section.problem_at("equals", fmt::format("does not fit into {} bits", condition.number.bits));
+    section.problem_at("equals", say("does not fit into {} bits", condition.number.bits));
   return condition;
 }
 
@@ -54,8 +54,8 @@ std::size_t channel_index(Section& section, const std::string& name, const Scale
     return channels.size() - 1;
   }
   if (found->increment != scale.increment || found->unit.dimension() != shown.dimension())
-    section.problem_at("scale", fmt::format("'{}' is measured in {}{} in another place", name, found->unit.text(),
-                                            found->increment ? ", as an increment" : ""));
+    section.problem_at("scale", say("'{}' is measured in {}{} in another place", name, found->unit.text(),
+                                    found->increment ? ", as an increment" : ""));
   return static_cast<std::size_t>(found - channels.begin());
 }
 
@@ -67,7 +67,7 @@ Unit shown_unit(Section& section, const Scale& scale) {
   if (!text) return natural;
   const Unit unit = Unit::parse(*text);
   if (unit.dimension() != natural.dimension())
-    section.problem_at("unit", fmt::format("{} does not measure what {} does", unit.text(), natural.text()));
+    section.problem_at("unit", say("{} does not measure what {} does", unit.text(), natural.text()));
   return unit;
 }
 
@@ -77,7 +77,7 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
   if (names.empty()) section.missing("name", "\"gyro.x\"");
   for (const auto& name : names)
     if (name.empty() || name.find_first_of(" ,;\t\n\"[]") != std::string::npos)
-      section.problem_at("name", fmt::format("'{}' is no name of a channel; letters, digits, . and _ are", name));
+      section.problem_at("name", say("'{}' is no name of a channel; letters, digits, . and _ are", name));
   FrameField field;
   field.number = number_of(section, big, layout.text ? "decimal" : "u8", layout);
   if (!section.find("type") && !layout.text) section.missing("type", "\"f32\"");
@@ -156,7 +156,7 @@ void read_counter(Section& around, bool big, FrameLayout& layout, Draft& draft) 
   const std::uint64_t most = std::uint64_t{1} << std::min(counter.number.bits, 32);
   counter.modulus = static_cast<std::uint64_t>(whole_of(section, "modulus").value_or(static_cast<long long>(most)));
   if (counter.modulus < 2 || counter.modulus > most) {
-    section.problem_at("modulus", fmt::format("2 to {} is expected", most));
+    section.problem_at("modulus", say("2 to {} is expected", most));
     counter.modulus = most;
   }
   if (const auto* step = section.find("step"); step && step->is_string() && step->value_or(std::string()) == "any")

@@ -87,15 +87,15 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Draft&
       if (scales)
         for (const auto& [scale, value] : *scales)
           if (!draft.scales.contains(std::string(scale.str())))
-            section.problem_at("scale", fmt::format("[scale] has no '{}'", scale.str()));
+            section.problem_at("scale", say("[scale] has no '{}'", scale.str()));
       if (is_wanted) read_scales(scales, draft);
       section.close();
     }
   for (const auto& name : wanted)
     if (std::ranges::find(known, name) == known.end())
-      draft.problems.all.push_back(fmt::format("{}: there is no variant '{}'{} (variants: {})", draft.problems.file,
-                                               name, did_you_mean(name, known),
-                                               known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+      draft.problems.all.push_back(say("{}: there is no variant '{}'{} (variants: {})", draft.problems.file, name,
+                                       did_you_mean(name, known),
+                                       known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
 }
 
 /// Half a unit of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12.
@@ -129,7 +129,7 @@ void read_vector_values(Section& section, FrameVector& vector, Draft& draft) {
     if (channel == draft.codec.channels.end()) {
       std::vector<std::string> known;
       for (const auto& one : draft.codec.channels) known.push_back(one.name);
-      section.problem_at("values", fmt::format("there is no channel '{}'{}", name, did_you_mean(name, known)));
+      section.problem_at("values", say("there is no channel '{}'{}", name, did_you_mean(name, known)));
       continue;
     }
     Unit unit = channel->unit;
@@ -178,17 +178,20 @@ void read_vector(const toml::table& table, const std::string& variants, Draft& d
 std::string joined(const std::vector<std::string>& variants) { return fmt::format("{}", fmt::join(variants, ",")); }
 
 void require_uses(Draft& draft) {
-  if (draft.codec.frames.empty()) draft.problems.all.push_back(draft.problems.file + ": there is no [[frame]]");
+  if (draft.codec.frames.empty()) draft.problems.all.push_back(say("{}: there is no [[frame]]", draft.problems.file));
   const auto counted = [](const FrameLayout& layout) { return layout.counter && layout.counter->lock > 0; };
   if (draft.codec.frames.size() > 1 && std::ranges::any_of(draft.codec.frames, counted))
-    draft.problems.all.push_back(draft.problems.file + ": a frame that is found by its counter is the only [[frame]]");
-  if (draft.codec.frames.size() > 64) draft.problems.all.push_back(draft.problems.file + ": more than 64 [[frame]]");
+    draft.problems.all.push_back(
+        say("{}: a frame that is found by its counter is the only [[frame]]", draft.problems.file));
+  if (draft.codec.frames.size() > 64)
+    draft.problems.all.push_back(say("{}: more than 64 [[frame]]", draft.problems.file));
   if (!draft.codec.frames.empty() && draft.codec.channels.empty())
-    draft.problems.all.push_back(draft.problems.file + ": no frame has a channel");
+    draft.problems.all.push_back(say("{}: no frame has a channel", draft.problems.file));
   if (draft.codec.vectors.empty() && draft.problems.all.empty())
-    draft.problems.all.push_back(draft.problems.file +
-                                 ": there is no [[vector]]; give the bytes of one frame and the values that they mean, "
-                                 "so that offsets, order and scales are tested");
+    draft.problems.all.push_back(
+        say("{}: there is no [[vector]]; give the bytes of one frame and the values that they mean, so that offsets, "
+            "order and scales are tested",
+            draft.problems.file));
 }
 
 }  // namespace

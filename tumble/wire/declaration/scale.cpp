@@ -18,7 +18,7 @@ double take_number(std::string_view& text, std::string_view all) {
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (code != std::errc() || !std::isfinite(value))
     throw Error(Error::Kind::bad_input,
-                fmt::format("\"{}\" is no scale; write for example \"2^-14 deg/s\" or \"0.05*2^-15 m/s/sample\"", all));
+                say("\"{}\" is no scale; write for example \"2^-14 deg/s\" or \"0.05*2^-15 m/s/sample\"", all));
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return value;
 }
@@ -36,13 +36,13 @@ double product_of(std::string_view text) {
   while (!text.empty()) {
     const char sign = text.front();
     if (sign != '*' && sign != '/')
-      throw Error(Error::Kind::bad_input, fmt::format("\"{}\": *, / or ^ is expected where \"{}\" stands", all, text));
+      throw Error(Error::Kind::bad_input, say("\"{}\": *, / or ^ is expected where \"{}\" stands", all, text));
     text.remove_prefix(1);
     const double next = take_power(text, all);
     value = sign == '*' ? value * next : value / next;
   }
   if (!std::isfinite(value) || value == 0.0)
-    throw Error(Error::Kind::bad_input, fmt::format("the scale \"{}\" is not a number that can be used", all));
+    throw Error(Error::Kind::bad_input, say("the scale \"{}\" is not a number that can be used", all));
   return value;
 }
 

@@ -79,9 +79,9 @@ int passes_of(const TriadCalibration& triad, const char* what, double rounding) 
   }
   if (ratio > most)
     throw Error(Error::Kind::bad_input,
-                fmt::format("the nonlinearity of the {}s changes their scale factor by {:.2g} over the range: too much "
-                            "for code without a solver; state a smaller {}_range",
-                            what, ratio, std::string(what) == "gyro" ? "rate" : "force"));
+                say("the nonlinearity of the {}s changes their scale factor by {:.2g} over the range: too much "
+                    "for code without a solver; state a smaller {}_range",
+                    what, ratio, std::string(what) == "gyro" ? "rate" : "force"));
   return ratio > 0.0 ? 1 + static_cast<int>(std::ceil(std::log(rounding) / std::log(ratio))) : 0;
 }
 

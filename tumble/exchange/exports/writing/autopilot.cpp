@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble::writing {
 
-std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, bool gyro,
-                                          std::vector<std::string>& problems) {
+std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, bool gyro, Problems& problems) {
   constexpr std::size_t most_powers = 3;
   const TriadCalibration& t = gyro ? calibration.gyros : calibration.accelerometers;
   std::array<AxisCorrection, 3> axes;
@@ -21,9 +22,9 @@ std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, boo
     for (std::size_t n = 0; n < thermal.bias.size(); ++n) powers[n] += k * thermal.bias[n];
     if (powers.size() > most_powers)
       problems.push_back(
-          fmt::format("{}_thermal_bias has {} powers of the temperature, but the file carries {}; "
-                      "--drop {}_thermal_bias, or identify with a lower order",
-                      gyro ? "gyro" : "accelerometer", powers.size(), most_powers, gyro ? "gyro" : "accelerometer"));
+          say("{}_thermal_bias has {} powers of the temperature, but the file carries {}; "
+              "--drop {}_thermal_bias, or identify with a lower order",
+              gyro ? "gyro" : "accelerometer", powers.size(), most_powers, gyro ? "gyro" : "accelerometer"));
   }
   if (has_temperature(axes) && std::isnan(calibration.coldest))
     problems.emplace_back("the result does not say which temperatures it covers, which TMIN and TMAX must state");

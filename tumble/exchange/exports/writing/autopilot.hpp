@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/exchange/calibration.hpp"
+#include "tumble/units/sentence.hpp"
 
 /// What PX4 and ArduPilot have in common: offset and scale of each axis, and a polynomial over temperature.
 namespace tumble::writing {
@@ -22,8 +23,7 @@ struct AxisCorrection {
 };
 
 /// Of a triad without misalignment. Problems: a polynomial of more than three powers, one without a range.
-std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, bool gyro,
-                                          std::vector<std::string>& problems);
+std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, bool gyro, Problems& problems);
 bool has_temperature(const std::array<AxisCorrection, 3>& axes);
 
 /// Terms that both carry.

@@ -11,9 +11,10 @@ namespace {
 
 void require_right_handed(const Matrix3& response, const char* what) {
   if (determinant(response) > 0.0) return;
-  throw Error(Error::Kind::bad_input, std::string("the ") + what +
-                                          " show left-handed axes (one is reversed or two are exchanged): no rotation "
-                                          "turns them into those of the consumer; correct the wiring in [channels]");
+  throw Error(Error::Kind::bad_input,
+              say("the {} show left-handed axes (one is reversed or two are exchanged): no rotation turns them into "
+                  "those of the consumer; correct the wiring in [channels]",
+                  what));
 }
 
 /// `v` less its parts along unit vectors, twice, so that rounding leaves it at right angles.

@@ -36,7 +36,7 @@ double of_axes(const TriadCalibration& triad, double AxisNoise::*value, bool gre
 
 /// What to do about a noise that is missing.
 void add_missing(const TriadCalibration& triad, double found, double AxisNoise::*value, const char* option,
-                 const char* unit, const char* consumer, std::vector<std::string>& problems) {
+                 const char* unit, const char* consumer, Problems& problems) {
   if (found > 0.0) return;
   const bool walk = value == &AxisNoise::walk;
   std::string text = fmt::format("{} needs {}: add a result of allan_noise, or --set {}=\"... {}\"", consumer,
@@ -56,8 +56,8 @@ std::string real(double value) { return with_point(fmt::format("{}", value)); }
 
 std::string real_of_float(double value) {
   if (std::abs(value) > std::numeric_limits<float>::max())
-    throw Error(Error::Kind::bad_input, fmt::format("{:.3g} is beyond the largest number of 32 bits, {:.3g}", value,
-                                                    std::numeric_limits<float>::max()));
+    throw Error(Error::Kind::bad_input, say("{:.3g} is beyond the largest number of 32 bits, {:.3g}", value,
+                                            std::numeric_limits<float>::max()));
   return with_point(fmt::format("{}", static_cast<float>(value)));
 }
 
@@ -116,7 +116,7 @@ double rate_of_records(const ImuCalibration& calibration) {
 
 Noises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, NoiseNeeds needs) {
   Noises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
-  std::vector<std::string> problems;
+  Problems problems;
   const auto need = [&](bool gyro, double found, double AxisNoise::*value, const char* option, const char* unit) {
     add_missing(gyro ? calibration.gyros : calibration.accelerometers, found, value, option, unit, consumer, problems);
   };
@@ -128,8 +128,7 @@ Noises noises_of(const ImuCalibration& calibration, const Settings& settings, co
   }
   if (needs.rate) {
     all.rate = settings.has("rate") ? settings.number("rate") : rate_of_records(calibration);
-    if (!std::isfinite(all.rate))
-      problems.push_back(fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
+    if (!std::isfinite(all.rate)) problems.push_back(say("{} needs the rate of the samples: --set rate=200", consumer));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return all;
@@ -138,7 +137,7 @@ Noises noises_of(const ImuCalibration& calibration, const Settings& settings, co
 void require_calibration(const ImuCalibration& calibration, const char* consumer) {
   if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
     throw Error(Error::Kind::bad_input,
-                fmt::format("{}: the results hold noise alone, of which this file makes no use", consumer));
+                say("{}: the results hold noise alone, of which this file makes no use", consumer));
 }
 
 Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise) {
@@ -156,7 +155,7 @@ std::string topic_of(const Settings& settings) {
   };
   if (topic.empty() || !std::ranges::all_of(topic, plain))
     throw Error(Error::Kind::bad_input,
-                fmt::format("rostopic = '{}': the name of a topic has letters, digits, / and _", topic));
+                say("rostopic = '{}': the name of a topic has letters, digits, / and _", topic));
   return topic;
 }
 

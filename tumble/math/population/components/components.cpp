@@ -34,20 +34,19 @@ std::size_t count_of(const std::vector<std::size_t>& levels) {
 
 void require_separable(const ManyResults& results) {
   const auto n = results.values.size();
-  std::vector<std::string> problems;
-  if (n < 4) problems.push_back(fmt::format("components need at least four results; here {} given", n));
+  Problems problems;
+  if (n < 4) problems.push_back(say("components need at least four results; here {} given", n));
   for (std::size_t a = 0; a < results.factors.size(); ++a) {
     const auto& factor = results.factors[a];
     const auto levels = numbered(factor.level);
     const auto count = count_of(levels);
-    if (count < 2)
-      problems.push_back(fmt::format("all results are of one {}: what it adds cannot be seen", factor.name));
+    if (count < 2) problems.push_back(say("all results are of one {}: what it adds cannot be seen", factor.name));
     if (count == n)
-      problems.push_back(fmt::format("every {0} has one result: {0} and repeat cannot be separated", factor.name));
+      problems.push_back(say("every {0} has one result: {0} and repeat cannot be separated", factor.name));
     for (std::size_t b = 0; b < a; ++b)
       if (numbered(results.factors[b].level) == levels)
         problems.push_back(
-            fmt::format("{0} and {1} change together: they cannot be separated", results.factors[b].name, factor.name));
+            say("{0} and {1} change together: they cannot be separated", results.factors[b].name, factor.name));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

@@ -234,8 +234,8 @@ Components restricted_likelihood(const std::vector<SlowNoise>& slow, const Compr
   const Restricted likelihood(slow, rows, residuals);
   if (!(likelihood.freedom() > 0.0))
     throw Error(Error::Kind::bad_data,
-                fmt::format("{} observations do not show the noise of {} parameters: more than that are needed",
-                            rows.design.rows(), rows.design.cols()));
+                say("{} observations do not show the noise of {} parameters: more than that are needed",
+                    rows.design.rows(), rows.design.cols()));
   const double mean = likelihood.total_squares() / likelihood.freedom();
   Variances start(likelihood.size());
   for (std::size_t c = 0; c < slow.size(); ++c)

@@ -137,7 +137,7 @@ std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows) {
   const VectorXd scale = rows.design.colwise().norm();
   if (rows.design.rows() < p || !(scale.minCoeff() > 0.0))
     throw Error(Error::Kind::bad_data,
-                fmt::format("{} independent observations cannot determine {} parameters", rows.design.rows(), p));
+                say("{} independent observations cannot determine {} parameters", rows.design.rows(), p));
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.design * scale.cwiseInverse().asDiagonal());
   if (std::abs(qr.matrixQR()(p - 1, p - 1)) < 1e-12 * std::abs(qr.matrixQR()(0, 0)))
     throw Error(Error::Kind::bad_data, "the observations cannot distinguish the parameters");

@@ -245,23 +245,23 @@ void Search::improve(Visits& visits) const {
 }
 
 void refuse_misfits(const DesignProblem& problem) {
-  std::vector<std::string> problems;
+  Problems problems;
   const auto p = problem.parameters;
   if (p == 0 || problem.weights.size() != p)
-    problems.push_back(fmt::format("a design needs a weight for each of its {} parameters", p));
+    problems.push_back(say("a design needs a weight for each of its {} parameters", p));
   else if (std::ranges::none_of(problem.weights, [](double w) { return w > 0.0; }))
     problems.push_back("a design needs a parameter of interest: one weight above zero");
   if (!(problem.quantum > 0.0)) problems.push_back("the quantum of a design must be above zero");
   if (!problem.prior.empty() && (problem.prior.rows != p || problem.prior.columns != p))
-    problems.push_back(fmt::format("the prior of a design must be {0} x {0}", p));
+    problems.push_back(say("the prior of a design must be {0} x {0}", p));
   for (std::size_t j = 0; j < problem.points.size(); ++j) {
     const auto& point = problem.points[j];
     if (point.rows.columns != p)
-      problems.push_back(fmt::format("design point {} has {} columns, not {}", j, point.rows.columns, p));
+      problems.push_back(say("design point {} has {} columns, not {}", j, point.rows.columns, p));
     if (!point.disturbance.empty() && point.disturbance.rows != point.rows.rows)
-      problems.push_back(fmt::format("design point {}: rows and disturbance differ in length", j));
+      problems.push_back(say("design point {}: rows and disturbance differ in length", j));
     if (!(point.setup >= 0.0 && point.least >= 0.0))
-      problems.push_back(fmt::format("design point {}: setup and least effort must not be negative", j));
+      problems.push_back(say("design point {}: setup and least effort must not be negative", j));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tumble/core/text.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+/// The word of a kind of error for programs: "bad_input".
+std::string_view code_of(Error::Kind kind);
+
+/// Problems as JSON, a list of {code, message, pattern, values, where}: `message` in this language, the others as they
+/// are in every language. `where` has the members file, line, column, table, key, channel and time [s] that are known,
+/// and `place`, the sentence that says them.
+std::string problems_to_json(std::string_view code, const Problems& problems, Language language);
+
+/// Reads them again. Throws Error::bad_file.
+Problems problems_from_json(const std::string& text);
+
+}  // namespace tumble

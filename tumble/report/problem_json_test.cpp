@@ -1,0 +1,39 @@
+#include "tumble/report/problem_json.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace tumble {
+namespace {
+
+const Problems problems{within(Where{.file = "a b.csv",
+                                     .line = 3,
+                                     .column = 2,
+                                     .channel = "gyro",
+                                     .place = say("line {}, column {} '{}'", 3, 2, Name{"gyro"})},
+                               say("'{}' is not a number", "x")),
+                        within(Where{.time = 2.5, .place = "outer"}, say("{} of {}", 1.5, say("n {}", Name{"m"})))};
+
+TEST(ProblemJson, HasCodePatternValuesAndPlaceBesideTheMessage) {
+  const auto json = nlohmann::json::parse(problems_to_json("bad_file", problems, Language::chinese));
+  EXPECT_EQ(json[0]["code"], "bad_file");
+  EXPECT_EQ(json[0]["message"], "第 3 行第 2 列“gyro”：“x”不是数值");
+  EXPECT_EQ(json[0]["pattern"], "'{}' is not a number");
+  EXPECT_EQ(json[0]["values"][0]["text"], "x");
+  EXPECT_EQ(json[0]["where"]["line"], 3);
+  EXPECT_EQ(json[0]["where"]["channel"], "gyro");
+  EXPECT_EQ(json[1]["values"][0]["number"], 1.5);
+  EXPECT_EQ(json[1]["values"][1]["values"][0]["name"], "m");
+}
+
+TEST(ProblemJson, IsReadAsItWasWritten) {
+  const std::string text = problems_to_json("x", problems, Language::english);
+  const Problems read = problems_from_json(text);
+  EXPECT_EQ(read, problems);
+  EXPECT_EQ(problems_to_json("x", read, Language::english), text);
+  EXPECT_THROW(problems_from_json("[{}]"), Error);
+}
+
+}  // namespace
+}  // namespace tumble

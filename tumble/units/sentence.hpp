@@ -1,0 +1,154 @@
+#pragma once
+
+#include <fmt/core.h>
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tumble {
+
+struct SentenceValue;
+
+/// A sentence for people: its English pattern and its values. The text is made where it is shown, in the language of
+/// the reader (core/said.hpp).
+struct Sentence {
+  std::string pattern;                ///< "cannot read '{}': {}", each value as {}: the key of the translation
+  std::vector<SentenceValue> values;  ///< in the order of their places
+
+  Sentence() = default;
+  /// Words of the program without values.
+  Sentence(const char* words);
+  /// A text from elsewhere, which has no translation.
+  Sentence(std::string text);
+
+  bool empty() const { return pattern.empty(); }
+  std::string text() const;  ///< in English
+  operator std::string() const { return text(); }
+  friend bool operator==(const Sentence& a, const Sentence& b) { return a.text() == b.text(); }
+};
+
+/// What a sentence says about something: a name, a text of a file, a number, or a sentence in it.
+struct SentenceValue {
+  enum class Kind {
+    name,     ///< of a file, a channel, a unit: never translated
+    text,     ///< not known to be a name: where it reads like English words, the sentence stays English
+    number,   ///< `number`, as `text` shows it
+    sentence  ///< `nested`
+  };
+  Kind kind = Kind::text;
+  std::string text;              ///< as it stands in the English sentence
+  double number = 0.0;           ///< as given, in no unit
+  std::vector<Sentence> nested;  ///< one where kind is sentence
+};
+
+/// A value of a sentence that is never translated: a path, a name.
+struct Name {
+  std::string text;
+};
+
+/// Where a problem is. Each may be absent.
+struct Where {
+  std::string file = {};
+  std::size_t line = 0;    ///< from 1 on; 0: absent
+  std::size_t column = 0;  ///< of a table of text, from 1 on; 0: absent
+  std::string table = {}, key = {}, channel = {};
+  std::optional<double> time = {};  ///< [s] on the recording's clock
+  Sentence place = {};              ///< how English says it before the colon: "plan.toml:7: [rig]"
+};
+
+/// One thing that is wrong, and where.
+struct Problem {
+  Where where;
+  Sentence what;
+
+  Problem() = default;
+  Problem(Sentence said) : what(std::move(said)) {}
+  Problem(Where place, Sentence said) : where(std::move(place)), what(std::move(said)) {}
+  Problem(const char* words) : what(words) {}
+  Problem(std::string text) : what(std::move(text)) {}
+
+  std::string text() const;  ///< in English: "plan.toml:7: [rig]: a table is expected"
+  operator std::string() const { return text(); }
+  friend bool operator==(const Problem& a, const Problem& b) { return a.text() == b.text(); }
+};
+
+using Problems = std::vector<Problem>;
+
+/// Their English texts.
+std::vector<std::string> texts_of(const Problems& problems);
+
+/// The problem as seen from further outside: "--set rate=x: " before it. What `outer` says of the place is added to
+/// what is known already.
+Problem within(Where outer, Problem problem);
+inline Problem within(Sentence place, Problem problem) {
+  return within(Where{.place = std::move(place)}, std::move(problem));
+}
+
+/// The problem with other texts of its values and its place; words and patterns stay.
+Problem with_values(Problem problem, const std::function<std::string(const std::string&)>& change);
+/// The problem with names of files told from a folder on: whoever reads it does not know where that lies.
+Problem named_from(const std::string& folder, Problem problem);
+
+/// An argument of `say` besides its text.
+struct SayArgument {
+  SentenceValue::Kind kind = SentenceValue::Kind::text;
+  double number = 0.0;
+  const Sentence* sentence = nullptr;
+  const char* words = nullptr;  ///< of the program: a sentence without values
+};
+
+/// What `say` makes of its pattern, with one of `arguments` for each of `values`.
+Sentence made_sentence(std::string_view pattern, fmt::format_args values, const SayArgument* arguments);
+
+inline SayArgument say_argument(const Name&) { return {.kind = SentenceValue::Kind::name}; }
+inline SayArgument say_argument(const Sentence& said) {
+  return {.kind = SentenceValue::Kind::sentence, .sentence = &said};
+}
+inline SayArgument say_argument(const char* words) { return {.kind = SentenceValue::Kind::sentence, .words = words}; }
+template <class T>
+SayArgument say_argument(const T& value) {
+  if constexpr (std::same_as<T, bool> || std::same_as<T, char>)
+    return {};
+  else if constexpr (std::is_array_v<T>)
+    return say_argument(static_cast<const char*>(value));
+  else if constexpr (std::is_arithmetic_v<T>)
+    return {.kind = SentenceValue::Kind::number, .number = static_cast<double>(value)};
+  else
+    return {};
+}
+
+/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). What a
+/// value is, follows from its type: a number, a Name, a Sentence, words of the program (const char*), a text.
+template <class... Values>
+Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
+  const fmt::string_view english = pattern;
+  const std::array<SayArgument, sizeof...(Values) + 1> arguments{say_argument(values)...};
+  return made_sentence({english.data(), english.size()}, fmt::make_format_args(values...), arguments.data());
+}
+
+inline std::string shown_text(const Sentence& said) { return said.text(); }
+inline std::string shown_text(const Problem& problem) { return problem.text(); }
+inline const std::string& shown_text(const Name& name) { return name.text; }
+
+}  // namespace tumble
+
+template <class Shown>
+requires std::same_as<Shown, tumble::Sentence> || std::same_as<Shown, tumble::Problem> ||
+    std::same_as<Shown, tumble::Name>
+struct fmt::formatter<Shown, char> {
+  constexpr auto parse(fmt::format_parse_context& context) { return context.begin(); }
+  template <class Context>
+  auto format(const Shown& shown, Context& context) const {
+    auto out = context.out();
+    for (const char c : tumble::shown_text(shown)) *out++ = c;
+    return out;
+  }
+};

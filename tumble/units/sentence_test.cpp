@@ -1,0 +1,54 @@
+#include "tumble/units/sentence.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+TEST(Sentence, HasThePatternAndTheTypesOfItsValues) {
+  const Sentence said = say("{1} of '{0}' is {2:.3g}{{: {3}", Name{"a b"}, "words", 3.14159, say("no {}", 7));
+  EXPECT_EQ(said.text(), "words of 'a b' is 3.14{: no 7");
+  EXPECT_EQ(said.pattern, "{} of '{}' is {}{{: {}");
+  using Kind = SentenceValue::Kind;
+  ASSERT_EQ(said.values.size(), 4u);
+  EXPECT_EQ(said.values[0].kind, Kind::sentence);
+  EXPECT_EQ(said.values[1].kind, Kind::name);
+  EXPECT_EQ(said.values[2].kind, Kind::number);
+  EXPECT_EQ(said.values[2].number, 3.14159);
+  EXPECT_EQ(said.values[3].nested.at(0).pattern, "no {}");
+}
+
+TEST(Sentence, OfWordsOrOfATextHasItsEnglish) {
+  EXPECT_EQ(Sentence("{a} b").text(), "{a} b");
+  EXPECT_EQ(Sentence(std::string("{a} b")).text(), "{a} b");
+  EXPECT_TRUE(Sentence().empty());
+}
+
+TEST(Problem, WithinKeepsWhatIsKnownOfThePlace) {
+  const Problem problem =
+      within(Where{.file = "p.toml", .line = 7, .table = "outer", .place = say("{}:{}", Name{"p.toml"}, 7)},
+             within(Where{.table = "[rig]", .key = "kind", .place = "[rig]: kind"}, "is wrong"));
+  EXPECT_EQ(problem.text(), "p.toml:7: [rig]: kind: is wrong");
+  EXPECT_EQ(problem.where.file, "p.toml");
+  EXPECT_EQ(problem.where.line, 7u);
+  EXPECT_EQ(problem.where.table, "[rig]");
+  EXPECT_EQ(problem.where.key, "kind");
+}
+
+TEST(Problem, NamesOfFilesAreToldFromAFolderOn) {
+  const Problem problem = within(Where{.file = "/a b/c.csv", .place = say("'{}'", Name{"/a b/c.csv"})},
+                                 say("{}: {}", "/a b/d", say("no {}", Name{"/a b/e"})));
+  const Problem shorter = named_from("/a b", problem);
+  EXPECT_EQ(shorter.text(), "'c.csv': d: no e");
+  EXPECT_EQ(shorter.where.file, "c.csv");
+}
+
+TEST(ErrorOfSentences, SaysAllProblemsInEnglish) {
+  const Error error(Error::Kind::bad_file, Problems{say("cannot read '{}'", Name{"x"}), "and more"});
+  EXPECT_STREQ(error.what(), "cannot read 'x'\nand more");
+}
+
+}  // namespace
+}  // namespace tumble
