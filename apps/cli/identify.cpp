@@ -29,7 +29,7 @@ bool is_method(const std::string& word) {
 }
 
 /// A recording first and then the method, or the plan.
-void refuse_another_order(const Sentence& what, const std::vector<std::string>& recordings) {
+void refuse_another_order(const std::string& what, const std::vector<std::string>& recordings) {
   if (what.ends_with(".toml") || is_method(what)) return;
   for (const auto& word : recordings)
     if (is_method(word) || word.ends_with(".toml"))
