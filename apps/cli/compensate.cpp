@@ -15,7 +15,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct CompensateArguments {
   std::string result, recording, output, plan, save;
   std::vector<std::string> sets, topics;
 };
@@ -32,7 +32,7 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
                   file, estimate.method, fmt::join(able, ", ")));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const CompensateArguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.result, arguments.recording});
   if (!arguments.save.empty())
     check_output("--save", arguments.save, {arguments.result, arguments.recording}, {".json"});
@@ -61,7 +61,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb compensate_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompensateArguments>();
   return {"compensate",
           "Subtract an identified error model from a recording",
           {{"RESULT", &arguments->result, "result (.json) of identify", true},

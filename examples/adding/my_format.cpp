@@ -10,7 +10,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::formats {
+namespace tumble::formats::my_format {
 namespace {
 
 constexpr std::string_view signature = "MYLOGGER";
@@ -58,4 +58,4 @@ extern const Format my_format{.name = "my_format",
                               .recognises = recognises,
                               .read = read};
 
-}  // namespace tumble::formats
+}  // namespace tumble::formats::my_format

@@ -7,7 +7,7 @@
 #include "tumble/math/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::by_hand {
 namespace {
 
 using namespace chain;
@@ -239,4 +239,4 @@ extern const Rig by_hand{.name = "by_hand",
                          .reference = reference,
                          .refusals = refusals};
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::by_hand

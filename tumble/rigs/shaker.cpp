@@ -10,7 +10,7 @@
 #include "tumble/rigs/chain/encoder.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::shaker {
 namespace {
 
 using namespace chain;
@@ -372,4 +372,4 @@ extern const Rig shaker{.name = "shaker",
                         .reference = reference,
                         .refusals = refusals};
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::shaker

@@ -15,7 +15,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::accelerometer_four_position_test {
 namespace {
 
 using namespace accelerometer_four_position;
@@ -436,4 +436,4 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::accelerometer_four_position_test

@@ -16,7 +16,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::fog_thermal_bias_test {
 namespace {
 
 const Method& method() { return find_method("fog_thermal_bias"); }
@@ -369,4 +369,4 @@ TEST(Simulate, ListsAllThatAPlanLacks) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::fog_thermal_bias_test

@@ -19,7 +19,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::frequency_response_test {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -488,4 +488,4 @@ TEST(FrequencyResponse, WithoutAReferenceASegmentThatTookLongerDoesNotTurnPhases
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::frequency_response_test

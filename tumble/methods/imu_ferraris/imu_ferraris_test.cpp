@@ -10,7 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 
-namespace tumble {
+namespace tumble::imu_ferraris_test {
 namespace {
 
 using imu_ferraris::labels;
@@ -309,4 +309,4 @@ TEST(ImuFerraris, CompensatesByTheParametersAndMarksWhatTheSessionDidNotCover) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::imu_ferraris_test

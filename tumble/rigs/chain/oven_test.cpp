@@ -6,7 +6,7 @@
 
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble {
+namespace tumble::oven_test {
 namespace {
 
 using Kind = Motion::Kind;
@@ -109,4 +109,4 @@ TEST(Oven, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::oven_test
