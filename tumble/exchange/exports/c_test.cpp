@@ -60,10 +60,13 @@ class CCode : public ::testing::Test {
   void write(const char* name, const std::string& text) const { std::ofstream(path(name)) << text; }
   static int run(const std::string& command) { return std::system(command.c_str()); }
 
-  static std::vector<std::string> compilers() {
+  /// Compilers that are installed with the library of the sanitiser, which Debian has in a package of its own for clang.
+  std::vector<std::string> compilers() const {
     std::vector<std::string> found;
+    write("empty.c", "int main(void) { return 0; }\n");
     for (const char* name : {"gcc", "clang", "clang-16", "clang-14"})
-      if (run(fmt::format("command -v {} > /dev/null 2>&1", name)) == 0) found.emplace_back(name);
+      if (run(fmt::format("{} -fsanitize=undefined -o {} {} > /dev/null 2>&1", name, path("empty"), path("empty.c"))) == 0)
+        found.emplace_back(name);
     return found;
   }
 
