@@ -25,7 +25,7 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
-class Methods : public testing::TestWithParam<const Method*> {
+class Methods : public ::testing::TestWithParam<const Method*> {
  protected:
   const Method& method() const { return *GetParam(); }
 
@@ -254,7 +254,7 @@ TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods, testing::ValuesIn(method_catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, Methods, ::testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(FindMethod, SuggestsTheNearestName) {
