@@ -48,13 +48,14 @@ def outcomes(text, names):
 
 
 def run(program, names):
-    """Runs these tests until each has begun; the texts of processes in which something failed."""
-    passed, skipped, failed, texts = set(), set(), set(), []
+    """Runs these tests until each has begun; the texts of processes in which something failed, and the seconds of each test."""
+    passed, skipped, failed, texts, seconds = set(), set(), set(), [], {}
     while names:
         with tempfile.TemporaryDirectory() as folder:
             ended = subprocess.run([program, f"--gtest_filter={':'.join(names)}"], cwd=folder, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
         p, s, f, left = outcomes(ended.stdout, names)
+        seconds |= {name: int(ms) / 1e3 for name, ms in re.findall(r"^\[[ A-Z]{10}\] (\S+?)(?:, where .*)? \((\d+) ms\)$", ended.stdout, re.M)}
         if ended.returncode != 0 and not f:  # leaks are told when all has run
             f = {f"process of {names[0]} and {len(names) - 1} others: exit status {ended.returncode}"}
         passed, skipped, failed = passed | p, skipped | s, failed | f
@@ -64,16 +65,18 @@ def run(program, names):
             failed.add(f"{names[0]}: the process ended before its first test")
             break
         names = left
-    return passed, skipped, failed, texts
+    return passed, skipped, failed, texts, seconds
 
 
 def run_all(program, names, jobs, size):
-    passed, skipped, failed = set(), set(), set()
+    passed, skipped, failed, seconds = set(), set(), set(), {}
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for p, s, f, texts in pool.map(lambda share: run(program, share), shares(names, size)):
-            passed, skipped, failed = passed | p, skipped | s, failed | f
+        for p, s, f, texts, of_each in pool.map(lambda share: run(program, share), shares(names, size)):
+            passed, skipped, failed, seconds = passed | p, skipped | s, failed | f, seconds | of_each
             for text in texts:
                 print(text[-20000:], flush=True)
+    print("the slowest, of {:.0f} s in all: ".format(sum(seconds.values())) +
+          ", ".join(f"{name} {seconds[name]:.0f} s" for name in sorted(seconds, key=seconds.get, reverse=True)[:20]))
     for name in sorted(skipped):
         print(f"skipped  {name}")
     for name in sorted(failed):
@@ -107,8 +110,9 @@ def self_test():
         os.chmod(program, 0o755)
         names = listed(program)
         assert names == ["A.Good", "A.Bad", "B.Dies", "B.Skips", "B.Last"], names
-        passed, skipped, failed, texts = run(program, names)
+        passed, skipped, failed, texts, seconds = run(program, names)
         assert passed == {"A.Good", "B.Last"} and skipped == {"B.Skips"} and failed == {"A.Bad", "B.Dies"}, (passed, skipped, failed)
+        assert set(seconds) == {"A.Good", "A.Bad", "B.Skips", "B.Last"}, seconds
         assert len(texts) == 1 and "[ RUN      ] B.Dies" in texts[0]
         assert shares(names, 2) == [["A.Good", "B.Skips"], ["A.Bad", "B.Last"], ["B.Dies"]]
     print("run_shards.py finds what passed, failed, was skipped and ended its process")
