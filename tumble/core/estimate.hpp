@@ -40,7 +40,7 @@ struct Parameter {
 /// parameter. The sum of factor x factor' over the budget is the covariance.
 struct Contribution {
   std::string source;
-  /// What another result must have in common for the error to be the same there: equipment with its certificate, a
+  /// Fact that another result must have in common for the error to be the same there: equipment with its certificate, a
   /// site, a reference. Empty: the errors are this result's own.
   std::string key;
   Matrix factor;  ///< [SI] p x q, signed: the shift of each parameter (row) by one standard deviation of each error
@@ -112,7 +112,7 @@ struct Provenance {
   std::optional<unsigned long long> seed;                ///< of the simulation that made the data, where one did
 };
 
-/// What a method returns: parameters with a full covariance, and everything a reader needs to judge them.
+/// Result of a method: parameters with a full covariance, and everything a reader needs to judge them.
 struct Estimate {
   std::string method;
   std::string title;
@@ -132,7 +132,7 @@ struct Estimate {
 
 /// Standard uncertainty (k = 1) of parameter `index` [SI].
 double standard_uncertainty(const Estimate& estimate, std::size_t index);
-/// What the verdicts rest on: the estimate itself, or where the plan says so the one with prior.
+/// The estimate on which the verdicts rest: the estimate itself, or where the plan says so the one with prior.
 const Estimate& judged(const Estimate& estimate);
 /// Null when there is none of that name.
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name);

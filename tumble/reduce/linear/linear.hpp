@@ -48,8 +48,8 @@ struct Problem {
   /// pass through it, with a state of their own each. Null: nothing. See Response.
   std::function<Response(double step)> response;
   std::vector<ResponseError> response_errors;
-  /// Whole averages where the rig turns but what is felt hardly changes (about the vertical): many fewer rows, and what
-  /// goes round with the axis is one error of each segment. So with pulses in any case.
+  /// Whole averages where the rig turns but what is felt hardly changes (about the vertical): many fewer rows; an
+  /// error that turns with the axis is then one error per segment. Always on for pulse counters.
   bool even_averages = false;
   int oversampling = 1;                      ///< points in each sample at which a moving rig is asked
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
