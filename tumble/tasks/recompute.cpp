@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -119,30 +121,48 @@ std::string in_words_of(std::string text, const Workplace& place) {
   return text;
 }
 
-/// Names of files without their folders, wherever a text speaks of them.
-void drop_folders(Json& json, const std::vector<std::string>& names) {
-  if (json.is_string()) {
-    auto text = json.get<std::string>();
-    for (const auto& name : names)
-      for (auto at = text.find("/" + name); at != std::string::npos; at = text.find("/" + name)) {
-        const auto before = text.find_last_of(" \"'", at);
-        const auto begin = before == std::string::npos ? 0 : before + 1;
-        text.erase(begin, at + 1 - begin);
-      }
-    json = text;
-    return;
-  }
-  if (json.is_structured())
-    for (auto& element : json) drop_folders(element, names);
+/// A file of the result: where it lies in the scratch folder, and its name without folders.
+struct KnownFile {
+  std::string path, name;
+};
+
+std::vector<KnownFile> known_files(const Provenance& provenance, const Workplace& place) {
+  std::vector<KnownFile> files;
+  const auto add = [&](const std::string& name) {
+    files.push_back({place.path_of(name), fs::path(name).filename().string()});
+  };
+  for (const auto& input : provenance.inputs) add(input.file);
+  for (const auto& plan : provenance.plans) add(plan.file);
+  std::ranges::sort(files, std::greater(), [](const KnownFile& file) { return file.path.size(); });
+  return files;
 }
 
-Json without_folders(const std::string& text, const Provenance& provenance) {
-  std::vector<std::string> names;
-  for (const auto& input : provenance.inputs) names.push_back(fs::path(input.file).filename().string());
-  for (const auto& plan : provenance.plans) names.push_back(fs::path(plan.file).filename().string());
-  Json json = Json::parse(text, nullptr, false);
-  drop_folders(json, names);
-  return json;
+/// Whether a text is that of now, with any folder before the names of the files: the user may have named them from
+/// elsewhere. Where the files stand in the text of now is known, as their paths are.
+bool is_same_text(std::string_view before, std::string_view now, const std::vector<KnownFile>& files) {
+  std::size_t first = now.npos;
+  const KnownFile* file = nullptr;
+  for (const KnownFile& one : files)  // the longest path first
+    if (const auto at = now.find(one.path); at < first) first = at, file = &one;
+  if (!file) return before == now;
+  if (before.substr(0, first) != now.substr(0, first)) return false;
+  before.remove_prefix(first);
+  now.remove_prefix(first + file->path.size());
+  for (auto at = before.find(file->name); at != before.npos; at = before.find(file->name, at + 1))
+    if ((at == 0 || before[at - 1] == '/') && is_same_text(before.substr(at + file->name.size()), now, files))
+      return true;
+  return false;
+}
+
+/// The same for all texts of two documents.
+bool is_same(const Json& before, const Json& now, const std::vector<KnownFile>& files) {
+  if (before.is_string() && now.is_string())
+    return is_same_text(before.get_ref<const std::string&>(), now.get_ref<const std::string&>(), files);
+  if (!before.is_structured() || before.type() != now.type()) return before == now;
+  if (before.size() != now.size()) return false;
+  for (auto one = before.begin(), other = now.begin(); one != before.end(); ++one, ++other)
+    if ((before.is_object() && one.key() != other.key()) || !is_same(*one, *other, files)) return false;
+  return true;
 }
 
 void compare_values(const Estimate& archived, const Estimate& estimate, Recomputation& out) {
@@ -166,17 +186,22 @@ Recomputation recompute(const Archive& archive, const std::string& sha256, const
   const Workplace place = workplace_for(archived.provenance, fs::canonical(scratch).string());
   lay_out(archive, archived.provenance, place);
   const Estimate estimate = made_again(archived, place, progress);
-  const std::string now = in_words_of(to_json(estimate), place);
+  const std::string made = to_json(estimate), now = in_words_of(made, place);
 
   Recomputation out;
   out.archived_sha256 = sha256, out.new_sha256 = sha256_of(now);
   out.new_program = std::string(version);
   out.same_bytes = now == text;
-  const Json before = without_folders(text, archived.provenance), after = without_folders(now, archived.provenance);
+  const Json before = Json::parse(text, nullptr, false), after = Json::parse(now, nullptr, false),
+             in_scratch = Json::parse(made, nullptr, false);
+  const auto files = known_files(archived.provenance, place);
   if (const auto found = before.find("tumble"); found != before.end() && found->is_string())
     out.archived_program = found->get<std::string>();
-  for (const auto& [name, value] : before.items())
-    if (name != "tumble" && (!after.contains(name) || after[name] != value)) out.differing.push_back(name);
+  for (const auto& [name, value] : before.items()) {
+    const bool there = after.contains(name) && in_scratch.contains(name);
+    if (name != "tumble" && !(there && (after[name] == value || is_same(value, in_scratch[name], files))))
+      out.differing.push_back(name);
+  }
   for (const auto& [name, value] : after.items())
     if (!before.contains(name)) out.differing.push_back(name);
   out.same = out.same_bytes || (out.differing.empty() && out.archived_program == out.new_program);
