@@ -40,7 +40,7 @@ def shares(names, size):
 def outcomes(text, names):
     """Tests that passed, that failed, and those that the process did not come to. One that began and did not end has failed."""
     passed = set(re.findall(r"^\[       OK \] (\S+)", text, re.M))
-    skipped = set(re.findall(r"^\[  SKIPPED \] (\S+)", text, re.M))
+    skipped = set(re.findall(r"^\[  SKIPPED \] (\S+\.\S+)", text, re.M))
     failed = set(re.findall(r"^\[  FAILED  \] ([^\s,]+\.[^\s,]+)", text, re.M))
     begun = set(re.findall(r"^\[ RUN      \] (\S+)", text, re.M))
     failed |= begun - passed - skipped
