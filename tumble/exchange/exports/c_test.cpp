@@ -65,7 +65,8 @@ class CCode : public ::testing::Test {
     std::vector<std::string> found;
     write("empty.c", "int main(void) { return 0; }\n");
     for (const char* name : {"gcc", "clang", "clang-16", "clang-14"})
-      if (run(fmt::format("{} -fsanitize=undefined -o {} {} > /dev/null 2>&1", name, path("empty"), path("empty.c"))) == 0)
+      if (run(fmt::format("{} -fsanitize=undefined -o {} {} > /dev/null 2>&1", name, path("empty"), path("empty.c"))) ==
+          0)
         found.emplace_back(name);
     return found;
   }

@@ -56,8 +56,8 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
   text += fmt::format(
       "calibration.K_a = {};\ncalibration.b_a = {};\ncalibration.K_g = {};\ncalibration.b_g = {};\n"
       "calibration.G = {};\n",
-      writing::matlab(c.accelerometers.response), writing::matlab(c.accelerometers.bias), writing::matlab(c.gyros.response), writing::matlab(c.gyros.bias),
-      writing::matlab(c.gyros.by_force));
+      writing::matlab(c.accelerometers.response), writing::matlab(c.accelerometers.bias),
+      writing::matlab(c.gyros.response), writing::matlab(c.gyros.bias), writing::matlab(c.gyros.by_force));
   text +=
       "% acc and gyr: one row for each sample\n"
       "calibration.force = @(acc) (acc - calibration.b_a)/calibration.K_a';\n"

@@ -125,8 +125,8 @@ void add_source(const std::string& source, const MatrixXd& covariance, MixedFit&
 }
 
 /// Noise and slow noise of every output, in the order in which the likelihood found their variances.
-void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alone, const std::vector<PartOfUnit>& parts,
-               const MatrixXd& gain, MixedFit& fit) {
+void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alone,
+               const std::vector<PartOfUnit>& parts, const MatrixXd& gain, MixedFit& fit) {
   const auto add = [&](const std::string& source, const MatrixXd& of_unit, double variance) {
     add_source(source, variance * of_unit, fit);
     fit.component_sensitivity.push_back(plain(of_unit));
