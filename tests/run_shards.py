@@ -47,20 +47,30 @@ def outcomes(text, names):
     return passed, skipped, failed, [name for name in names if name not in begun]
 
 
-def run(program, names):
+def ended(program, names, most_seconds):
+    """What a process of these tests printed, and its exit status; one that takes too long is killed."""
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile("w+", errors="replace") as printed:
+        try:
+            status = subprocess.run([program, f"--gtest_filter={':'.join(names)}"], cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
+                                    stderr=subprocess.STDOUT, timeout=most_seconds).returncode
+        except subprocess.TimeoutExpired:
+            status = f"none, killed after {most_seconds} s"
+        printed.seek(0)
+        return printed.read(), status
+
+
+def run(program, names, most_seconds=900):
     """Runs these tests until each has begun; the texts of processes in which something failed, and the seconds of each test."""
     passed, skipped, failed, texts, seconds = set(), set(), set(), [], {}
     while names:
-        with tempfile.TemporaryDirectory() as folder:
-            ended = subprocess.run([program, f"--gtest_filter={':'.join(names)}"], cwd=folder, stdin=subprocess.DEVNULL,
-                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
-        p, s, f, left = outcomes(ended.stdout, names)
-        seconds |= {name: int(ms) / 1e3 for name, ms in re.findall(r"^\[[ A-Z]{10}\] (\S+?)(?:, where .*)? \((\d+) ms\)$", ended.stdout, re.M)}
-        if ended.returncode != 0 and not f:  # leaks are told when all has run
-            f = {f"process of {names[0]} and {len(names) - 1} others: exit status {ended.returncode}"}
+        text, status = ended(program, names, most_seconds)
+        p, s, f, left = outcomes(text, names)
+        seconds |= {name: int(ms) / 1e3 for name, ms in re.findall(r"^\[[ A-Z]{10}\] (\S+?)(?:, where .*)? \((\d+) ms\)$", text, re.M)}
+        if status != 0 and not f:  # leaks are told when all has run
+            f = {f"process of {names[0]} and {len(names) - 1} others: exit status {status}"}
         passed, skipped, failed = passed | p, skipped | s, failed | f
         if f:
-            texts.append(ended.stdout)
+            texts.append(text)
         if len(left) == len(names):
             failed.add(f"{names[0]}: the process ended before its first test")
             break
@@ -86,8 +96,8 @@ def run_all(program, names, jobs, size):
 
 
 SAMPLE = """#!/usr/bin/env python3
-import os, sys
-names = ["A.Good", "A.Bad", "B.Dies", "B.Skips", "B.Last"]
+import os, sys, time
+names = ["A.Good", "A.Bad", "B.Dies", "B.Skips", "B.Last", "B.Hangs"]
 asked = sys.argv[-1].partition("=")[2]
 if "--gtest_list_tests" in sys.argv:
     print("A.\\n  Good\\n  Bad\\nB.\\n  Dies  # GetParam() = 1\\n  Skips\\n  Last")
@@ -96,6 +106,8 @@ for name in [n for n in names if n in asked.split(":")]:
     print("[ RUN      ] " + name, flush=True)
     if name == "B.Dies":
         os.abort()
+    if name == "B.Hangs":
+        time.sleep(60)
     end = {"A.Bad": "[  FAILED  ] A.Bad (0 ms)", "B.Skips": "[  SKIPPED ] B.Skips (0 ms)"}
     print(end.get(name, f"[       OK ] {name} (0 ms)"), flush=True)
 sys.exit("A.Bad" in asked)
@@ -113,6 +125,7 @@ def self_test():
         passed, skipped, failed, texts, seconds = run(program, names)
         assert passed == {"A.Good", "B.Last"} and skipped == {"B.Skips"} and failed == {"A.Bad", "B.Dies"}, (passed, skipped, failed)
         assert set(seconds) == {"A.Good", "A.Bad", "B.Skips", "B.Last"}, seconds
+        assert run(program, ["B.Hangs", "A.Good"], 2)[:3] == ({"A.Good"}, set(), {"B.Hangs"})
         assert len(texts) == 1 and "[ RUN      ] B.Dies" in texts[0]
         assert shares(names, 2) == [["A.Good", "B.Skips"], ["A.Bad", "B.Last"], ["B.Dies"]]
     print("run_shards.py finds what passed, failed, was skipped and ended its process")

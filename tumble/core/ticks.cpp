@@ -51,7 +51,7 @@ double tick_of(StampView t) {
   return 0.0;
 }
 
-/// StampView that one line explains without a lost sample.
+/// Stamps that one line explains without a lost sample.
 struct Stretch {
   std::size_t first = 0, end = 0;
   std::size_t size() const { return end - first; }
@@ -218,7 +218,7 @@ std::optional<Counts> best_line(const Scale& z, const std::vector<Comb>& combs, 
   return best;
 }
 
-/// StampView that scatter by parts of a tick about a clock near it are on no line, but repeat at times, which lost samples
+/// Stamps that scatter by parts of a tick about a clock near it are on no line, but repeat at times, which lost samples
 /// do not make: the mean interval [tick] then is as right as the tick. 0 where they do not.
 double mean_near_tick(const Scale& z, const AsTicks& as) {
   constexpr double near = 0.03, some = 3.0;

@@ -197,11 +197,10 @@ Recomputation recompute(const Archive& archive, const std::string& sha256, const
   const auto files = known_files(archived.provenance, place);
   if (const auto found = before.find("tumble"); found != before.end() && found->is_string())
     out.archived_program = found->get<std::string>();
-  for (const auto& [name, value] : before.items()) {
-    const bool there = after.contains(name) && in_scratch.contains(name);
-    if (name != "tumble" && !(there && (after[name] == value || is_same(value, in_scratch[name], files))))
+  for (const auto& [name, value] : before.items())
+    if (name != "tumble" &&
+        !(after.contains(name) && (after[name] == value || is_same(value, in_scratch.at(name), files))))
       out.differing.push_back(name);
-  }
   for (const auto& [name, value] : after.items())
     if (!before.contains(name)) out.differing.push_back(name);
   out.same = out.same_bytes || (out.differing.empty() && out.archived_program == out.new_program);
