@@ -111,8 +111,10 @@ std::optional<Counts> counted(const Scale& z, const Stretch& from) {
   Strip strip = z.strip_at(from.first);
   Counts out{std::vector<double>(z.t.size(), 0.0), {}, 0.0, 0.0, 0};
   std::size_t i = from.first + 1;
-  for (; i < from.end; ++i)
-    if (!strip.add(out.x[i] = static_cast<double>(i - from.first), z(i), z.half)) return std::nullopt;
+  for (; i < from.end; ++i) {
+    out.x[i] = static_cast<double>(i - from.first);
+    if (!strip.add(out.x[i], z(i), z.half)) return std::nullopt;
+  }
   for (; i < z.t.size(); ++i) {
     out.x[i] = next_count(strip, z(i), z.half, out.x[i - 1], 1.0);
     if (out.x[i] == 0.0) return std::nullopt;
