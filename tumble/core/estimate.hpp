@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "tumble/core/error_model.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
@@ -126,6 +127,7 @@ struct Estimate {
   std::vector<Curve> curves;
   std::vector<Verdict> verdicts;
   Provenance provenance;
+  std::vector<OutputModel> models = {};  ///< how each output errs; empty: the result can subtract nothing
   std::optional<PopulationFacts> population = {};   ///< of an estimate of units that are not tested yet
   std::shared_ptr<const PriorUse> prior = nullptr;  ///< null: the plan asks for no prior
 };

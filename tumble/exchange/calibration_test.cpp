@@ -9,6 +9,7 @@
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
@@ -87,7 +88,7 @@ class ImuMethods : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ImuMethods, CalibrationGivesWhatCompensateGives) {
   const Conducted test = conducted(GetParam());
-  const Compensation by_method = find_method(GetParam()).compensate(test.estimate, test.recording, nullptr);
+  const Compensation by_method = compensate(test.estimate, test.recording, nullptr);
   const ImuCalibration calibration = calibration_from(test.estimate);
   const SixChannels raw(test.recording, test.settings), done(by_method.recording, test.settings);
   const std::size_t n = raw.force[0]->values.size();
@@ -119,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(All, ImuMethods,
 
 TEST(CalibrationOf, AccelerometerTumbleGivesWhatCompensateGives) {
   const Conducted test = conducted("accelerometer_tumble");
-  const auto done = find_method("accelerometer_tumble").compensate(test.estimate, test.recording, nullptr).recording;
+  const auto done = compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate, "accelerometer_y");
   const Channel &raw = *find_channel(test.recording, "accelerometer"), &u = *find_channel(done, "accelerometer");
   const double each_second = raw.kind == QuantityKind::count ? sampling_rate(raw) : 1.0;
@@ -134,7 +135,7 @@ TEST(CalibrationOf, AccelerometerTumbleGivesWhatCompensateGives) {
 TEST(CalibrationOf, FourPositionsOverTemperatureGiveWhatCompensateGives) {
   Conducted test = conducted("accelerometer_four_position");
   const auto done =
-      find_method("accelerometer_four_position").compensate(test.estimate, test.recording, nullptr).recording;
+      compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate);
   ASSERT_FALSE(calibration.accelerometers.thermal[0].scale.empty());
   const Channel &raw = *find_channel(test.recording, "accelerometer"), &u = *find_channel(done, "accelerometer"),
@@ -152,7 +153,7 @@ TEST(CalibrationOf, FourPositionsOverTemperatureGiveWhatCompensateGives) {
 
 TEST(CalibrationOf, GyroScaleFactorGivesWhatCompensateGives) {
   const Conducted test = conducted("gyro_scale_factor");
-  const auto done = find_method("gyro_scale_factor").compensate(test.estimate, test.recording, nullptr).recording;
+  const auto done = compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate, "gyro_z");
   const Channel &raw = *find_channel(test.recording, "gyro"), &u = *find_channel(done, "gyro");
   const bool summed = raw.kind == QuantityKind::count || raw.kind == QuantityKind::angle;
@@ -218,7 +219,7 @@ TEST(CalibrationOf, DriftOfAFogGivesWhatCompensateGives) {
   Channel side = top;
   top.name = "temperature_top", side.name = "temperature_side";
   recording.channels = {gyro, top, side};
-  const auto done = find_method("fog_thermal_bias").compensate(test.estimate, recording, nullptr).recording;
+  const auto done = compensate(test.estimate, recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate);
   const ImuSample found = compensated(calibration, {{}, {1e-5, 0.0, 0.0}, 273.15 + 35.0, {}});
   EXPECT_NEAR(found.rate.x, find_channel(done, "gyro")->values[3500], 1e-17);

@@ -12,6 +12,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/vector3.hpp"
+#include "tumble/models/regressor.hpp"
 
 namespace tumble {
 
@@ -34,7 +35,7 @@ struct Term {
   std::string symbol;
   std::string unit;  ///< of the coefficient, as shown
   std::string description;
-  std::function<double(const Felt&)> regressor;
+  Regressor regressor;
 };
 
 /// One output of an instrument: what it is meant to show, and the error terms that it shows besides.
@@ -44,7 +45,7 @@ struct Output {
   std::string channel;  ///< "gyro", "accelerometer_x"
   QuantityKind kind = QuantityKind::angular_rate;
   std::string unit;                          ///< as shown, of the indicated quantity
-  std::function<double(const Felt&)> input;  ///< null: none
+  Regressor input;                           ///< empty: none
   std::vector<Term> terms;                   ///< names are unique over all outputs of the model
   std::string noise_prefix;                  ///< before the names of noise in [truth], for example "gyro_"
 };

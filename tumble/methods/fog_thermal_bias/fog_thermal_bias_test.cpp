@@ -11,6 +11,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/constants.hpp"
@@ -202,7 +203,7 @@ Estimate with_provenance(const Trial& trial) {
 
 TEST(FogThermalBias, CompensatesAnotherSessionToItsNoise) {
   const Trial trial = method().trial(1), later = method().trial(2);
-  const Compensation out = method().compensate(with_provenance(trial), later.evidence.recordings[0], nullptr);
+  const Compensation out = compensate(with_provenance(trial), later.evidence.recordings[0], nullptr);
   const Table& table = out.tables.at(0);
   // White noise of 0.001 deg/sqrt(h) in averages of 100 s: 0.006 deg/h; slow noise adds about 0.003 deg/h over a run.
   for (const auto& row : table.rows) EXPECT_LT(std::get<double>(row[4]), si(0.012, "deg/h"));
@@ -216,7 +217,7 @@ TEST(FogThermalBias, CompensatesOnlyWithASoundResultAndOnlyOnce) {
   const Estimate sound = with_provenance(trial);
   const auto refused = [&](const Estimate& estimate, const Recording& on) {
     try {
-      method().compensate(estimate, on, nullptr);
+      compensate(estimate, on, nullptr);
       return false;
     } catch (const Error&) {
       return true;
@@ -238,7 +239,7 @@ TEST(FogThermalBias, CompensatesOnlyWithASoundResultAndOnlyOnce) {
   edited = sound;
   edited.provenance.settings.erase("sensor_lag");
   EXPECT_TRUE(refused(edited, recording));
-  EXPECT_TRUE(refused(sound, method().compensate(sound, recording, nullptr).recording));
+  EXPECT_TRUE(refused(sound, compensate(sound, recording, nullptr).recording));
 }
 
 TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
@@ -247,7 +248,7 @@ TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
   for (auto& channel : recording.channels)
     if (channel.name != "gyro")
       for (std::size_t k = 200; k < 300; ++k) channel.values[k] = std::nan("");
-  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
+  const Compensation out = compensate(with_provenance(trial), recording, nullptr);
   EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
   EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
   const Finding* blank = finding_of(out.findings, "samples_without_temperature");
@@ -289,7 +290,7 @@ TEST(FogThermalBias, LostSamplesDoNotChangeTheAveragesOfCompensation) {
   for (std::size_t k = 0; k < gyro.values.size(); ++k)
     gyro.values[k] = si(1.0, "deg/h") * std::sin(two_pi * static_cast<double>(number(k)) / 20.0);
   gyro = without(gyro, [&](std::size_t k) { return number(k) / 200 % 2 == 1; });
-  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
+  const Compensation out = compensate(with_provenance(trial), recording, nullptr);
   for (const auto& row : out.tables.at(0).rows) EXPECT_LT(std::get<double>(row[3]), si(1e-9, "deg/h"));
 }
 
@@ -316,7 +317,7 @@ TEST(FogThermalBias, FlagsSamplesOutsideOfTheCalibratedRange) {
   for (auto& segment : hot.evidence.plan.schedule)
     for (auto& [axis, motion] : segment.axes) (motion.kind == Motion::Kind::ramp ? motion.to : motion.value) += 15.0;
   const Recording recording = simulate(hot.evidence.plan, 2, {});
-  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
+  const Compensation out = compensate(with_provenance(trial), recording, nullptr);
   ASSERT_EQ(out.findings.size(), 1u);
   EXPECT_EQ(out.findings[0].code, "outside_calibrated_range");
   const Channel& flag = *find_channel(out.recording, "gyro.extrapolated");

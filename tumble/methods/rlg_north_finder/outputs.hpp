@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,7 @@ struct Wanted {
   const char* unit;
   const char* coefficient_unit;
   const char* description;
-  double (*regressor)(const Felt& felt);
+  std::optional<Input> input;  ///< that the coefficient multiplies; absent: 1
 };
 
 constexpr std::size_t per_output = 4;  ///< scale factor, bias, two misalignments
