@@ -228,6 +228,21 @@ TEST_P(Methods, PoorEvidenceIsAnErrorAndNothingElse) {
   }
 }
 
+TEST_P(Methods, HasModelsWhoseTermsAreItsParameters) {
+  const Estimate result = estimate();
+  EXPECT_EQ(method().compensates, !result.models.empty());
+  for (const OutputModel& model : result.models) {
+    EXPECT_TRUE(!model.terms.empty() || model.scale) << model.role;
+    for (const ModelTerm& term : model.terms) {
+      EXPECT_FALSE(term.regressor.empty()) << term.term;
+      if (!term.parameter) continue;
+      ASSERT_LT(*term.parameter, result.parameters.size());
+      EXPECT_EQ(result.parameters[*term.parameter].name, term.term);
+      EXPECT_LE(term.least, term.greatest) << term.term;
+    }
+  }
+}
+
 TEST_P(Methods, CompensatesWithoutLosingSamples) {
   if (!method().compensates) return;
   const Trial trial = method().trial(2);

@@ -28,7 +28,7 @@ enum class Input {
   temperature_rate,
   start_temperature,
   since_power_on,
-  angle,   ///< [rad] the instrument's own angle: what an encoder shows
+  angle,    ///< [rad] the instrument's own angle: what an encoder shows
   channel,  ///< any other channel of the recording, by its role
   // short names for tables of terms: w rate, a angular acceleration, f specific force
   w_x = rate_x,

@@ -1,4 +1,6 @@
 // Truth simulated, identified, and subtracted from a second recording: what remains is zero within the uncertainty.
+#include "tumble/reduce/compensate.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +13,6 @@
 #include "tumble/methods/rlg_north_finder/trial.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 
 namespace tumble {
@@ -152,9 +153,9 @@ Use north_finder_in_use(const std::vector<double>& truth) {
     Channel channel = channel_of(rlg_north_finder::role_of(output), QuantityKind::count, "pulse");
     Used used{channel.name, {}};
     for (const Felt& one : felt) {
-      double sum = wanted()[first].regressor(one);
+      double sum = regressor_of(wanted()[first])(one);
       used.truth.push_back(sum);
-      for (std::size_t j = 1; j < per_output; ++j) sum += truth[first + j] * wanted()[first + j].regressor(one);
+      for (std::size_t j = 1; j < per_output; ++j) sum += truth[first + j] * regressor_of(wanted()[first + j])(one);
       channel.values.push_back(truth[first] * sum / sample_rate);
     }
     use.recording.channels.push_back(std::move(channel));

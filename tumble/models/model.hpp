@@ -44,10 +44,10 @@ struct Term {
 struct Output {
   std::string channel;  ///< "gyro", "accelerometer_x"
   QuantityKind kind = QuantityKind::angular_rate;
-  std::string unit;                          ///< as shown, of the indicated quantity
-  Regressor input;                           ///< empty: none
-  std::vector<Term> terms;                   ///< names are unique over all outputs of the model
-  std::string noise_prefix;                  ///< before the names of noise in [truth], for example "gyro_"
+  std::string unit;          ///< as shown, of the indicated quantity
+  Regressor input;           ///< empty: none
+  std::vector<Term> terms;   ///< names are unique over all outputs of the model
+  std::string noise_prefix;  ///< before the names of noise in [truth], for example "gyro_"
 };
 
 /// What stands between the indicated quantity and the recorded samples, and needs memory: loops, dither, counters.

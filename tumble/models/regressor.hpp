@@ -19,15 +19,19 @@ struct Felt;
 class Regressor {
  public:
   Regressor() = default;
+  /// The same [SI] for everything that is felt.
   Regressor(double constant);  // NOLINT(google-explicit-constructor): 1.0 is a regressor
-  Regressor(Input input);      // NOLINT(google-explicit-constructor)
-  Regressor(TermFactor factor);    // NOLINT(google-explicit-constructor)
+  /// The input itself [SI].
+  Regressor(Input input);        // NOLINT(google-explicit-constructor)
+  Regressor(TermFactor factor);  // NOLINT(google-explicit-constructor)
   explicit Regressor(std::vector<Product> products);
+  /// A function [SI] of what is felt.
   template <class Function>
   requires(std::is_invocable_r_v<double, Function, const Felt&> && !std::same_as<std::decay_t<Function>, Regressor>)
       Regressor(Function function)
       : function_(std::move(function)) {}  // NOLINT(google-explicit-constructor)
 
+  /// Value [SI] at one instant.
   double operator()(const Felt& felt) const;
   /// Empty where it is a function, and of the regressor 0.
   const std::vector<Product>& products() const { return products_; }

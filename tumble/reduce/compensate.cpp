@@ -90,9 +90,8 @@ void follow(const std::vector<Slot>& slots, std::size_t i, const Channel& clock,
   for (std::size_t k = common_slot_count; k < slots.size(); ++k) {
     if (slots[k].base == SIZE_MAX) continue;
     const double now = values[slots[k].base];
-    const double share = i == 0 || !(slots[k].lag > 0.0)
-                             ? 1.0
-                             : -std::expm1(-(clock.time(i) - clock.time(i - 1)) / slots[k].lag);
+    const double share =
+        i == 0 || !(slots[k].lag > 0.0) ? 1.0 : -std::expm1(-(clock.time(i) - clock.time(i - 1)) / slots[k].lag);
     if (std::isnan(values[k]) || share == 1.0) values[k] = now;
     if (!std::isnan(now)) values[k] += share * (now - values[k]);
   }
@@ -103,7 +102,8 @@ struct Samples {
   const Inputs& known;
   const std::vector<Slot>& slots;
   const Recording& raw;
-  std::array<const std::vector<double>*, 3> acceleration{};  ///< [rad/s^2] of rates that are compensated; null: not known
+  std::array<const std::vector<double>*, 3>
+      acceleration{};  ///< [rad/s^2] of rates that are compensated; null: not known
   std::array<std::vector<double>, 3> acceleration_sd;
 };
 
@@ -191,8 +191,8 @@ void take_slopes(Samples& samples, const Works& clean, Works& works, Recording& 
   }
 }
 
-/// TermFactor [1 or Hz] from a channel to its quantity: as it is, or the integral of it over each sample. Nothing where it
-/// is neither.
+/// TermFactor [1 or Hz] from a channel to its quantity: as it is, or the integral of it over each sample. Nothing where
+/// it is neither.
 std::optional<double> each_second(const Channel& channel, const Unit& wanted) {
   if (channel.unit.dimension() == wanted.dimension()) return 1.0;
   const auto rate = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
@@ -349,8 +349,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   std::vector<Slot> slots = compensation::common_slots();
   std::vector<std::vector<UsedTerm>> terms;
   for (const Work& work : works) terms.push_back(used_terms(*work.model, estimate, slots));
-  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan, slots,
-                                               works.front().model->thermal);
+  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan,
+                                               slots, works.front().model->thermal);
   for (std::size_t k = 0; k < works.size(); ++k)
     sort_terms(known, works, recording, slots, std::move(terms[k]), works[k]);
   Recording raw = recording;

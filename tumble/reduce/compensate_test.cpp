@@ -16,10 +16,9 @@ namespace {
 constexpr double g = 9.80665;
 
 const std::vector<Term>& terms() {
-  static const std::vector<Term> all{
-      {"bias", "K_0", "ug", "", 1.0},
-      {"second_order", "K_2", "ug/g^2", "", Input::f_x * Input::f_x},
-      {"cross", "K_ip", "ug/g^2", "", Input::f_x * Input::f_y}};
+  static const std::vector<Term> all{{"bias", "K_0", "ug", "", 1.0},
+                                     {"second_order", "K_2", "ug/g^2", "", Input::f_x * Input::f_x},
+                                     {"cross", "K_ip", "ug/g^2", "", Input::f_x * Input::f_y}};
   return all;
 }
 
@@ -143,8 +142,7 @@ TEST(Compensate, BeyondTheCalibrationIsMarked) {
 TEST(Compensate, AnErrorAsLargeAsTheInputIsNoError) {
   Estimate estimate = result();
   estimate.parameters[2].value = 0.06;  // 0.06 u^2 changes by 1.2 times what u changes by at 1 g
-  const auto done =
-      compensate(estimate, recording_of(values_of(estimate), {0.01, g}, {0.0, 0.0}, true), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), {0.01, g}, {0.0, 0.0}, true), nullptr);
   EXPECT_NEAR(done.recording.channels[0].values[0], 0.01, 1e-13);
   EXPECT_TRUE(std::isnan(done.recording.channels[0].values[1]));
   EXPECT_NE(finding_of(done.findings, "error_model_does_not_hold"), nullptr);
@@ -209,8 +207,7 @@ TEST(Compensate, RefusesWhatItCannotDo) {
   const Estimate estimate = result();
   const Recording recording = recording_of(values_of(estimate), {1.0}, {1.0}, true);
   EXPECT_THROW(compensate(estimate, Recording{}, nullptr), Error);
-  EXPECT_THROW(compensate(estimate, compensate(estimate, recording, nullptr).recording, nullptr),
-               Error);
+  EXPECT_THROW(compensate(estimate, compensate(estimate, recording, nullptr).recording, nullptr), Error);
   Estimate without = estimate;
   without.models.clear();
   EXPECT_THROW(compensate(without, recording, nullptr), Error);

@@ -44,8 +44,8 @@ void set_scale(const Estimate& estimate, const std::string& name, OutputModel& m
   if (!model.scale) return;
   std::erase_if(model.terms, [&](const ModelTerm& term) { return term.term == name; });
   const Unit& factor = estimate.parameters[*model.scale].unit;
-  model.recorded = factor.text().empty() ? model.unit
-                                         : Unit::parse(fmt::format("({})*({})", factor.text(), model.unit.text()));
+  model.recorded =
+      factor.text().empty() ? model.unit : Unit::parse(fmt::format("({})*({})", factor.text(), model.unit.text()));
   model.nominal = 1.0;
 }
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tumble/report/error_model/json.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
-#include "tumble/report/error_model/json.hpp"
 #include "tumble/report/shape.hpp"
 #include "tumble/version.hpp"
 

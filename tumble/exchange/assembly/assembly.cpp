@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/assembly/reader.hpp"
+#include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/test_days.hpp"
 #include "tumble/units/error.hpp"
 

@@ -36,16 +36,16 @@ std::vector<double> without_constant(const std::vector<double>& coefficients) {
 /// One output of a unit while its terms are placed.
 struct Placed {
   const OutputModel& model;
-  bool gyro, alone;              ///< the only output of its result
-  std::size_t index;             ///< axis of the unit
-  std::string name;              ///< "gyro_y"
-  bool own_axes;                 ///< the axes of the sensor are those of the unit
+  bool gyro, alone;   ///< the only output of its result
+  std::size_t index;  ///< axis of the unit
+  std::string name;   ///< "gyro_y"
+  bool own_axes;      ///< the axes of the sensor are those of the unit
   TriadCalibration& triad;
-  double scale = 1.0;            ///< K
+  double scale = 1.0;                         ///< K
   std::vector<double> bias{0.0}, slope{0.0};  ///< over T - origin: o or nabla, and what multiplies u or y
-  double origin = zero_celsius;  ///< [K]
-  bool warm = false;             ///< they have powers
-  std::array<double, 3> row{};   ///< of the matrix: what multiplies u_j or y_j, without the 1 of the diagonal
+  double origin = zero_celsius;               ///< [K]
+  bool warm = false;                          ///< they have powers
+  std::array<double, 3> row{};             ///< of the matrix: what multiplies u_j or y_j, without the 1 of the diagonal
   std::vector<std::string> across, other;  ///< terms that have no place
 };
 
@@ -148,8 +148,8 @@ bool place_lever(Placed& placed, const ModelTerm& term, double coefficient) {
   static const auto outputs = find_model("imu").outputs(defaults(find_model("imu").constants()));
   const auto& own = std::ranges::find(outputs, role(false, placed.index), &Output::channel)->terms;
   for (std::size_t j = 0; j < 3; ++j) {
-    const auto lever = std::ranges::find(
-        own, fmt::format("{}_lever_{}", role(false, placed.index), "xyz"[j]), &Term::name);
+    const auto lever =
+        std::ranges::find(own, fmt::format("{}_lever_{}", role(false, placed.index), "xyz"[j]), &Term::name);
     if (lever->regressor.products() != term.regressor) continue;
     placed.triad.lever(placed.index, j) += coefficient;
     return true;
@@ -163,8 +163,8 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
 
 bool is_across(const Placed& placed, const ModelTerm& term) {
   return placed.alone && !placed.gyro && std::ranges::all_of(term.regressor, [](const Product& product) {
-    return std::ranges::all_of(product.factors, [](const TermFactor& factor) { return is_force(factor.input); });
-  });
+           return std::ranges::all_of(product.factors, [](const TermFactor& factor) { return is_force(factor.input); });
+         });
 }
 
 void place(Reader& reader, Placed& placed, const ModelTerm& term) {
@@ -248,9 +248,10 @@ void add_notes(Reader& reader, const Placed& placed) {
                     "axes lie",
                     placed.name, fmt::join(placed.across, ", ")));
   if (!placed.other.empty())
-    reader.note(fmt::format("{}: {} are not part of this calibration, which has no place for them; compensate subtracts "
-                            "them",
-                            placed.name, fmt::join(placed.other, ", ")));
+    reader.note(
+        fmt::format("{}: {} are not part of this calibration, which has no place for them; compensate subtracts "
+                    "them",
+                    placed.name, fmt::join(placed.other, ", ")));
   const bool from_start = placed.warm && placed.model.thermal;
   if (from_start)
     reader.note(
@@ -263,8 +264,8 @@ void add_notes(Reader& reader, const Placed& placed) {
 std::string reading_of(const OutputModel& model) {
   if (model.nominal == 1.0 || model.scale) return "";
   const std::string unit = fmt::format("{}/{}", model.recorded.text(), model.unit.text());
-  return fmt::format("the output over its nominal scale factor {:.10g} {}", Unit::parse(unit).from_si(1.0 / model.nominal),
-                     unit);
+  return fmt::format("the output over its nominal scale factor {:.10g} {}",
+                     Unit::parse(unit).from_si(1.0 / model.nominal), unit);
 }
 
 /// All sensors of a triad must show outputs of one unit, since it has one matrix.
@@ -294,22 +295,54 @@ std::string name_of(Reader& reader, const OutputModel& model, bool gyro, bool al
 
 void claim(Reader& reader, const Placed& placed, std::set<std::string>& claimed) {
   const OutputModel& model = placed.model;
-  const bool constant = model.offset || std::ranges::any_of(model.terms, [](const ModelTerm& term) {
-    return std::ranges::any_of(term.regressor, [](const Product& product) { return product.factors.empty(); });
-  });
+  const bool constant =
+      model.offset || std::ranges::any_of(model.terms, [](const ModelTerm& term) {
+        return std::ranges::any_of(term.regressor, [](const Product& product) { return product.factors.empty(); });
+      });
   const bool linear = model.scale || placed.row[placed.index] != 0.0;
   if (constant || !placed.alone) reader.claim(placed.name + " bias", claimed);
   if (linear || !placed.alone) reader.claim(placed.name + " scale factor", claimed);
   if (placed.warm) reader.claim(placed.name + " temperature", claimed);
 }
 
+/// u = M y - nabla of the outputs of a kind that were calibrated so.
+struct ByOutput {
+  Matrix3 m = identity3();
+  Vector3 nabla = {};
+  std::vector<std::size_t> axes = {};
+};
+
+void set_response(const ByOutput& by, TriadCalibration& t) {
+  if (by.axes.empty()) return;
+  const Matrix3 response = inverse(by.m);
+  const Vector3 bias = response * by.nabla;
+  for (const std::size_t i : by.axes) {
+    t.response[i] = response[i];
+    t.bias[i] = bias[i];
+  }
+}
+
+/// Scale factor, offset and terms in their places.
+void place_all(Reader& reader, Placed& placed, std::set<std::string>& claimed) {
+  const OutputModel& model = placed.model;
+  const auto& parameters = reader.estimate().parameters;
+  if (model.scale) placed.scale = reader.value_or(parameters[*model.scale].name, 1.0);
+  if (model.offset) placed.bias[0] = reader.value_or(parameters[*model.offset].name, 0.0);
+  placed.triad.calibrated = placed.triad.axes[placed.index] = true;
+  set_output(reader, placed);
+  for (const ModelTerm& term : model.terms) place(reader, placed, term);
+  claim(reader, placed, claimed);
+  set_ranges(reader, placed);
+  if (model.measured && placed.alone)
+    placed.triad.measured[placed.index] = {
+        model.measured->slope, model.measured->offset, {model.measured->input, model.measured->departure}};
+}
+
 }  // namespace
 
 void read_models(Reader& reader, std::set<std::string>& claimed) {
   const auto& models = reader.estimate().models;
-  std::array<Matrix3, 2> m{identity3(), identity3()};
-  std::array<Vector3, 2> nabla{};
-  std::array<std::vector<std::size_t>, 2> by_output;
+  std::array<ByOutput, 2> by_output;
   for (const OutputModel& model : models) {
     if (!is_rate(model.shows) && !is_force(model.shows)) {
       reader.note(fmt::format("the model of {} is not part of a calibration of gyros and accelerometers", model.role));
@@ -317,36 +350,23 @@ void read_models(Reader& reader, std::set<std::string>& claimed) {
     }
     const bool gyro = is_rate(model.shows), alone = models.size() == 1;
     const std::string name = name_of(reader, model, gyro, alone);
-    Placed placed{model,         gyro, alone, static_cast<std::size_t>(name.back() - 'x'), name,
-                  reader.input().axis.empty(), triad(reader.calibration(), gyro)};
-    if (model.scale) placed.scale = reader.value_or(reader.estimate().parameters[*model.scale].name, 1.0);
-    if (model.offset) placed.bias[0] = reader.value_or(reader.estimate().parameters[*model.offset].name, 0.0);
-    placed.triad.calibrated = placed.triad.axes[placed.index] = true;
-    set_output(reader, placed);
-    for (const ModelTerm& term : model.terms) place(reader, placed, term);
-    claim(reader, placed, claimed);
-    set_ranges(reader, placed);
-    if (model.by_output) by_output[gyro].push_back(placed.index);
-    if (model.by_output)
-      finish_by_output(reader, placed, m[gyro], nabla[gyro]);
-    else
+    Placed placed{model,
+                  gyro,
+                  alone,
+                  static_cast<std::size_t>(name.back() - 'x'),
+                  name,
+                  reader.input().axis.empty(),
+                  triad(reader.calibration(), gyro)};
+    place_all(reader, placed, claimed);
+    if (model.by_output) {
+      by_output[gyro].axes.push_back(placed.index);
+      finish_by_output(reader, placed, by_output[gyro].m, by_output[gyro].nabla);
+    } else {
       finish(reader, placed);
-    if (model.measured && !alone) reader.note(fmt::format("{}: its departures are not used", name));
-    if (model.measured && alone)
-      placed.triad.measured[placed.index] = {model.measured->slope, model.measured->offset,
-                                             {model.measured->input, model.measured->departure}};
+    }
     add_notes(reader, placed);
   }
-  for (const bool gyro : {false, true})
-    if (!by_output[gyro].empty()) {
-      TriadCalibration& t = triad(reader.calibration(), gyro);
-      const Matrix3 response = inverse(m[gyro]);
-      const Vector3 bias = response * nabla[gyro];
-      for (const std::size_t i : by_output[gyro]) {
-        t.response[i] = response[i];
-        t.bias[i] = bias[i];
-      }
-    }
+  for (const bool gyro : {false, true}) set_response(by_output[gyro], triad(reader.calibration(), gyro));
 }
 
 }  // namespace tumble::assembly

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -9,7 +10,8 @@ namespace {
 
 using Input::w_x, Input::w_y, Input::f_x, Input::f_y, Input::f_z;
 
-constexpr double along_slack = 0.1;  ///< [g] of the specific force along the spin axis, where one orientation was tested
+constexpr double along_slack =
+    0.1;  ///< [g] of the specific force along the spin axis, where one orientation was tested
 
 /// A quintic's f_X a^4 and f_Y a^4, a^2 = f_X^2 + f_Y^2, as the lines at the table's angle show them.
 void add_quintic(const std::string& prefix, std::vector<Term>& terms) {
@@ -32,14 +34,14 @@ std::vector<Covered> covered(const std::vector<Level>& levels) {
 
 /// What acted at the levels: across the spin axis in every direction, gravity along it.
 std::vector<Felt> felt_at(const std::vector<Level>& levels) {
-  constexpr double diagonal = 0.70710678118654752;  // cos(45 deg)
-  constexpr double directions[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {diagonal, diagonal}, {-diagonal, diagonal},
-                                      {diagonal, -diagonal}, {-diagonal, -diagonal}};
+  constexpr int directions = 72;  // of a fifth-order term the greatest between two of them is 1 % above
   std::vector<Felt> all;
   for (const Level& level : levels)
-    for (const auto& [x, y] : directions) {
+    for (int k = 0; k < directions; ++k) {
+      const double angle = two_pi * k / directions;
       Felt felt;
-      felt.specific_force = {x * level.force, y * level.force, level.spin_up * standard_gravity};
+      felt.specific_force = {level.force * std::cos(angle), level.force * std::sin(angle),
+                             level.spin_up * standard_gravity};
       all.push_back(felt);
     }
   return all;

@@ -60,9 +60,9 @@ std::vector<Covered> covered(const std::vector<RunData>& runs) {
   for (const auto& d : directions()) {
     Weights weights;
     bool shown = true;
-    for (const auto& [part, span, input] : {std::tuple{d[0], temperature, Input::temperature},
-                                            std::tuple{d[1], gradient, Input::temperature_gradient},
-                                            std::tuple{d[2], rate, Input::temperature_rate}}) {
+    for (const auto& [part, span, input] :
+         {std::tuple{d[0], temperature, Input::temperature}, std::tuple{d[1], gradient, Input::temperature_gradient},
+          std::tuple{d[2], rate, Input::temperature_rate}}) {
       if (part == 0) continue;
       weights.emplace_back(input, part * span.weight());
       shown = shown && span.weight() != 0.0;

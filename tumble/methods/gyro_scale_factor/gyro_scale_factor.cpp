@@ -283,8 +283,8 @@ Curve residuals_curve(const Line& line) {
 
 /// y = K (w + B + A |w|/2 + ...)
 OutputModel model_of(const Estimate& estimate, const linear::Solution& solution, const Line& line) {
-  OutputModel model = output_model(estimate, "gyro", Input::rate_x, "deg/s",
-                                   {solution.columns, solution.least, solution.greatest});
+  OutputModel model =
+      output_model(estimate, "gyro", Input::rate_x, "deg/s", {solution.columns, solution.least, solution.greatest});
   set_scale(estimate, "scale_factor", model);
   for (std::size_t j = 0; j < solution.columns.size(); ++j)
     if (solution.columns[j].name == "scale_factor")

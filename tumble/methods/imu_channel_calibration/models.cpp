@@ -7,7 +7,6 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
-
 /// A_i = y_i - (nabla_i - dK_i y_i - E_ij y_j - E_il y_l), y = N/(K_m H): what is subtracted, term by term.
 TermRanges subtracted(const Pair& pair, std::size_t axis) {
   const std::string role = role_of(pair.kind, axis);
@@ -29,8 +28,7 @@ TermRanges subtracted(const Pair& pair, std::size_t axis) {
 
 }  // namespace
 
-std::vector<OutputModel> models_of(const std::vector<Pair>& pairs, const Evidence& whole,
-                                   const Estimate& estimate) {
+std::vector<OutputModel> models_of(const std::vector<Pair>& pairs, const Evidence& whole, const Estimate& estimate) {
   std::vector<OutputModel> models;
   for (const Pair& pair : pairs)
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -3,8 +3,7 @@
 
 namespace tumble::imu_ferraris {
 
-std::vector<OutputModel> models_of(const Estimate& estimate, const Calibration& calibration,
-                                   const Recorded& recorded) {
+std::vector<OutputModel> models_of(const Estimate& estimate, const Calibration& calibration, const Recorded& recorded) {
   std::vector<OutputModel> models;
   const auto [rate, force] = greatest(calibration, recorded);
   for (const imu::Kind kind : imu::kinds)

@@ -42,6 +42,10 @@ const std::array<Wanted, outputs * per_output>& wanted() {
   return all;
 }
 
+Regressor regressor_of(const Wanted& parameter) {
+  return parameter.input ? Regressor(*parameter.input) : Regressor(1.0);
+}
+
 const char* role_of(Which output) {
   return output == gyro ? "gyro" : output == accelerometer_x ? "accelerometer_x" : "accelerometer_y";
 }
@@ -98,9 +102,8 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
     problem.advice = {output == gyro ? "distinguish_gyro_by_path" : "distinguish_accelerometer_by_path"};
     for (const auto& parameter : wanted())
       if (parameter.output == output)
-        problem.columns.push_back(
-            {parameter.name, parameter.symbol, parameter.coefficient_unit, parameter.description,
-             parameter.input ? Regressor(*parameter.input) : Regressor(1.0)});
+        problem.columns.push_back({parameter.name, parameter.symbol, parameter.coefficient_unit, parameter.description,
+                                   regressor_of(parameter)});
   }
   return problems;
 }

@@ -20,6 +20,10 @@ namespace tumble::rlg_north_finder {
 
 enum Which : std::size_t { gyro, accelerometer_x, accelerometer_y, outputs };
 
+/// What the coefficient of a parameter multiplies.
+struct Wanted;
+Regressor regressor_of(const Wanted& parameter);
+
 /// One parameter as the result has it, and the coefficient it comes from: the scale factor itself, the others times it.
 struct Wanted {
   Which output;

@@ -9,8 +9,8 @@
 #include "tumble/methods/rlg_north_finder/report.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/methods/rlg_north_finder/trial.hpp"
-#include "tumble/units/constants.hpp"
 #include "tumble/reduce/output_model.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 // One ring laser gyro and two accelerometers on a manual two-axis table: eight positions, and whole turns about each

@@ -19,8 +19,7 @@ std::vector<Option> options() {
 }
 
 Term drift_rate() {
-  return {"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on",
-          Input::since_power_on};
+  return {"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on", Input::since_power_on};
 }
 
 /// y - w_I = row(f) . D, docs/equations (4.6); Earth rate along the input axis is the known input.

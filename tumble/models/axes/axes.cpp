@@ -17,14 +17,13 @@ constexpr std::array<char, 3> letters{'x', 'y', 'z'};
 
 /// Bias, scale factor and misalignments of axis i of a triad that measures the field that begins with `field`.
 std::vector<Term> linear_terms(const std::string& channel, std::size_t i, Input field, const char* bias_unit) {
-  std::vector<Term> terms{{channel + "_bias", "b", bias_unit, "constant output", 1.0},
-                          {channel + "_scale_factor_error", "k", "ppm", "relative error of the scale factor",
-                           along(field, i)}};
+  std::vector<Term> terms{
+      {channel + "_bias", "b", bias_unit, "constant output", 1.0},
+      {channel + "_scale_factor_error", "k", "ppm", "relative error of the scale factor", along(field, i)}};
   for (std::size_t j = 0; j < 3; ++j)
     if (j != i)
       terms.push_back({fmt::format("{}_misalignment_{}", channel, letters[j]), fmt::format("m_{}", letters[j]),
-                       "arcsec", fmt::format("the input axis leans toward {}", letters[j]),
-                       along(field, j)});
+                       "arcsec", fmt::format("the input axis leans toward {}", letters[j]), along(field, j)});
   return terms;
 }
 
@@ -48,10 +47,8 @@ std::vector<Output> gyros() {
     for (std::size_t j = 0; j < 3; ++j)
       terms.push_back({fmt::format("{}_acceleration_sensitivity_{}", channel, letters[j]),
                        fmt::format("g_{}", letters[j]), "deg/h/g",
-                       fmt::format("drift with the specific force along {}", letters[j]),
-                       along(f_x, j)});
-    outputs.push_back({channel, QuantityKind::angular_rate, "deg/s",
-                       along(w_x, i), std::move(terms),
+                       fmt::format("drift with the specific force along {}", letters[j]), along(f_x, j)});
+    outputs.push_back({channel, QuantityKind::angular_rate, "deg/s", along(w_x, i), std::move(terms),
                        prefix_of(QuantityKind::angular_rate)});
   }
   return outputs;
@@ -62,14 +59,13 @@ std::vector<Output> accelerometers() {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string channel = fmt::format("accelerometer_{}", letters[i]);
     auto terms = linear_terms(channel, i, f_x, "mg");
-    terms.push_back(
-        {channel + "_second_order_coefficient", "K_2", "ug/g^2", "square of the specific force", power(along(f_x, i), 2)});
+    terms.push_back({channel + "_second_order_coefficient", "K_2", "ug/g^2", "square of the specific force",
+                     power(along(f_x, i), 2)});
     for (std::size_t j = 0; j < 3; ++j)
       terms.push_back({fmt::format("{}_lever_{}", channel, letters[j]), fmt::format("r_{}", letters[j]), "mm",
                        fmt::format("position of this accelerometer along {} from the reference point", letters[j]),
                        lever_effect(i, j)});
-    outputs.push_back({channel, QuantityKind::specific_force, "m/s^2",
-                       along(f_x, i), std::move(terms),
+    outputs.push_back({channel, QuantityKind::specific_force, "m/s^2", along(f_x, i), std::move(terms),
                        prefix_of(QuantityKind::specific_force)});
   }
   return outputs;

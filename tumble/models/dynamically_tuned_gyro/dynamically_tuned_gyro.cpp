@@ -27,10 +27,8 @@ std::vector<Term> drift_terms(const std::string& axis, const std::string& prefix
     const char* description;
     Regressor regressor;
   };
-  const Row rows[] = {{"x", "deg/h/g", "per f_X (mass unbalance on the X axis, quadrature on the Y axis)",
-                       f_x},
-                      {"y", "deg/h/g", "per f_Y (quadrature on the X axis, mass unbalance on the Y axis)",
-                       f_y},
+  const Row rows[] = {{"x", "deg/h/g", "per f_X (mass unbalance on the X axis, quadrature on the Y axis)", f_x},
+                      {"y", "deg/h/g", "per f_Y (quadrature on the X axis, mass unbalance on the Y axis)", f_y},
                       {"z", "deg/h/g", "per f_Z", f_z},
                       {"xz", "deg/h/g^2", "per f_X f_Z (anisoelasticity)", f_x * f_z},
                       {"yz", "deg/h/g^2", "per f_Y f_Z (anisoelasticity)", f_y * f_z},
@@ -42,11 +40,10 @@ std::vector<Term> drift_terms(const std::string& axis, const std::string& prefix
                       {"yyy", "deg/h/g^3", "per f_Y^3", power(f_y, 3)},
                       {"yxx", "deg/h/g^3", "per f_Y f_X^2", f_y * f_x * f_x}};
   const std::string symbol = "D(" + axis + ")_", what = "drift of the " + axis + " output ";
-  std::vector<Term> terms{
-      {prefix + "D_F", symbol + "F", "deg/h", what + "independent of specific force", 1.0}};
+  std::vector<Term> terms{{prefix + "D_F", symbol + "F", "deg/h", what + "independent of specific force", 1.0}};
   for (const auto& row : rows)
-    terms.push_back({prefix + "D_" + row.letters, symbol + row.letters, row.unit, what + row.description,
-                     row.regressor});
+    terms.push_back(
+        {prefix + "D_" + row.letters, symbol + row.letters, row.unit, what + row.description, row.regressor});
   return terms;
 }
 
@@ -58,21 +55,14 @@ void append_input_terms(std::vector<Term>& terms, const std::string& axis, const
   const auto upper = static_cast<char>(other - 'a' + 'A');
   terms.push_back({prefix + "gamma_" + other, "gamma(" + axis + ")_" + upper, "arcsec",
                    "angle of the " + axis + " input axis toward " + upper, across});
-  terms.push_back({prefix + "gamma_z", "gamma(" + axis + ")_Z", "arcsec",
-                   "angle of the " + axis + " input axis toward Z", w_z});
+  terms.push_back(
+      {prefix + "gamma_z", "gamma(" + axis + ")_Z", "arcsec", "angle of the " + axis + " input axis toward Z", w_z});
 }
 
 std::vector<Output> outputs(const Settings&) {
-  Output first{
-      "gyro", QuantityKind::angular_rate, "deg/h", w_x, drift_terms("X", ""),
-      ""};
+  Output first{"gyro", QuantityKind::angular_rate, "deg/h", w_x, drift_terms("X", ""), ""};
   append_input_terms(first.terms, "X", "", 'y', w_x, w_y);
-  Output second{"gyro_y",
-                QuantityKind::angular_rate,
-                "deg/h",
-                w_y,
-                drift_terms("Y", "y_"),
-                ""};
+  Output second{"gyro_y", QuantityKind::angular_rate, "deg/h", w_y, drift_terms("Y", "y_"), ""};
   append_input_terms(second.terms, "Y", "y_", 'x', w_y, w_x);
   return {first, second};
 }

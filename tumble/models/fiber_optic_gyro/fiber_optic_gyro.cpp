@@ -61,18 +61,12 @@ void append_series(std::vector<Term>& terms, char letter, int highest, const std
 
 /// scale factor, misalignments and sensitivity to specific force: x = the input axis, y and z across it
 void append_input_terms(std::vector<Term>& table) {
-  table.push_back({"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor",
-                   w_x});
-  table.push_back({"gamma_y", "gamma_y", "arcsec", "angle of the input axis toward y",
-                   w_y});
-  table.push_back({"gamma_z", "gamma_z", "arcsec", "angle of the input axis toward z",
-                   w_z});
-  table.push_back({"D_x", "D_x", "deg/h/g", "drift per specific force along the input axis",
-                   f_x});
-  table.push_back({"D_y", "D_y", "deg/h/g", "drift per specific force along y",
-                   f_y});
-  table.push_back({"D_z", "D_z", "deg/h/g", "drift per specific force along z",
-                   f_z});
+  table.push_back({"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor", w_x});
+  table.push_back({"gamma_y", "gamma_y", "arcsec", "angle of the input axis toward y", w_y});
+  table.push_back({"gamma_z", "gamma_z", "arcsec", "angle of the input axis toward z", w_z});
+  table.push_back({"D_x", "D_x", "deg/h/g", "drift per specific force along the input axis", f_x});
+  table.push_back({"D_y", "D_y", "deg/h/g", "drift per specific force along y", f_y});
+  table.push_back({"D_z", "D_z", "deg/h/g", "drift per specific force along z", f_z});
 }
 
 std::vector<Term> terms(const Settings& constants) {
@@ -90,10 +84,8 @@ std::vector<Term> terms(const Settings& constants) {
                      power(from(Input::start_temperature, reference), j)});
   append_series(table, 'A', highest_power, "K", raw ? "T" : "T - T_0", reference,
                 raw ? from(Input::temperature, zero_celsius) : from_start(Input::temperature));
-  append_series(table, 'B', highest_pair, "K", "temperature gradient", reference,
-                Input::temperature_gradient);
-  append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference,
-                Input::temperature_rate);
+  append_series(table, 'B', highest_pair, "K", "temperature gradient", reference, Input::temperature_gradient);
+  append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference, Input::temperature_rate);
   table.push_back({"startup_transient", "E", "deg/h", "exp(-t/startup_time) since power-on",
                    decay(Input::since_power_on, startup_time)});
   append_input_terms(table);

@@ -51,29 +51,18 @@ std::vector<Term> temperature_terms(double reference) {
 std::vector<Term> static_terms() {
   const std::string second = "ug/g^2", third = "ug/g^3";
   return {{"bias", "K_0", "mg", "bias", 1.0},
-          {"scale_factor_error", "dK_1", "ppm", "relative error of the nominal scale factor",
-           f_x},
-          {"second_order_coefficient", "K_2", second, "per a_i^2",
-           power(f_x, 2)},
-          {"third_order_coefficient", "K_3", third, "per a_i^3",
-           power(f_x, 3)},
-          {"cross_coupling_ip", "K_ip", second, "per a_i a_p",
-           f_x * f_y},
-          {"cross_coupling_io", "K_io", second, "per a_i a_o",
-           f_x * f_z},
-          {"misalignment_o", "delta_o", "arcsec", "turn of the input axis about o, per a_p",
-           f_y},
-          {"misalignment_p", "delta_p", "arcsec", "turn of the input axis about p, per -a_o",
-           -f_z},
+          {"scale_factor_error", "dK_1", "ppm", "relative error of the nominal scale factor", f_x},
+          {"second_order_coefficient", "K_2", second, "per a_i^2", power(f_x, 2)},
+          {"third_order_coefficient", "K_3", third, "per a_i^3", power(f_x, 3)},
+          {"cross_coupling_ip", "K_ip", second, "per a_i a_p", f_x * f_y},
+          {"cross_coupling_io", "K_io", second, "per a_i a_o", f_x * f_z},
+          {"misalignment_o", "delta_o", "arcsec", "turn of the input axis about o, per a_p", f_y},
+          {"misalignment_p", "delta_p", "arcsec", "turn of the input axis about p, per -a_o", -f_z},
           // beyond GJB 2504
-          {"cross_coupling_po", "K_po", second, "per a_p a_o",
-           f_y * f_z},
-          {"second_order_pp", "K_pp", second, "per a_p^2 (not observable in a 1 g tumble)",
-           power(f_y, 2)},
-          {"second_order_oo", "K_oo", second, "per a_o^2 (not observable in a 1 g tumble)",
-           power(f_z, 2)},
-          {"odd_quadratic_coefficient", "K_oq", second, "per a_i |a_i|",
-           f_x * magnitude(f_x)}};
+          {"cross_coupling_po", "K_po", second, "per a_p a_o", f_y * f_z},
+          {"second_order_pp", "K_pp", second, "per a_p^2 (not observable in a 1 g tumble)", power(f_y, 2)},
+          {"second_order_oo", "K_oo", second, "per a_o^2 (not observable in a 1 g tumble)", power(f_z, 2)},
+          {"odd_quadratic_coefficient", "K_oq", second, "per a_i |a_i|", f_x * magnitude(f_x)}};
 }
 
 /// docs/equations (4.18). The pendulum tilts with f_I + a_c, so K_IP f_I f_P comes with tilt f_P a_c: each regressor of
@@ -86,33 +75,25 @@ std::vector<Term> motion_terms(double tilt) {
     Regressor regressor;
   };
   const Regressor w_I = w_x, w_O = -w_z, w_P = w_y;
-  const Row rows[] = {
-      {"C_I", "per angular acceleration about I", true, a_x},
-      {"C_O", "per angular acceleration about O = -o", true, -a_z},
-      {"C_P", "per angular acceleration about P", true, a_y},
-      {"C_IP", "per w_I w_P (unequal inertias)", false, w_I * w_P},
-      {"C_OP", "per w_O w_P, O = -o", false, w_O * w_P},
-      {"C_IO", "per w_I w_O, O = -o", false, w_I * w_O},
-      {"C_II", "per w_I^2", false, w_I * w_I},
-      {"C_PP", "per w_P^2", false, w_P * w_P}};
+  const Row rows[] = {{"C_I", "per angular acceleration about I", true, a_x},
+                      {"C_O", "per angular acceleration about O = -o", true, -a_z},
+                      {"C_P", "per angular acceleration about P", true, a_y},
+                      {"C_IP", "per w_I w_P (unequal inertias)", false, w_I * w_P},
+                      {"C_OP", "per w_O w_P, O = -o", false, w_O * w_P},
+                      {"C_IO", "per w_I w_O, O = -o", false, w_I * w_O},
+                      {"C_II", "per w_I^2", false, w_I * w_I},
+                      {"C_PP", "per w_P^2", false, w_P * w_P}};
   std::vector<Term> terms;
   for (const auto& row : rows)
     terms.push_back({row.name, row.name, row.acceleration ? "ug/(rad/s^2)" : "ug/(rad/s)^2", row.description,
                      (1.0 + Regressor(tilt) * f_y) * row.regressor});
-  terms.push_back({"C_III", "C_III", "ppm/(rad/s)^2", "per f_I w_I^2 (tilt of the pendulum)",
-                   f_x * w_x * w_x});
-  terms.push_back({"C_IPP", "C_IPP", "ppm/(rad/s)^2", "per f_I w_P^2 (tilt of the pendulum)",
-                   f_x * w_y * w_y});
+  terms.push_back({"C_III", "C_III", "ppm/(rad/s)^2", "per f_I w_I^2 (tilt of the pendulum)", f_x * w_x * w_x});
+  terms.push_back({"C_IPP", "C_IPP", "ppm/(rad/s)^2", "per f_I w_P^2 (tilt of the pendulum)", f_x * w_y * w_y});
   return terms;
 }
 
 std::vector<Output> outputs(const Settings& constants) {
-  Output output{"accelerometer",
-                QuantityKind::specific_force,
-                "g",
-                f_x,
-                static_terms(),
-                ""};
+  Output output{"accelerometer", QuantityKind::specific_force, "g", f_x, static_terms(), ""};
   for (auto& term : temperature_terms(constants.number("reference_temperature")))
     output.terms.push_back(std::move(term));
   for (auto& term : motion_terms(tilt_per_specific_force(constants))) output.terms.push_back(std::move(term));

@@ -53,14 +53,10 @@ std::vector<Output> outputs(const Settings& truth) {
            .kind = QuantityKind::angular_rate,
            .unit = "deg/h",
            .input = w_x,
-           .terms = {{"bias", "B", "deg/h", "output rate at rest: null shift of the two beams",
-                      1.0},
-                     {"scale_factor_error", "dK/K", "ppm", "departure of the scale factor from K",
-                      w_x},
-                     {"misalignment_y", "M_y", "arcsec", "angle of the input axis toward y",
-                      w_y},
-                     {"misalignment_z", "M_z", "arcsec", "angle of the input axis toward z",
-                      w_z}},
+           .terms = {{"bias", "B", "deg/h", "output rate at rest: null shift of the two beams", 1.0},
+                     {"scale_factor_error", "dK/K", "ppm", "departure of the scale factor from K", w_x},
+                     {"misalignment_y", "M_y", "arcsec", "angle of the input axis toward y", w_y},
+                     {"misalignment_z", "M_z", "arcsec", "angle of the input axis toward z", w_z}},
            .noise_prefix = ""}};
 }
 

@@ -39,8 +39,8 @@ Option scale_factor_option(const std::string& description);
 /// Its value [SI]; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
-/// The error model with the terms of these names that the fit has; K_1 is that of the result where it has one, else that
-/// of the settings.
+/// The error model with the terms of these names that the fit has; K_1 is that of the result where it has one, else
+/// that of the settings.
 void set_model(const Evidence& evidence, const linear::Solution& solution, const std::vector<std::string>& names,
                Estimate& estimate);
 

@@ -16,8 +16,8 @@
 #include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/compensate.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/thermal/thermal.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -272,13 +272,14 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
                  const std::vector<Slot>& slots, const std::optional<ThermalReading>& thermal) {
   Inputs out;
   out.from.resize(slots.size());
-  Sources sources{&recording, &output, std::vector<const Channel*>(slots.size()), nullptr, nullptr,
-                  1.0 / sampling_rate(output)};
+  Sources sources{&recording, &output, std::vector<const Channel*>(slots.size()),
+                  nullptr,    nullptr, 1.0 / sampling_rate(output)};
   for (std::size_t k = 0; k < slots.size(); ++k) {
     if (slots[k].base != SIZE_MAX) continue;
     sources.channels[k] =
         channel_of(estimate, recording, output, is_acceleration(k) ? slots[k - acceleration] : slots[k]);
-    if (sources.channels[k]) out.from[k] = (is_acceleration(k) ? "slope of channel " : "channel ") + sources.channels[k]->name;
+    if (sources.channels[k])
+      out.from[k] = (is_acceleration(k) ? "slope of channel " : "channel ") + sources.channels[k]->name;
     if (!sources.channels[k] && plan && k < felt_inputs) out.from[k] = "schedule of the plan";
   }
   if (out.from[since_power_on].empty()) out.from[since_power_on] = "time of the samples";

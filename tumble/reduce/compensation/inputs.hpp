@@ -17,8 +17,8 @@ namespace tumble::compensation {
 struct Slot {
   Input input = Input::rate_x;
   std::string role = {};
-  double lag = 0.0;                 ///< [s] time constant; 0: as it is
-  std::size_t base = SIZE_MAX;      ///< of a lagged input: the slot without the lag
+  double lag = 0.0;             ///< [s] time constant; 0: as it is
+  std::size_t base = SIZE_MAX;  ///< of a lagged input: the slot without the lag
 };
 
 /// The slots of every compensation: each input but `channel`, in the order of Input.

@@ -35,8 +35,7 @@ Estimate result(const std::vector<double>& values, const std::string& role, Inpu
 }
 
 void add_term(Estimate& estimate, std::size_t parameter, const Regressor& regressor) {
-  estimate.models[0].terms.push_back(
-      {estimate.parameters[parameter].name, parameter, regressor.products(), -1e3, 1e3});
+  estimate.models[0].terms.push_back({estimate.parameters[parameter].name, parameter, regressor.products(), -1e3, 1e3});
 }
 
 double turning(double t) { return std::sin(3.0 * t); }
@@ -90,8 +89,7 @@ TEST(MadeUpModel, ATermDependsOnALaggedChannelWhoseLagIsAParameter) {
     if (i > 0) felt += (1.0 - std::exp(-1.0 / rate / lag)) * (pressure(static_cast<double>(i) / rate) - felt);
     errors.push_back(0.01 * felt);
   }
-  const auto done =
-      compensate(estimate, shown(errors, {channel_of("pressure", QuantityKind::other, "1", pressure)}));
+  const auto done = compensate(estimate, shown(errors, {channel_of("pressure", QuantityKind::other, "1", pressure)}));
   expect_turning(done.recording);
 }
 
@@ -138,8 +136,8 @@ TEST(MadeUpModel, AnOutputHasADelay) {
   add_term(estimate, 0, 1.0);
   estimate.models[0].delay = 1;
   Recording recording;
-  recording.channels = {channel_of("gyro", QuantityKind::angular_rate, "rad/s",
-                                   [](double t) { return turning(t - 0.05) + 0.01; })};
+  recording.channels = {
+      channel_of("gyro", QuantityKind::angular_rate, "rad/s", [](double t) { return turning(t - 0.05) + 0.01; })};
   const auto done = compensate(estimate, recording);
   const auto& values = done.recording.channels[0].values;
   for (std::size_t i = 0; i + 5 < samples; ++i)
@@ -152,17 +150,16 @@ TEST(MadeUpModel, ATermMayAddToTheOutputWithoutTheScaleFactor) {
   estimate.models[0].scale = 0;
   add_term(estimate, 1, TermFactor{.input = Input::channel, .role = "pressure"});
   estimate.models[0].terms[0].per_output = true;
-  Recording recording = shown(std::vector<double>(samples, 0.0),
-                              {channel_of("pressure", QuantityKind::other, "1", pressure)});
+  Recording recording =
+      shown(std::vector<double>(samples, 0.0), {channel_of("pressure", QuantityKind::other, "1", pressure)});
   for (std::size_t i = 0; i < samples; ++i)
-    recording.channels[0].values[i] =
-        2.0 * recording.channels[0].values[i] + 0.03 * recording.channels[1].values[i];
+    recording.channels[0].values[i] = 2.0 * recording.channels[0].values[i] + 0.03 * recording.channels[1].values[i];
   const auto done = compensate(estimate, recording);
   expect_turning(done.recording);
   // u = (y - c x)/K: the variances 1e-8 of K and c with du/dK = -u/K, du/dc = -x/K
   const double x = pressure(0.5), u = turning(0.5);
-  EXPECT_NEAR(find_channel(done.recording, "gyro.compensation_sd")->values[50],
-              1e-4 * std::hypot(u / 2.0, x / 2.0), 1e-12);
+  EXPECT_NEAR(find_channel(done.recording, "gyro.compensation_sd")->values[50], 1e-4 * std::hypot(u / 2.0, x / 2.0),
+              1e-12);
 }
 
 }  // namespace

@@ -12,7 +12,8 @@ constexpr double tolerance = 1e-12;           ///< of the size of u
 constexpr double settled_within = 1e-10;      ///< of outputs together: each is solved to `tolerance` only
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
-constexpr double step_share = 1e-4, least_input = 1e-6;  ///< of difference quotients: share of the input [1], and the least input [SI]
+constexpr double step_share = 1e-4,
+                 least_input = 1e-6;  ///< of difference quotients: share of the input [1], and the least input [SI]
 
 double errors_at(const Work& work, Values& values, double u) {
   values[work.shown] = u;
@@ -124,8 +125,8 @@ double variance_of(const Works& works, const Work& work, Values& values, const V
   }
   for (std::size_t k = 0; k < 3; ++k)
     if (sd[k] > 0.0)
-      staying += std::pow(
-          sd[k] * error_slope(work, static_cast<std::size_t>(Input::angular_acceleration_x) + k, values), 2);
+      staying +=
+          std::pow(sd[k] * error_slope(work, static_cast<std::size_t>(Input::angular_acceleration_x) + k, values), 2);
   double sum = 0.0;
   for (const auto& [i, a] : d)
     for (const auto& [j, b] : d) sum += a * b * work.estimate->covariance(i, j);

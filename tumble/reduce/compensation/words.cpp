@@ -46,8 +46,8 @@ Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
   const double n = std::max(1.0, static_cast<double>(work.counts.samples));
   for (const auto& used : work.terms) {
     const double mean = used.sum / n;
-    table.rows.push_back({used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest,
-                          joined(used.from)});
+    table.rows.push_back(
+        {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, joined(used.from)});
   }
   for (const auto& used : work.staying)
     table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""), std::string("missing: remains")});

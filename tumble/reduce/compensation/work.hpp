@@ -18,7 +18,7 @@ namespace tumble::compensation {
 struct UsedFactor {
   TermFactor factor;
   std::size_t slot = 0;
-  std::size_t start = SIZE_MAX;  ///< slot of the start temperature, where it is subtracted
+  std::size_t start = SIZE_MAX;                             ///< slot of the start temperature, where it is subtracted
   double state = std::numeric_limits<double>::quiet_NaN();  ///< of a play, before the present sample
 };
 
@@ -33,9 +33,9 @@ struct UsedTerm {
   double coefficient = 1.0, least = 0.0, greatest = 0.0;
   bool per_output = false;
   std::vector<UsedProduct> products;
-  std::set<std::size_t> slots;       ///< that it needs
-  std::set<std::string> missing;     ///< inputs
-  std::set<std::string> from;        ///< where the others come from
+  std::set<std::size_t> slots;    ///< that it needs
+  std::set<std::string> missing;  ///< inputs
+  std::set<std::string> from;     ///< where the others come from
   double sum = 0.0, squares = 0.0, largest = 0.0;
 };
 

@@ -10,7 +10,6 @@
 namespace tumble::imu {
 namespace {
 
-
 Input first_of(Kind kind) { return kind == Kind::gyro ? Input::rate_x : Input::specific_force_x; }
 
 std::vector<Term> terms_of(const std::string& role) {
@@ -31,8 +30,8 @@ OutputModel model_of(const Estimate& estimate, const RangeOf& range, Kind kind, 
     ranges.least.push_back(least);
     ranges.greatest.push_back(greatest);
   }
-  OutputModel model = output_model(estimate, role, along(first_of(kind), axis),
-                                   kind == Kind::gyro ? "deg/s" : "m/s^2", ranges);
+  OutputModel model =
+      output_model(estimate, role, along(first_of(kind), axis), kind == Kind::gyro ? "deg/s" : "m/s^2", ranges);
   if (!counted) return model;
   set_scale(estimate, role + "_scale_factor", model);
   model.offset = parameter_index(estimate, role + "_bias");

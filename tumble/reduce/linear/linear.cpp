@@ -9,11 +9,11 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/coarse_output.hpp"
-#include "tumble/reduce/output_model.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/linear/work.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
@@ -176,9 +176,8 @@ void prepare(const Evidence& evidence, const Problem& problem, Work& work) {
   solution.output.role = problem.role;
   if (const auto& input = problem.input.products(); input.size() == 1 && input[0].factors.size() == 1)
     solution.output.shows = input[0].factors[0].input;
-  if (const Channel* channel = evidence.recordings.empty()
-                                   ? nullptr
-                                   : channel_for(evidence, evidence.recordings.front(), problem.role))
+  if (const Channel* channel =
+          evidence.recordings.empty() ? nullptr : channel_for(evidence, evidence.recordings.front(), problem.role))
     set_reading(*channel, problem.scale, solution.output);
   work.used = observable(problem, work.rows, solution);
   if (!solution.dropped.empty()) solution.hidden_by_schedule = hidden_by_schedule(evidence.plan, problem);

@@ -7,9 +7,9 @@
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/reduce/output_model.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/words.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/reduce/stretches.hpp"
 #include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/regression/smoothing.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::thermal {
@@ -98,12 +98,12 @@ Thermal thermal_of(const Sensors& sensors, double begin, double end, const Therm
   std::size_t count = 0;
   for (std::size_t k = 0; k < out.time.size(); ++k) {
     Felt& felt = out.felt[k];
-    felt.temperature_rate = 0.5 * (smooth.slope[k] + other.slope[k] + reading.lag * (smooth.curvature[k] + other.curvature[k]));
+    felt.temperature_rate =
+        0.5 * (smooth.slope[k] + other.slope[k] + reading.lag * (smooth.curvature[k] + other.curvature[k]));
     felt.temperature = 0.5 * (smooth.value[k] + other.value[k] + reading.lag * (smooth.slope[k] + other.slope[k]));
     felt.temperature_gradient = smooth.value[k] - other.value[k] + reading.lag * (smooth.slope[k] - other.slope[k]);
     felt.since_power_on = out.time[k] - from;
-    if (felt.since_power_on < reading.start_window - stamp_slack(out.time[k], 0.0) &&
-        !std::isnan(felt.temperature)) {
+    if (felt.since_power_on < reading.start_window - stamp_slack(out.time[k], 0.0) && !std::isnan(felt.temperature)) {
       sum += felt.temperature;
       ++count;
     }

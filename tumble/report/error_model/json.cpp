@@ -63,10 +63,8 @@ Json numbers_json(const std::vector<double>& values) {
 }
 
 void add_optional(const OutputModel& model, Json& json) {
-  for (const auto& [key, index] : {std::pair{"scale", model.scale},
-                                   {"offset", model.offset},
-                                   {"spread", model.spread},
-                                   {"delay", model.delay}})
+  for (const auto& [key, index] :
+       {std::pair{"scale", model.scale}, {"offset", model.offset}, {"spread", model.spread}, {"delay", model.delay}})
     if (index) json[key] = *index;
   if (model.by_output) json["by_output"] = true;
   if (model.misfit != 0.0) json["misfit"] = number(model.misfit);

@@ -163,8 +163,8 @@ std::vector<OutputModel> fog(const Estimate& estimate) {
   for (std::size_t r = 0; range && range->columns.size() == 6 && r < range->rows.size(); ++r) {
     Covered& covered = model.covered.emplace_back(Covered{{}, cell(*range, r, 4), cell(*range, r, 5)});
     std::size_t column = 0;
-    for (const Input input : {Input::temperature, Input::temperature_gradient, Input::temperature_rate,
-                              Input::start_temperature})
+    for (const Input input :
+         {Input::temperature, Input::temperature_gradient, Input::temperature_rate, Input::start_temperature})
       if (const double weight = cell(*range, r, column++); weight != 0.0) covered.weights.emplace_back(input, weight);
   }
   return {model};
@@ -246,15 +246,15 @@ std::vector<OutputModel> ferraris(const Estimate& estimate) {
   std::vector<OutputModel> models;
   for (const imu::Kind kind : imu::kinds)
     for (std::size_t i = 0; i < 3 && find_parameter(estimate, imu::role_of(kind, 0) + "_bias"); ++i)
-      models.push_back(imu::directed_model(estimate, kind, i,
-                                           sign_of_diagonal(estimate, kind == imu::Kind::gyro, i), rate, force));
+      models.push_back(
+          imu::directed_model(estimate, kind, i, sign_of_diagonal(estimate, kind == imu::Kind::gyro, i), rate, force));
   return models;
 }
 
 std::vector<OutputModel> north_finder(const Estimate& estimate) {
   std::vector<OutputModel> models;
-  for (const auto& [role, first, axis] : {std::tuple{"gyro", w_x, 0u}, {"accelerometer_x", f_x, 0u},
-                                          {"accelerometer_y", f_x, 1u}}) {
+  for (const auto& [role, first, axis] :
+       {std::tuple{"gyro", w_x, 0u}, {"accelerometer_x", f_x, 0u}, {"accelerometer_y", f_x, 1u}}) {
     std::vector<Term> terms{{fmt::format("{}.bias", role), "", "", "", 1.0}};
     for (std::size_t j = 0; j < 3; ++j)
       if (j != axis) terms.push_back({fmt::format("{}.misalignment_{}", role, "xyz"[j]), "", "", "", along(first, j)});

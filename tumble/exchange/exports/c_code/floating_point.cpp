@@ -220,8 +220,7 @@ static REAL polynomial(const REAL coefficient[], uint32_t powers, REAL d)
 std::string body(const ImuCalibration& c) {
   const bool force = has_temperature(c.accelerometers), rate = has_temperature(c.gyros);
   std::string text = "\nvoid NAME(const REAL raw[6], REAL temperature, REAL compensated[6])\n{\n";
-  if (force || rate)
-    text += "  const REAL d = limited(temperature - reference_temperature, temperature_reach);\n\n";
+  if (force || rate) text += "  const REAL d = limited(temperature - reference_temperature, temperature_reach);\n\n";
   if (!force && !rate) text += "  (void)temperature;\n";
   text += fmt::format(
       "  accelerometer_compensate(&raw[0]{0}, &compensated[0]);\n"
