@@ -21,8 +21,9 @@ std::size_t slot_of(const Slot& wanted, std::vector<Slot>& slots) {
   const auto match = std::ranges::find_if(slots, [&](const Slot& slot) {
     return slot.input == wanted.input && slot.role == wanted.role && slot.lag == wanted.lag && slot.base == wanted.base;
   });
-  if (match == slots.end()) slots.push_back(wanted);
-  return static_cast<std::size_t>(std::ranges::distance(slots.begin(), match));
+  const auto index = static_cast<std::size_t>(match - slots.begin());
+  if (index == slots.size()) slots.push_back(wanted);
+  return index;
 }
 
 UsedFactor used_factor(const TermFactor& factor, const Estimate& estimate, std::vector<Slot>& slots) {
