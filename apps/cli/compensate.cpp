@@ -22,10 +22,10 @@ struct CompensateArguments {
 
 /// Before a long recording is read.
 void require_error_model(const Estimate& estimate, const std::string& file) {
-  if (find_method(estimate.method).compensate) return;
+  if (!estimate.models.empty()) return;
   std::vector<std::string_view> able;
   for (const Method* method : method_catalogue())
-    if (method->compensate) able.push_back(method->name);
+    if (method->compensates) able.push_back(method->name);
   throw Error(
       Error::Kind::unsupported,
       fmt::format("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",

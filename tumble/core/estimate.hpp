@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "tumble/core/error_model.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
@@ -67,7 +68,7 @@ struct Table {
   std::string caption;
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows;
-  bool for_programs = false;  ///< read by `compensate` and the like; left out of the terminal text
+  bool for_programs = false;  ///< read by programs; not in the terminal text
 };
 
 /// A curve for people. Curves with the same `figure` are drawn in one figure. Values in SI, shown in the units.
@@ -126,6 +127,7 @@ struct Estimate {
   std::vector<Curve> curves;
   std::vector<Verdict> verdicts;
   Provenance provenance;
+  std::vector<OutputModel> models = {};             ///< how each output errs; empty: the result can subtract nothing
   std::optional<PopulationFacts> population = {};   ///< of an estimate of units that are not tested yet
   std::shared_ptr<const PriorUse> prior = nullptr;  ///< null: the plan asks for no prior
 };

@@ -145,6 +145,23 @@ TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
       expect_same(random_calibration(77, everything), "float", compiler, flags, float_rounding);
 }
 
+/// Temperatures and outputs that no sensor gives, up to the greatest number of the type.
+TEST_F(CCode, AnyFiniteInputGivesAFiniteOutput) {
+  const auto all = compilers();
+  ASSERT_FALSE(all.empty()) << "no C compiler";
+  for (const auto& [type, most] : {std::pair{"double", 1.7e308}, {"float", 3.4e38}}) {
+    expect_same(random_calibration(8, everything), type, all[0], "-O2",
+                std::string(type) == "double" ? double_rounding : float_rounding);
+    std::vector<ImuSample> raws;
+    for (const double size : {most, -most, 1e20, -1e9, 0.0})
+      for (const double celsius : {most, -most, 1e9, -273.15})
+        raws.push_back({{size, -size, size}, {-size, size, 0.0}, celsius + 273.15, {}});
+    const auto found = consumed(raws);
+    ASSERT_EQ(found.size(), raws.size()) << type << ": inf and nan are no numbers to a stream";
+    for (const ImuSample& sample : found) EXPECT_TRUE(is_finite(sample.force) && is_finite(sample.rate)) << type;
+  }
+}
+
 /// Integers in, integers out: the formats stand in the file as macros.
 constexpr const char* integer_reader =
     "#include <stdio.h>\n#include \"calibration.c\"\n"
