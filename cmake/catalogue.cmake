@@ -1,5 +1,5 @@
 # An entry of a catalogue module is `<module>/<name>.cpp` or `<module>/<name>/<name>.cpp` that defines
-# `extern const <Descriptor> <name>`, in namespace tumble::<module> or tumble::<name>. This writes the function that lists
+# `extern const <Descriptor> <name>`, in namespace tumble::<module>::<name> or tumble::<name>. This writes the function that lists
 # them all, so that adding one thing is adding one file, and so that a static library cannot drop an entry nobody names.
 #
 # Further arguments are entries that stand elsewhere, each as `<space>::<name>`. The list with them is written to a file
@@ -24,7 +24,7 @@ function(tumble_catalogue folder result)
     if(definition STREQUAL "")
       continue()
     endif()
-    set(space ${space_of_folder})
+    set(space ${space_of_folder}::${stem})
     if(candidate MATCHES "/")
       set(space ${stem})
     endif()

@@ -14,6 +14,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -97,7 +98,7 @@ TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
   const Trial trial = method.trial(1), other = method.trial(2);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
-  const Compensation compensated = method.compensate(estimate, other.evidence.recordings[0], &trial.evidence.plan);
+  const Compensation compensated = compensate(estimate, other.evidence.recordings[0], &trial.evidence.plan);
   const Channel* after = find_channel(compensated.recording, "gyro");
   const Channel* before = find_channel(other.evidence.recordings[0], "gyro");
   ASSERT_NE(after, nullptr);

@@ -4,6 +4,9 @@ The phrases are the first column of the table of words in docs/english.md. Looke
 like, docs/ without decisions/ and equations/; code blocks and `code` do not count), the sentences of text/, and the
 string literals of the C++ files in apps/ and tumble/ (tests do not count).
 
+Comments of headers: none begins with What, Of, Those of or The same, which name nothing in the hover text of an editor.
+OLD_BEGINNINGS is how many still do; the number only falls.
+
     check_english.py REPOSITORY             exit 1 and one line a fault
     check_english.py --self-test            a sound small tree passes, and every kind of tampering with it is caught
 """
@@ -18,6 +21,8 @@ NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 # Names in the result JSON do not change.
 FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart"),
          "tumble/methods/allan_noise/spectrum.cpp": ("left out",)}
+BEGINNING = re.compile(r"///<? *(?:What|Of|Those of|The same)\b")
+OLD_BEGINNINGS = 301
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 
@@ -56,6 +61,27 @@ def faults_of_text(relative, text, pattern):
             for hit in pattern.finditer(text)]
 
 
+def beginnings(root):
+    """Places of comments in headers that begin with a word that names nothing."""
+    found = []
+    for path in sorted((root / "tumble").rglob("*.hpp")):
+        before = ""
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            goes_on = before.lstrip().startswith("///") and before.strip() != "///"
+            if BEGINNING.search(line) and not (line.lstrip().startswith("/// ") and goes_on):
+                found.append(f"{path.relative_to(root)}:{number}")
+            before = line
+    return found
+
+
+def faults_of_beginnings(root):
+    found = beginnings(root)
+    if len(found) <= OLD_BEGINNINGS:
+        return []
+    return [f"{len(found)} comments of headers begin with What, Of, Those of or The same, {OLD_BEGINNINGS} were there: begin with a "
+            f"noun or a verb ({', '.join(found[-3:])} and others)"]
+
+
 def pages(root):
     found = sorted(root.glob("*.md")) + sorted((root / "docs").rglob("*.md")) + sorted((root / "text").glob("*.toml"))
     return [p for p in found if not any(part in NOT_PAGES for part in p.relative_to(root).parts)]
@@ -80,7 +106,7 @@ def check(root):
         lines = faults_of_text(relative, text_of_source(path.read_text(encoding="utf-8")), pattern)
         lines = [line for line in lines if not line.endswith(tuple(f"'{name}'" for name in FIXED.get(relative, ())))]
         faults += lines
-    return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults]
+    return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults + faults_of_beginnings(root)]
 
 
 SOUND = {
@@ -89,6 +115,7 @@ SOUND = {
     "docs/decisions/001.md": "left out\n",
     "CHANGELOG.md": "left out\n",
     "apps/cli/a.cpp": '// left out\n#include "left out"\n/* told */ auto told = "skipped";  // "told"\nchar c = \'"\';\n',
+    "tumble/core/b.hpp": "/// A sum over\n/// What is there.\nint b;  ///< Offset of what is there\n" * (OLD_BEGINNINGS + 1),
     "tumble/core/a_test.cpp": 'auto s = "told";\n',
     "tumble/tasks/optimisation/report.cpp": 'column("told");\n',
 }
@@ -100,6 +127,7 @@ TAMPERED = {  # file, its new text, words of the fault
     "program, over two literals": ("tumble/core/a.cpp", 'say("is left "\n    "out");\n', "tumble/core/a.cpp:1: 'left out'"),
     "raw literal before it": ("tumble/core/a.cpp", 'a(R"(" // )");\nsay("told");\n', "tumble/core/a.cpp:2: 'told'"),
     "quote in a literal": ("tumble/core/a.hpp", 'say("\\"//"); say("told");\n', "tumble/core/a.hpp:1: 'told'"),
+    "comments that name nothing": ("tumble/core/a.hpp", "/// What it is.\nint a;\n" * (OLD_BEGINNINGS + 1), "begin with a noun"),
     "no list": (PAGE_OF_WORDS, "words\n", "no table of words"),
 }
 

@@ -32,6 +32,25 @@ def faults_of_tampering(faults_of, sound, tampered):
     return failures
 
 
+def reached(imports, first):
+    """Everything that an entry imports, directly or through others. imports: {entry: set of entries}."""
+    found, waiting = set(), [first]
+    while waiting:
+        for one in imports.get(waiting.pop(), ()):
+            if one not in found:
+                found.add(one)
+                waiting.append(one)
+    return found
+
+
+def circles(imports):
+    """Groups of entries that import each other, each sorted. imports: {entry: set of entries}."""
+    reach = {entry: reached(imports, entry) for entry in imports}
+    groups = {tuple(sorted(other for other in reach if other in reach[entry] and entry in reach[other]))
+              for entry in imports if entry in reach[entry]}
+    return sorted(groups)
+
+
 def main(doc, check, self_test, passed):
     """`check_x.py REPOSITORY` or `--self-test`: exit 1 and one line a fault. check: takes the root, returns (faults,
     report); the report is printed before them."""

@@ -5,6 +5,7 @@
   used          every key that web/src asks for stands in the table, and every key of the table is asked for; a key that
                 is made, t(`job_${...}`), stands for all that begin so
   styles        what a selector of a room's stylesheet begins with is a class of that room alone
+  circles       no file of web/src imports, directly or through others, a file that imports it
   vendored      every package of third_party/web has the version that web/package.json names
 
     check_web.py REPOSITORY         exit 1 and one line a fault
@@ -24,6 +25,7 @@ PLACEHOLDER = re.compile(r"\{(\w+)\}")
 WORD = re.compile(r"""["'`]([a-z][a-z0-9_]*)["'`]""")
 COMMENT, HEAD = re.compile(r"/\*.*?\*/", re.DOTALL), re.compile(r"\w*\.([\w-]+)")
 MADE = re.compile(r"t\(`([a-z_]+)\$\{")
+IMPORT = re.compile(r"""^(?:import|export)\b[^;"']*["'](\.[^"']+)["']""", re.MULTILINE)
 
 
 def texts(root, language):
@@ -68,6 +70,20 @@ def faults_of_styles(root):
     return faults
 
 
+def imports_of(path):
+    """The files that a file of the pages imports."""
+    named = [path.parent / name for name in IMPORT.findall(path.read_text(encoding="utf-8"))]
+    found = [one.with_name(one.name + end) for one in named for end in ("", ".ts", ".tsx")]
+    return {one.resolve() for one in found if one.is_file()}
+
+
+def faults_of_circles(root):
+    imports = {path.resolve(): imports_of(path) for path in sorted((root / "web/src").rglob("*.ts*"))}
+    circles = check_tools.circles(imports)
+    return ["web/src: " + ", ".join(path.relative_to((root / "web/src").resolve()).as_posix() for path in circle) + " import each other"
+            for circle in circles]
+
+
 def faults_of_versions(root):
     wanted = json.loads((root / "web/package.json").read_text())["devDependencies"]
     faults = []
@@ -80,13 +96,16 @@ def faults_of_versions(root):
 
 def check(root):
     english, chinese = texts(root, "en"), texts(root, "zh")
-    return faults_of_languages(english, chinese) + faults_of_use(root, english) + faults_of_styles(root) + faults_of_versions(root)
+    return faults_of_languages(english, chinese) + faults_of_use(root, english) + faults_of_styles(root) \
+        + faults_of_circles(root) + faults_of_versions(root)
 
 
 SOUND = {
     "text/en.toml": '[web]\nopen = "Open {name}"\njob_done = "done"\n',
     "text/zh.toml": '[web]\nopen = "打开 {name}"\njob_done = "已完成"\n',
     "web/src/a.tsx": 't("open", {name}); t(`job_${state}`)\n',
+    "web/src/plans/form.tsx": 'import { Row } from "./row";\n',
+    "web/src/plans/row.ts": 'import {\n  t,\n} from "../a";\n',
     "web/src/plans/plans.css": ".bars li, .bars .now { top: 0; }\n@media print { .bars { display: none; } }\n",
     "web/src/station/station.css": "/* .bars */ .axes .now { top: 0; }\n",
     "web/package.json": '{"devDependencies": {"preact": "1.0.0"}}',
@@ -100,10 +119,13 @@ TAMPERED = {
     "a key that is not there": ("web/src/b.tsx", 't("shut")\n', "asks for web.shut"),
     "a key that nobody asks for": ("web/src/a.tsx", 't("open")\n', "no page asks for web.job_done"),
     "a class of two rooms": ("web/src/station/station.css", "@media print { .bars { top: 0; } }\n", ".bars is a class of"),
+    "a circle of two": ("web/src/plans/row.ts", 'import type { Form } from "./form";\n', "plans/form.tsx, plans/row.ts import each other"),
+    "a circle of three": ("web/src/a.tsx", SOUND["web/src/a.tsx"] + 'export { Form } from "./plans/form";\n',
+                          "a.tsx, plans/form.tsx, plans/row.ts import each other"),
     "another version": ("third_party/web/preact/package.json", '{"name": "preact", "version": "2.0.0"}', "version 2.0.0"),
 }
 
 
 if __name__ == "__main__":
     check_tools.main(__doc__, lambda root: (check(root), ""), lambda: check_tools.faults_of_tampering(check, SOUND, TAMPERED),
-                     "every text of the pages is there in both languages, and every room has its own styles")
+                     "every text of the pages is there in both languages, every room has its own styles, and no files import each other")

@@ -81,7 +81,7 @@ Texts words_of(const Estimate& original) {
   return words;
 }
 
-class ChineseResults : public testing::TestWithParam<const Method*> {
+class ChineseResults : public ::testing::TestWithParam<const Method*> {
  public:
   static void expect_no_english(const Evidence& evidence, const Method& method, const Estimate& estimate) {
     const auto names = names_in(evidence, method, estimate);
@@ -101,7 +101,7 @@ TEST_P(ChineseResults, HaveNoEnglish) {
   expect_no_english(second.evidence, method, method.identify(second.evidence, {}));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ChineseResults, testing::ValuesIn(method_catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, ChineseResults, ::testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 /// The plans that travel with the program have every rig, with all its errors.

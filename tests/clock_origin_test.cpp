@@ -113,7 +113,7 @@ void expect_same(const Estimate& now, const Estimate& before, const Case& one) {
   expect_same_findings(now.findings, before.findings);
 }
 
-class ClockOrigin : public testing::TestWithParam<const Method*> {
+class ClockOrigin : public ::testing::TestWithParam<const Method*> {
  protected:
   void expect_no_change(Variant variant) const {
     const Method& method = *GetParam();
@@ -138,7 +138,7 @@ TEST_P(ClockOrigin, ChangesNothingWhereTheBiasInstabilityIsStated) {
   if (std::ranges::any_of(options, states)) expect_no_change(Variant::stated);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ClockOrigin, testing::ValuesIn(method_catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, ClockOrigin, ::testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 }  // namespace

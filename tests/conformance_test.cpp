@@ -69,7 +69,7 @@ std::vector<Entry> all_entries() {
   return entries;
 }
 
-class Catalogue : public testing::TestWithParam<Entry> {};
+class Catalogue : public ::testing::TestWithParam<Entry> {};
 
 TEST_P(Catalogue, NameIsTheFileStemInSnakeCase) {
   const auto& entry = GetParam();
@@ -159,7 +159,7 @@ TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Catalogue, testing::ValuesIn(all_entries()), [](const auto& entry) {
+INSTANTIATE_TEST_SUITE_P(All, Catalogue, ::testing::ValuesIn(all_entries()), [](const auto& entry) {
   std::string name = entry.param.folder + "_" + entry.param.name;
   std::ranges::replace(name, '/', '_');
   return name;
@@ -181,11 +181,11 @@ TEST(Readme, HasARowForEveryMethod) {
 }
 
 template <typename Descriptor>
-std::string entry_name(const testing::TestParamInfo<const Descriptor*>& entry) {
+std::string entry_name(const ::testing::TestParamInfo<const Descriptor*>& entry) {
   return entry.param->name;
 }
 
-class Models : public testing::TestWithParam<const Model*> {};
+class Models : public ::testing::TestWithParam<const Model*> {};
 
 TEST_P(Models, OutputsAndTermsAreWhole) {
   const Model& model = *GetParam();
@@ -240,9 +240,9 @@ TEST_P(Models, RecordsEveryOutputTheSameWhateverTheBlocks) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Models, testing::ValuesIn(model_catalogue()), entry_name<Model>);
+INSTANTIATE_TEST_SUITE_P(All, Models, ::testing::ValuesIn(model_catalogue()), entry_name<Model>);
 
-class Rigs : public testing::TestWithParam<const Rig*> {};
+class Rigs : public ::testing::TestWithParam<const Rig*> {};
 
 TEST_P(Rigs, AxesAreWholeAndAScheduleWithoutThemIsRefused) {
   const Rig& rig = *GetParam();
@@ -257,9 +257,9 @@ TEST_P(Rigs, AxesAreWholeAndAScheduleWithoutThemIsRefused) {
   EXPECT_FALSE(refusals.empty());  // a plan's reader names the axis (tasks); a rig must not run without its own
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Rigs, testing::ValuesIn(rig_catalogue()), entry_name<Rig>);
+INSTANTIATE_TEST_SUITE_P(All, Rigs, ::testing::ValuesIn(rig_catalogue()), entry_name<Rig>);
 
-class Checks : public testing::TestWithParam<const Check*> {};
+class Checks : public ::testing::TestWithParam<const Check*> {};
 
 /// One channel at 10 Hz with these values, evenly sampled or stamped.
 Recording recording_of(const std::vector<double>& values, bool stamped) {
@@ -291,7 +291,7 @@ TEST_P(Checks, SurvivesEveryPoorRecording) {
   EXPECT_NO_THROW(GetParam()->run(Recording{}, nullptr));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Checks, testing::ValuesIn(check_catalogue()), entry_name<Check>);
+INSTANTIATE_TEST_SUITE_P(All, Checks, ::testing::ValuesIn(check_catalogue()), entry_name<Check>);
 
 }  // namespace
 }  // namespace tumble

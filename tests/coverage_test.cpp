@@ -176,7 +176,7 @@ Judgement judge(const Method& method, std::size_t seeds = all_seeds) {
   return judgement;
 }
 
-class Coverage : public testing::TestWithParam<const Method*> {};
+class Coverage : public ::testing::TestWithParam<const Method*> {};
 
 TEST_P(Coverage, StatedIntervalsHoldTheTruth) {
   const Judgement judgement = judge(*GetParam(), seeds_from(std::getenv("TUMBLE_COVERAGE_SEEDS")));
@@ -184,7 +184,7 @@ TEST_P(Coverage, StatedIntervalsHoldTheTruth) {
   EXPECT_TRUE(judgement.problems.empty()) << fmt::format("{}", fmt::join(judgement.problems, "\n"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(method_catalogue()),
+INSTANTIATE_TEST_SUITE_P(Methods, Coverage, ::testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 /// The methods with a second trial, each with that one in the place of the first.
@@ -198,7 +198,7 @@ std::vector<Method> methods_on_second_trials() {
   return methods;
 }
 
-class SecondCoverage : public testing::TestWithParam<Method> {};
+class SecondCoverage : public ::testing::TestWithParam<Method> {};
 
 TEST_P(SecondCoverage, StatedIntervalsHoldTheTruth) {
   const Judgement judgement = judge(GetParam(), seeds_from(std::getenv("TUMBLE_COVERAGE_SEEDS")));
@@ -206,7 +206,7 @@ TEST_P(SecondCoverage, StatedIntervalsHoldTheTruth) {
   EXPECT_TRUE(judgement.problems.empty()) << fmt::format("{}", fmt::join(judgement.problems, "\n"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, SecondCoverage, testing::ValuesIn(methods_on_second_trials()),
+INSTANTIATE_TEST_SUITE_P(Methods, SecondCoverage, ::testing::ValuesIn(methods_on_second_trials()),
                          [](const auto& entry) { return std::string(entry.param.name); });
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(SecondCoverage);
 

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Formats : public testing::TestWithParam<const Format*> {
+class Formats : public ::testing::TestWithParam<const Format*> {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("tumble_" + std::string(format().name) + "_" + std::to_string(getpid()));
@@ -202,9 +202,9 @@ TEST_P(Formats, HostileBytesAreReadOrRefused) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, WritableFormats, testing::ValuesIn(writable_formats()),
+INSTANTIATE_TEST_SUITE_P(All, WritableFormats, ::testing::ValuesIn(writable_formats()),
                          [](const auto& entry) { return std::string(entry.param->name); });
-INSTANTIATE_TEST_SUITE_P(All, Formats, testing::ValuesIn(format_catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, Formats, ::testing::ValuesIn(format_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(FormatCatalogue, ExtensionsBelongToOneFormat) {

@@ -7,6 +7,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/reduce/compensate.hpp"
 
 namespace tumble {
 namespace {
@@ -58,7 +59,7 @@ TEST(ImuFerrarisPublished, Agrees) {
 TEST(ImuFerrarisPublished, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
   const auto evidence = published("360 deg");
   auto estimate = identified(evidence);
-  const auto out = find_method("imu_ferraris").compensate(estimate, evidence.recordings[0], nullptr).recording;
+  const auto out = compensate(estimate, evidence.recordings[0], nullptr).recording;
   Evidence again = evidence;
   again.recordings = {out};
   const auto unit = identified(again);
@@ -77,7 +78,7 @@ TEST(ImuFerrarisPublished, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
   const auto* sd = find_channel(out, "gyro_x.compensation_sd");
   ASSERT_NE(sd, nullptr);
   EXPECT_GT(sd->values[0], 0.0);
-  EXPECT_THROW(find_method("imu_ferraris").compensate(estimate, out, nullptr), Error);  // not twice
+  EXPECT_THROW(compensate(estimate, out, nullptr), Error);  // not twice
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ void expect_linear(const std::string& reader, const std::function<void(const std
   }
 }
 
-class LinearFormats : public testing::TestWithParam<const Format*> {};
+class LinearFormats : public ::testing::TestWithParam<const Format*> {};
 
 TEST_P(LinearFormats, TakeTimeInProportionToTheText) {
   const auto folder = fs::temp_directory_path() / ("tumble_linear_" + std::to_string(getpid()));
@@ -108,8 +108,8 @@ TEST_P(LinearFormats, TakeTimeInProportionToTheText) {
   fs::remove_all(folder);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LinearFormats, testing::ValuesIn(format_catalogue()),
-                         [](const auto& info) { return std::string(info.param->name); });
+INSTANTIATE_TEST_SUITE_P(All, LinearFormats, ::testing::ValuesIn(format_catalogue()),
+                         [](const auto& format) { return std::string(format.param->name); });
 
 TEST(LinearReaders, DocumentsTakeTimeInProportionToTheText) {
   expect_linear("document", [](const std::string& text) { tables::document_of(text, "text.toml"); });

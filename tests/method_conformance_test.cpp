@@ -14,6 +14,7 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
@@ -25,7 +26,7 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
-class Methods : public testing::TestWithParam<const Method*> {
+class Methods : public ::testing::TestWithParam<const Method*> {
  protected:
   const Method& method() const { return *GetParam(); }
 
@@ -227,21 +228,36 @@ TEST_P(Methods, PoorEvidenceIsAnErrorAndNothingElse) {
   }
 }
 
+TEST_P(Methods, HasModelsWhoseTermsAreItsParameters) {
+  const Estimate result = estimate();
+  EXPECT_EQ(method().compensates, !result.models.empty());
+  for (const OutputModel& model : result.models) {
+    EXPECT_TRUE(!model.terms.empty() || model.scale) << model.role;
+    for (const ModelTerm& term : model.terms) {
+      EXPECT_FALSE(term.regressor.empty()) << term.term;
+      if (!term.parameter) continue;
+      ASSERT_LT(*term.parameter, result.parameters.size());
+      EXPECT_EQ(result.parameters[*term.parameter].name, term.term);
+      EXPECT_LE(term.least, term.greatest) << term.term;
+    }
+  }
+}
+
 TEST_P(Methods, CompensatesWithoutLosingSamples) {
-  if (method().compensate == nullptr) return;
+  if (!method().compensates) return;
   const Trial trial = method().trial(2);
   const Recording& recording = trial.evidence.recordings[0];
   Estimate result = estimate();
   result.provenance.settings = trial.evidence.plan.settings.texts();
   for (const auto& [role, choices] : trial.evidence.plan.channels)  // as `identify` of tasks/ notes them
     result.provenance.settings["channels." + role] = choices.front().channel;
-  const Compensation done = method().compensate(result, recording, nullptr);
+  const Compensation done = compensate(result, recording, nullptr);
   for (const auto& channel : recording.channels) {
     const Channel* kept = find_channel(done.recording, channel.name);
     ASSERT_NE(kept, nullptr) << channel.name;
     EXPECT_EQ(kept->values.size(), channel.values.size()) << channel.name;
   }
-  EXPECT_THROW(method().compensate(result, Recording{}, nullptr), Error);
+  EXPECT_THROW(compensate(result, Recording{}, nullptr), Error);
 }
 
 TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
@@ -254,7 +270,7 @@ TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods, testing::ValuesIn(method_catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, Methods, ::testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(FindMethod, SuggestsTheNearestName) {

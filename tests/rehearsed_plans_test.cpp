@@ -49,17 +49,17 @@ void expect_same_answer(const std::string& name, std::uint64_t seed) {
   EXPECT_GT(compared, 0u);
 }
 
-class RehearsedPlan : public testing::TestWithParam<const char*> {};
+class RehearsedPlan : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(RehearsedPlan, GivesTheAnswerOfASimulation) { expect_same_answer(GetParam(), 1); }
 
 INSTANTIATE_TEST_SUITE_P(Plans, RehearsedPlan,
-                         testing::Values("accelerometer_centrifuge", "imu_ferraris", "imu_multi_position",
-                                         "north_finding"),
+                         ::testing::Values("accelerometer_centrifuge", "imu_ferraris", "imu_multi_position",
+                                           "north_finding"),
                          [](const auto& plan) { return std::string(plan.param); });
 
 /// All others, with other seeds, where the tests may take long.
-class RehearsedPlanCoverage : public testing::TestWithParam<const char*> {};
+class RehearsedPlanCoverage : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(RehearsedPlanCoverage, GivesTheAnswerOfASimulation) {
   const char* seeds = std::getenv("TUMBLE_COVERAGE_SEEDS");
@@ -68,13 +68,13 @@ TEST_P(RehearsedPlanCoverage, GivesTheAnswerOfASimulation) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Plans, RehearsedPlanCoverage,
-                         testing::Values("accelerometer_centrifuge", "accelerometer_dynamic",
-                                         "accelerometer_four_position", "accelerometer_tumble", "dtg_centrifuge",
-                                         "fog_thermal_bias", "frequency_response", "gyro_scale_factor", "imu_ferraris",
-                                         "imu_multi_position", "imu_turntable", "imu_turntable_short", "north_finding",
-                                         "north_finding_turning", "polar_axis_tumble", "rlg_lock_in",
-                                         "rlg_north_finder", "sdof_gyro_centrifuge", "sdof_gyro_dynamic",
-                                         "sdof_gyro_static", "sine_vibration"),
+                         ::testing::Values("accelerometer_centrifuge", "accelerometer_dynamic",
+                                           "accelerometer_four_position", "accelerometer_tumble", "dtg_centrifuge",
+                                           "fog_thermal_bias", "frequency_response", "gyro_scale_factor",
+                                           "imu_ferraris", "imu_multi_position", "imu_turntable", "imu_turntable_short",
+                                           "north_finding", "north_finding_turning", "polar_axis_tumble", "rlg_lock_in",
+                                           "rlg_north_finder", "sdof_gyro_centrifuge", "sdof_gyro_dynamic",
+                                           "sdof_gyro_static", "sine_vibration"),
                          [](const auto& plan) { return std::string(plan.param); });
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace tumble {
 namespace {
 
-class RehearsedTurns : public testing::TestWithParam<const char*> {};
+class RehearsedTurns : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(RehearsedTurns, LeadToTheTruthOfThePlan) {
   const ScratchFolder scratch;
@@ -41,8 +41,8 @@ TEST_P(RehearsedTurns, LeadToTheTruthOfThePlan) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Plans, RehearsedTurns,
-                         testing::Values("north_finding_turning", "accelerometer_dynamic", "sdof_gyro_centrifuge",
-                                         "sdof_gyro_dynamic", "imu_turntable_short"),
+                         ::testing::Values("north_finding_turning", "accelerometer_dynamic", "sdof_gyro_centrifuge",
+                                           "sdof_gyro_dynamic", "imu_turntable_short"),
                          [](const auto& plan) { return std::string(plan.param); });
 
 }  // namespace

@@ -13,15 +13,13 @@
 namespace tumble::cli {
 namespace {
 
-using Json = nlohmann::json;
-
-struct Arguments {
+struct AnswerArguments {
   std::string run, word, who;
 };
 
-std::optional<Prompt> open_question(const Json& state) {
+std::optional<Prompt> open_question(const nlohmann::json& state) {
   if (!state.contains("view") || !state["view"].is_object() || !state["view"].contains("prompt")) return std::nullopt;
-  const Json& open = state["view"]["prompt"];
+  const nlohmann::json& open = state["view"]["prompt"];
   Prompt prompt;
   prompt.id = open.at("id");
   prompt.text = open.at("text");
@@ -31,7 +29,7 @@ std::optional<Prompt> open_question(const Json& state) {
 }
 
 /// What is to be sent to the run for what would be typed at its own terminal.
-Json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
+nlohmann::json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
   if (const auto* answer = std::get_if<PromptAnswer>(&order))
     return {{"order", "answer"}, {"prompt", answer->prompt}, {"choice", answer->choice}, {"who", who}};
   const auto kind = std::get<RunOrder>(order).kind;
@@ -46,16 +44,16 @@ std::string question_text(const Prompt& prompt) {
                      prompt.standard);
 }
 
-std::string state_text(const Json& state) {
+std::string state_text(const nlohmann::json& state) {
   if (!state["view"].is_object()) return "the run is being prepared\n";
-  const Json& view = state["view"];
+  const nlohmann::json& view = state["view"];
   return fmt::format("{}  {}  segment {} of {} '{}', {} left\n", view.value("time_text", ""), view.value("phase", ""),
                      std::min(view.value("segment", 0) + 1, static_cast<int>(view["segments"].size())),
                      view["segments"].size(), view.value("label", ""), view.value("left_text", ""));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-  const Json state = Json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
+int run(const AnswerArguments& arguments, const Terminal& terminal) {
+  const nlohmann::json state = nlohmann::json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
   const auto open = open_question(state);
   if (arguments.word.empty()) {
     print(said_in(terminal.language, state_text(state) + (open ? question_text(*open) : "no question is open\n")));
@@ -76,7 +74,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb answer_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<AnswerArguments>();
   return {
       "answer",
       "Answer the question of a run, pause it or let it go on, from another terminal",

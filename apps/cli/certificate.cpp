@@ -13,14 +13,14 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct CertificateArguments {
   std::string result, lab, rule, format, language, accepted, output;
   std::vector<std::string> sets;
   ArchiveOptions archive;
 };
 
 /// What the options of the command line replace.
-CertificateDetails details_of(const Arguments& arguments) {
+CertificateDetails details_of(const CertificateArguments& arguments) {
   auto sets = parse_sets(arguments.sets);
   if (!arguments.rule.empty()) sets.emplace_back("certificate.rule", arguments.rule);
   if (!arguments.language.empty()) sets.emplace_back("certificate.language", arguments.language);
@@ -31,7 +31,7 @@ CertificateDetails details_of(const Arguments& arguments) {
 }
 
 /// The certificate, the result that it is on, and the equipment with its calibrations.
-Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, const std::string& result,
+Deposit deposit_of(const Certificate& certificate, const CertificateArguments& arguments, const std::string& result,
                    const std::string& path) {
   const CertificateDetails& details = certificate.details;
   Deposit deposit;
@@ -49,7 +49,7 @@ Deposit deposit_of(const Certificate& certificate, const Arguments& arguments, c
 }
 
 /// Puts a certificate into the archive, before it is written: one that the archive refuses is not issued.
-Deposited put_in_archive(Archive& archive, const Certificate& certificate, const Arguments& arguments,
+Deposited put_in_archive(Archive& archive, const Certificate& certificate, const CertificateArguments& arguments,
                          const std::string& file, const std::string& text, bool dcc) {
   const TemporaryFolder scratch;
   const std::string path = (scratch.path() / (dcc ? "certificate.xml" : "certificate.html")).string();
@@ -57,7 +57,7 @@ Deposited put_in_archive(Archive& archive, const Certificate& certificate, const
   return put_in(archive, deposit_of(certificate, arguments, read_text_file(file), path), act_of(arguments.archive));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const CertificateArguments& arguments, const Terminal& terminal) {
   const bool dcc = arguments.format == "dcc" || (arguments.format.empty() && arguments.output.ends_with(".xml"));
   check_output("-o", arguments.output, {arguments.result, arguments.lab},
                dcc ? std::vector<std::string>{".xml"} : std::vector<std::string>{".html", ".htm"});
@@ -82,7 +82,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb certificate_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CertificateArguments>();
   return {
       "certificate",
       "Write a calibration certificate: a page to print, or a Digital Calibration Certificate (DCC)",

@@ -12,14 +12,14 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::vector<std::string> results, parameters;
   std::string figure;
   bool json = false, strict = false;
 };
 
 /// The figures of the parameters that were asked for; of all, without any.
-std::vector<Figure> figures_for(const Comparison& comparison, const Arguments& arguments) {
+std::vector<Figure> figures_for(const Comparison& comparison, const CompareArguments& arguments) {
   auto figures = figures_of(comparison);
   std::vector<std::string> names;
   for (const auto& figure : figures) names.push_back(figure.name);
@@ -36,7 +36,7 @@ std::vector<Figure> figures_for(const Comparison& comparison, const Arguments& a
   return figures;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const CompareArguments& arguments, const Terminal& terminal) {
   if (!arguments.figure.empty()) check_output("--figure", arguments.figure, arguments.results, {".svg"});
   if (!arguments.parameters.empty() && arguments.figure.empty())
     throw Error(Error::Kind::bad_input, "--parameter chooses figures: --figure FIGURE.svg is required with it");
@@ -56,7 +56,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb compare_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   return {
       "compare",
       "Compare results of one instrument: E_n, and the drift since the last calibration",

@@ -15,23 +15,24 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct CompensateArguments {
   std::string result, recording, output, plan, save;
   std::vector<std::string> sets, topics;
 };
 
 /// Before a long recording is read.
 void require_error_model(const Estimate& estimate, const std::string& file) {
-  if (find_method(estimate.method).compensate) return;
+  if (!estimate.models.empty()) return;
   std::vector<std::string_view> able;
   for (const Method* method : method_catalogue())
-    if (method->compensate) able.push_back(method->name);
-  throw Error(Error::Kind::unsupported,
-              say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
+    if (method->compensates) able.push_back(method->name);
+  throw Error(
+      Error::Kind::unsupported,
+      say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
                   file, estimate.method, fmt::join(able, ", ")));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const CompensateArguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.result, arguments.recording});
   if (!arguments.save.empty())
     check_output("--save", arguments.save, {arguments.result, arguments.recording}, {".json"});
@@ -60,7 +61,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb compensate_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompensateArguments>();
   return {"compensate",
           "Subtract an identified error model from a recording",
           {{"RESULT", &arguments->result, "result (.json) of identify", true},

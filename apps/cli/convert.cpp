@@ -8,7 +8,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string recording, output, from, to;
   std::vector<std::string> sets, topics, channels;
 };
@@ -25,7 +25,7 @@ double time_of(const std::string& text, const std::string& option, double otherw
   }
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const ConvertArguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.recording});
   auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   options.only = arguments.channels;
@@ -46,7 +46,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb convert_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConvertArguments>();
   return {
       "convert",
       "Write a recording in another format",

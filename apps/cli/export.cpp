@@ -14,7 +14,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::vector<std::string> results, sets, drop;
   std::string to, output, inflate;
 };
@@ -36,7 +36,7 @@ ExportSource source_of(const std::string& argument) {
   return named ? ExportSource{"standard input", read_text_file(readable("-")), axis} : export_source(argument);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const ExportArguments& arguments, const Terminal& terminal) {
   const ExportWish wish{arguments.to, parse_sets(arguments.sets), arguments.drop, factor_of(arguments.inflate)};
   find_export(wish.to);
   std::vector<ExportSource> sources;
@@ -55,7 +55,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb export_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   return {
       "export",
       "Write a calibration and its noise for the software that uses them next",

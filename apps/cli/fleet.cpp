@@ -21,7 +21,7 @@ extern char** environ;
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct FleetArguments {
   std::string action;
   std::vector<std::string> what, sets, parameters, least, most;
   std::string output, executor, scheduler, workers, retries, serial, timeout, archive, by;
@@ -49,7 +49,7 @@ bool has_package(const std::string& program) {
 }
 
 /// The same words for python3 -m tumble.fleet, which takes the place of this process.
-[[noreturn]] void hand_over(const Arguments& arguments) {
+[[noreturn]] void hand_over(const FleetArguments& arguments) {
   const std::string program = python();
   if (!has_package(program))
     throw Error(Error::Kind::unsupported,
@@ -81,7 +81,7 @@ bool has_package(const std::string& program) {
 }
 
 /// NAME=VALUE of --min and --max as settings NAME.min and NAME.max.
-Sets limits_of(const Arguments& arguments) {
+Sets limits_of(const FleetArguments& arguments) {
   Sets sets;
   const auto add = [&](const std::vector<std::string>& texts, const char* option, const char* end) {
     for (const auto& text : texts) {
@@ -96,7 +96,7 @@ Sets limits_of(const Arguments& arguments) {
   return sets;
 }
 
-int summary(const Arguments& arguments, const Terminal& terminal) {
+int summary(const FleetArguments& arguments, const Terminal& terminal) {
   if (arguments.what.size() != 1)
     throw Error(Error::Kind::bad_input, "fleet summary: one folder is expected: tumble fleet summary FOLDER");
   if (!arguments.output.empty() && arguments.output != "-")
@@ -115,7 +115,7 @@ const std::vector<std::string>& fleet_actions() {
   return all;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const FleetArguments& arguments, const Terminal& terminal) {
   if (arguments.action == "summary") return summary(arguments, terminal);
   if (std::ranges::find(fleet_actions(), arguments.action) == fleet_actions().end())
     throw Error(Error::Kind::bad_input,
@@ -125,7 +125,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }
 
 /// How the work is spread.
-std::vector<Argument> workers_of(Arguments& arguments) {
+std::vector<Argument> workers_of(FleetArguments& arguments) {
   return {{.name = "--executor",
            .value = &arguments.executor,
            .description = "run, record: where the work is done (default: processes)",
@@ -149,7 +149,7 @@ std::vector<Argument> workers_of(Arguments& arguments) {
 }
 
 /// What is done with each recording.
-std::vector<Argument> reduction_of(Arguments& arguments) {
+std::vector<Argument> reduction_of(FleetArguments& arguments) {
   return {{"--retry-errors", &arguments.retry_errors, "run: reduce recordings again whose row is an error"},
           {.name = "--serial",
            .value = &arguments.serial,
@@ -167,7 +167,7 @@ std::vector<Argument> reduction_of(Arguments& arguments) {
 }
 
 /// What a summary holds.
-std::vector<Argument> summary_of(Arguments& arguments) {
+std::vector<Argument> summary_of(FleetArguments& arguments) {
   return {{.name = "--parameter",
            .value = &arguments.parameters,
            .description = "summary: this parameter only; repeatable",
@@ -183,7 +183,7 @@ std::vector<Argument> summary_of(Arguments& arguments) {
           {"--json", &arguments.json, "summary: print JSON instead of text"}};
 }
 
-std::vector<Argument> arguments_of(Arguments& arguments) {
+std::vector<Argument> arguments_of(FleetArguments& arguments) {
   std::vector<Argument> all{
       {.name = "ACTION",
        .value = &arguments.action,
@@ -205,7 +205,7 @@ std::vector<Argument> arguments_of(Arguments& arguments) {
 }  // namespace
 
 Verb fleet_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<FleetArguments>();
   return {"fleet", "Reduce recordings of many units, and summarise them", arguments_of(*arguments),
           "Examples:\n"
           "  tumble fleet run plan.toml 'data/*.h5' -o fleet\n"

@@ -16,7 +16,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct IdentifyArguments {
   std::string what, output;
   std::vector<std::string> recordings, sets, topics;
   bool json = false, strict = false;
@@ -48,7 +48,7 @@ Plan plan_of(const std::string& what, const tumble::Sets& sets) {
   return tumble::plan_for_method(what, sets);
 }
 
-std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan) {
+std::vector<std::string> inputs_of(const IdentifyArguments& arguments, const Plan& plan) {
   auto inputs = arguments.recordings;
   for (const auto& entry : plan.recordings) inputs.push_back(entry.file);
   if (!plan.file.empty()) inputs.push_back(plan.file);
@@ -56,7 +56,7 @@ std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan)
 }
 
 /// "-" among the recordings is read into memory, whole.
-Estimate identify(Plan plan, const Arguments& arguments, const Progress& progress) {
+Estimate identify(Plan plan, const IdentifyArguments& arguments, const Progress& progress) {
   auto files = arguments.recordings;
   const auto streams = std::erase(files, "-");
   if (streams > 1) throw Error(Error::Kind::bad_input, "-: standard input can be read only once");
@@ -66,7 +66,7 @@ Estimate identify(Plan plan, const Arguments& arguments, const Progress& progres
   return tumble::identify(gather(std::move(plan), files, {std::move(recording)}, progress), progress);
 }
 
-void show(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
+void show(const Estimate& estimate, const IdentifyArguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty()) write_output(terminal, arguments.output, to_json(estimate));
   if (arguments.output == standard_output) return;
   if (arguments.json)
@@ -76,7 +76,7 @@ void show(const Estimate& estimate, const Arguments& arguments, const Terminal& 
 }
 
 /// The result, and the files that it was made from.
-Deposit deposit_of(const Estimate& estimate, const Arguments& arguments, const Plan& plan) {
+Deposit deposit_of(const Estimate& estimate, const IdentifyArguments& arguments, const Plan& plan) {
   Deposit deposit;
   const std::string name =
       arguments.output.empty() || arguments.output == standard_output ? std::string("result") : arguments.output;
@@ -92,7 +92,7 @@ Deposit deposit_of(const Estimate& estimate, const Arguments& arguments, const P
   return deposit;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const IdentifyArguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
   auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
   read_prior_from(arguments.archive, plan);
@@ -118,7 +118,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb identify_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<IdentifyArguments>();
   return {
       "identify",
       "Identify parameters with their uncertainty, from a plan and recordings",

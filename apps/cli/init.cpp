@@ -9,7 +9,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct InitArguments {
   std::string name, output;
 };
 
@@ -24,7 +24,7 @@ void write_plans_beside(const ReadyPlan& plan, const std::string& output, const 
   }
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const InitArguments& arguments, const Terminal& terminal) {
   const ReadyPlan& plan = find_ready_plan(arguments.name);
   if (arguments.output.empty()) {
     print(std::string(plan.text));
@@ -42,7 +42,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb init_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InitArguments>();
   return {"init",
           "Write a commented plan to start from",
           {{"METHOD|PLAN", &arguments->name, "a method, or a plan of `tumble list plans`", true},

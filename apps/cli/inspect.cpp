@@ -137,13 +137,13 @@ std::string text(const Inspection& inspection, const Terminal& terminal) {
   return out + "\n" + to_text(inspection.findings, terminal.width, terminal.language);
 }
 
-struct Arguments {
+struct InspectArguments {
   std::string recording;
   std::vector<std::string> sets, topics;
   bool json = false;
 };
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const InspectArguments& arguments, const Terminal& terminal) {
   const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   Inspection inspection;
   {
@@ -162,7 +162,7 @@ std::string inspection_json(const Inspection& inspection) {
 }
 
 Verb inspect_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InspectArguments>();
   return {"inspect",
           "Show the channels of a recording, and its faults",
           {{"RECORDING", &arguments->recording, "recording to read; - reads standard input", true},

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct ListArguments {
   std::string kind, name;
   bool json = false;
 };
@@ -138,7 +138,7 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
                                             did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const ListArguments& arguments, const Terminal& terminal) {
   const SectionWords words{terminal.language, "list"};
   const Language language = arguments.json ? Language::english : terminal.language;
   const auto& kinds = catalogue_kinds();
@@ -169,7 +169,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb list_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ListArguments>();
   return {"list",
           "List methods, models, rigs, formats, checks, exports, plans, instruments, controllers, units",
           {{"KIND", &arguments->kind,

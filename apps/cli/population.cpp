@@ -12,14 +12,14 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct PopulationArguments {
   PopulationQuery query;
   ArchiveOptions archive;
   std::string components, output;
   bool json = false;
 };
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const PopulationArguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty()) check_output("-o", arguments.output, {}, {".json"});
   const Archive archive = open_archive(arguments.archive);
   const Estimate estimate = arguments.components.empty()
@@ -37,7 +37,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb population_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PopulationArguments>();
   return {
       "population",
       "What the archive says of a further unit of a model, and why results differ",

@@ -14,7 +14,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct PredictArguments {
   std::string plan, output, criterion, total_time, step;
   std::vector<std::string> sets, terms;
   bool json = false, optimise = false;
@@ -22,7 +22,7 @@ struct Arguments {
 };
 
 /// What only --optimise understands.
-tumble::OptimiseOptions options_of(const Arguments& arguments) {
+tumble::OptimiseOptions options_of(const PredictArguments& arguments) {
   tumble::OptimiseOptions options;
   options.terms = arguments.terms;
   Problems problems;
@@ -49,7 +49,7 @@ tumble::OptimiseOptions options_of(const Arguments& arguments) {
 }
 
 /// The comment above a plan that was found, with what the command line said beyond the file.
-std::string heading(const Arguments& arguments) {
+std::string heading(const PredictArguments& arguments) {
   std::string text = "# Schedule found by: tumble predict " + arguments.plan + " --optimise";
   if (!arguments.criterion.empty()) text += " --criterion " + arguments.criterion;
   if (!arguments.total_time.empty()) text += " --total-time \"" + arguments.total_time + "\"";
@@ -59,7 +59,7 @@ std::string heading(const Arguments& arguments) {
   return text + "\n";
 }
 
-int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options, const Plan& plan,
+int optimise(const PredictArguments& arguments, const tumble::OptimiseOptions& options, const Plan& plan,
              const Terminal& terminal) {
   const auto found = [&] {
     ProgressLine line(terminal);
@@ -73,7 +73,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
   return 0;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const PredictArguments& arguments, const Terminal& terminal) {
   const auto options = options_of(arguments);
   if (!arguments.output.empty()) check_output("-o", arguments.output, {arguments.plan}, {".toml"});
   auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
@@ -90,7 +90,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb predict_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PredictArguments>();
   return {"predict",
           "Predict the uncertainty of every parameter before the test",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [instrument], [rig], [[schedule]] and [truth]", true},

@@ -20,7 +20,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct RecordArguments {
   std::string instrument, link, output, duration, silence = "10 s";
   bool no_start = false, keep = false;
 };
@@ -128,7 +128,7 @@ double seconds_of(const std::string& option, const std::string& text) {
 }
 
 /// All that is wrong at once.
-RecordRequest request_of(const Arguments& arguments) {
+RecordRequest request_of(const RecordArguments& arguments) {
   Problems problems;
   const auto collected = [&](const auto& work) {
     try {
@@ -150,14 +150,14 @@ RecordRequest request_of(const Arguments& arguments) {
   return request;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const RecordArguments& arguments, const Terminal& terminal) {
   constexpr int bad_data = 3;
   const RecordRequest request = request_of(arguments);
   begin_live_output(terminal);
   Display display(terminal);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_recording);
   std::signal(SIGPIPE, SIG_IGN);  // the recording goes on when a pipe of its messages ends
-  RecordWorld world{wall_time, utc, [] { return wanted_end != 0; }};
+  RecordWorld world{wall_time, [] { return utc(); }, [] { return wanted_end != 0; }};
   world.show = [&](const RecordView& view) { display.show(view); };
   world.sealing = [&] { display.end(); };
   const RecordOutcome outcome = tumble::record(request, world);
@@ -172,7 +172,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb record_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RecordArguments>();
   return {"record",
           "Record the stream of an instrument, with its noise as it comes",
           {{"INSTRUMENT", &arguments->instrument,

@@ -20,7 +20,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct RehearseArguments {
   std::string plan, output, station, faults, speed;
   std::uint64_t seed = 1;
   std::vector<std::string> sets;
@@ -34,7 +34,7 @@ std::string duration(double seconds) {
   return whole >= 60 ? fmt::format("{} min {} s", whole / 60, whole % 60) : fmt::format("{} s", whole);
 }
 
-Rehearsal rehearsal_of(const Arguments& arguments) {
+Rehearsal rehearsal_of(const RehearseArguments& arguments) {
   Rehearsal rehearsal;
   rehearsal.recording =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
@@ -48,7 +48,7 @@ Rehearsal rehearsal_of(const Arguments& arguments) {
   return rehearsal;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const RehearseArguments& arguments, const Terminal& terminal) {
   std::optional<Archive> archive;  // a rehearsal is archived only where --archive asks for it
   if (!arguments.archive.address.empty()) archive = optional_archive(arguments.archive);
   Rehearsal rehearsal = rehearsal_of(arguments);
@@ -89,7 +89,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb rehearse_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RehearseArguments>();
   return {"rehearse",
           "Carry out a plan on a virtual rig, over the protocols of the station, as fast as it goes",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},

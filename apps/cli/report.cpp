@@ -12,29 +12,29 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string result, page, figure, title, logo, language;
 };
 
 /// That of the page, else that of the terminal.
-Language language_of(const Arguments& arguments, const Terminal& terminal) {
+Language language_of(const ReportArguments& arguments, const Terminal& terminal) {
   if (arguments.language.empty()) return terminal.language;
   return arguments.language == "zh" ? Language::chinese : Language::english;
 }
 
-void write_figures_of(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
+void write_figures_of(const Estimate& estimate, const ReportArguments& arguments, const Terminal& terminal) {
   const auto figures = figures_of(estimate);
   if (figures.empty())
     throw Error(Error::Kind::unsupported, say("{}: a result of {} has no figure", arguments.result, estimate.method));
   write_figures(figures, arguments.figure, language_of(arguments, terminal), terminal);
 }
 
-PageOptions page_of(const Arguments& arguments, const Terminal& terminal) {
+PageOptions page_of(const ReportArguments& arguments, const Terminal& terminal) {
   return {arguments.title, arguments.logo.empty() ? "" : data_uri_of_image_file(arguments.logo),
           language_of(arguments, terminal)};
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const ReportArguments& arguments, const Terminal& terminal) {
   if (arguments.page.empty() && arguments.figure.empty())
     throw Error(Error::Kind::bad_input, "report: -o REPORT.html or --figure FIGURE.svg is required");
   if (!arguments.page.empty()) check_output("-o", arguments.page, {arguments.result}, {".html", ".htm"});
@@ -50,7 +50,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb report_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReportArguments>();
   return {"report",
           "Write a result as one HTML page that needs no network, or its figures as drawings",
           {{"RESULT", &arguments->result, "result (.json) of identify or predict; - reads standard input", true},

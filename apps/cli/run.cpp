@@ -32,17 +32,17 @@ namespace {
 
 using What = decltype(RunEvent::what);
 
-struct Arguments {
+struct RunArguments {
   std::string plan, station, output, who, accept_expired, speed = "1";
   std::vector<std::string> units;
   ArchiveOptions archive;
   bool dry_run = false, virtual_rig = false;
 };
 
-volatile std::sig_atomic_t wanted_end = 0;
+volatile std::sig_atomic_t run_should_end = 0;
 
 /// The run ends by the safe list, once; further signals change nothing, because nothing ends it sooner.
-extern "C" void end_run(int) { wanted_end = 1; }
+extern "C" void end_run(int) { run_should_end = 1; }
 
 /// The rig is not left in motion while a dead process writes its memory to a file, which may take minutes.
 extern "C" void end_by_fault(int number) {
@@ -84,7 +84,7 @@ class Operator {
   void asked(const Prompt& prompt) { prompt_ = prompt; }
   std::vector<What> orders() {
     std::vector<What> orders;
-    if (wanted_end && !ended_) {
+    if (run_should_end && !ended_) {
       ended_ = true;
       orders.push_back(RunOrder{RunOrder::Kind::stop, who_});
     }
@@ -231,7 +231,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   return 0;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const RunArguments& arguments, const Terminal& terminal) {
   PlannedRunAtStation run;
   run.plan = tumble::load_plan(arguments.plan, {});
   run.station = load_station(arguments.station);
@@ -292,7 +292,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb run_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RunArguments>();
   return {
       "run",
       "Carry out a plan at a station, and record it",

@@ -8,11 +8,11 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct SealArguments {
   std::string run, output, raw;
 };
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const SealArguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty()) check_output("-o", arguments.output, {}, {".h5", ".hdf5"});
   if (!arguments.raw.empty()) {
     check_output("--raw", arguments.raw, {}, {".raw", ".bin", ".frames"});
@@ -37,7 +37,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb seal_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SealArguments>();
   return {"seal",
           "Make the recording of a run from its live store, also after a crash",
           {{"RUN", &arguments->run, "folder of the run", true},

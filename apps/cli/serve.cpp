@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ServeArguments {
   std::string folder = ".", host, port = "8321", certificate, key;
   std::string users, added, changed, predict;
   std::vector<std::string> prepare, sets, roles;
@@ -101,7 +101,7 @@ bool lies_in(const std::string& file, const std::string& folder) {
 }
 
 /// What would let others in without a token or read along is refused; the workbench shows texts of its folder.
-void check(const Arguments& arguments, const std::string& host) {
+void check(const ServeArguments& arguments, const std::string& host) {
   Problems problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
   if (!is_loopback(host) && arguments.certificate.empty())
@@ -141,7 +141,7 @@ std::string name_of_computer() {
   return gethostname(name, sizeof name - 1) == 0 ? name : "";
 }
 
-int prepare(const Arguments& arguments, const Terminal& terminal) {
+int prepare(const ServeArguments& arguments, const Terminal& terminal) {
   const auto inspected = [](const std::string& path, const ReadOptions& options, const Progress& progress) {
     return inspection_json(tumble::inspect(path, options, progress));
   };
@@ -154,7 +154,7 @@ int prepare(const Arguments& arguments, const Terminal& terminal) {
 
 /// For the workbench, which ends this process when somebody writes on: the plan on standard input as if it stood in the
 /// file.
-int predict(const Arguments& arguments) {
+int predict(const ServeArguments& arguments) {
   constexpr rlim_t most = 60;  // [s] of processor time
   const rlimit limit{most, most};
   setrlimit(RLIMIT_CPU, &limit);
@@ -164,7 +164,7 @@ int predict(const Arguments& arguments) {
 }
 
 /// Adds a user, or gives one another password.
-int change_users(const Arguments& arguments, const Terminal& terminal) {
+int change_users(const ServeArguments& arguments, const Terminal& terminal) {
   Problems problems;
   if (arguments.users.empty()) problems.emplace_back("--users FILE is missing: the file of the users");
   if (!arguments.added.empty() && !arguments.changed.empty())
@@ -189,7 +189,7 @@ int change_users(const Arguments& arguments, const Terminal& terminal) {
 
 /// The archive, opened once so that what is wrong with it is said at once. Jobs find it in the environment: an address
 /// stands in no file of theirs.
-std::string archive_of(const Arguments& arguments) {
+std::string archive_of(const ServeArguments& arguments) {
   std::string address = archive_address(arguments.archive);
   if (address.empty()) return address;
   if (address.find("://") == std::string::npos) address = fs::absolute(address).string();
@@ -198,7 +198,7 @@ std::string archive_of(const Arguments& arguments) {
   return address;
 }
 
-WorkbenchOptions options_of(const Arguments& arguments, const std::string& host) {
+WorkbenchOptions options_of(const ServeArguments& arguments, const std::string& host) {
   WorkbenchOptions options;
   options.folder = fs::canonical(arguments.folder);
   options.cache = cache_folder();
@@ -227,7 +227,7 @@ std::string link(const WorkbenchOptions& options, unsigned port) {
                      options.token.empty() ? "" : "#token=" + options.token);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const ServeArguments& arguments, const Terminal& terminal) {
   if (!arguments.prepare.empty()) return prepare(arguments, terminal);
   if (!arguments.predict.empty()) return predict(arguments);
   if (!(arguments.added + arguments.changed).empty() || !arguments.roles.empty())
@@ -248,7 +248,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }
 
 /// Where it listens, and who is let in.
-std::vector<Argument> address_arguments(Arguments& arguments) {
+std::vector<Argument> address_arguments(ServeArguments& arguments) {
   return {
       {"FOLDER", &arguments.folder, "folder of recordings and plans (default: the current one)"},
       {.name = "--port",
@@ -265,7 +265,7 @@ std::vector<Argument> address_arguments(Arguments& arguments) {
       {"--no-token", &arguments.no_token, "everybody on this computer may use it, without the link"}};
 }
 
-std::vector<Argument> user_arguments(Arguments& arguments) {
+std::vector<Argument> user_arguments(ServeArguments& arguments) {
   return {
       {.name = "--users",
        .value = &arguments.users,
@@ -286,7 +286,7 @@ std::vector<Argument> user_arguments(Arguments& arguments) {
        .type = "NAME"}};
 }
 
-std::vector<Argument> other_arguments(Arguments& arguments) {
+std::vector<Argument> other_arguments(ServeArguments& arguments) {
   return {archive_argument(arguments.archive),
           {.name = "--upload-limit",
            .value = &arguments.upload_limit,
@@ -307,7 +307,7 @@ std::vector<Argument> other_arguments(Arguments& arguments) {
 }  // namespace
 
 Verb serve_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ServeArguments>();
   std::vector<Argument> all = address_arguments(*arguments);
   for (const auto& more : {user_arguments(*arguments), other_arguments(*arguments)})
     all.insert(all.end(), more.begin(), more.end());

@@ -11,7 +11,7 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string plan, output;
   std::uint64_t seed = 1;
   std::vector<std::string> sets;
@@ -22,7 +22,7 @@ std::size_t free_memory() {
   return static_cast<std::size_t>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const SimulateArguments& arguments, const Terminal& terminal) {
   const auto output =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
   check_recording_output(output, {arguments.plan});
@@ -38,7 +38,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb simulate_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   return {"simulate",
           "Simulate the test of a plan, with rig and instrument",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},

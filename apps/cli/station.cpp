@@ -16,11 +16,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct StationArguments {
   std::string what, station, output;
 };
 
-std::string said(const ControllerReply& reply) {
+std::string reply_text(const ControllerReply& reply) {
   if (!reply.problem.empty()) return "no: " + reply.problem;
   if (reply.refused) return "refused: " + reply.text;
   std::string text;
@@ -50,7 +50,7 @@ Answers answers_of(Station station) {
   LinkWires links(station, [begin] { return wall_time() - begin; });
   Answers all;
   for (const DeviceAnswer& answer : talk_to(station, parts, links.wires())) {
-    all.add(answer.device, answer.verb, said(answer.reply), fmt::format("{:.1f}", 1e3 * answer.after));
+    all.add(answer.device, answer.verb, reply_text(answer.reply), fmt::format("{:.1f}", 1e3 * answer.after));
     all.good = all.good && answer.reply.problem.empty();
   }
   const auto counts = listen_to(station, parts, links.wires(), 1.0);
@@ -79,7 +79,7 @@ std::string json_of(const Answers& all) {
   return Json{{"good", all.good}, {"rows", rows}}.dump(2) + "\n";
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const StationArguments& arguments, const Terminal& terminal) {
   if (arguments.what != "check")
     throw Error(Error::Kind::bad_input,
                 say("station {}: 'check' is expected: tumble station check FILE", arguments.what));
@@ -101,7 +101,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb station_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<StationArguments>();
   return {
       "station",
       "Speak to all devices of a station, and move none",

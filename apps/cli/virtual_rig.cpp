@@ -13,21 +13,21 @@
 namespace tumble::cli {
 namespace {
 
-struct Arguments {
+struct VirtualRigArguments {
   std::string plan, station, faults, speed = "1";
   std::uint64_t seed = 1;
 };
 
-std::atomic<bool> wanted_end{false};
+std::atomic<bool> service_should_end{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-extern "C" void end_service(int) { wanted_end = true; }
+extern "C" void end_service(int) { service_should_end = true; }
 
 std::vector<VirtualFault> faults_of(const std::string& path) {
   return path.empty() ? std::vector<VirtualFault>{} : read_faults(read_text_file(path), path);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run(const VirtualRigArguments& arguments, const Terminal& terminal) {
   const Plan plan = tumble::load_plan(arguments.plan, {});
   Station station = load_station(arguments.station);
   const StationParts parts = parts_of(station);
@@ -45,14 +45,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!server.addresses()[w].empty()) print(fmt::format("{:16} {}\n", names[w], server.addresses()[w]));
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, end_service);
   note(terminal, "the virtual rig is ready; Ctrl+C ends it");
-  server.serve(wanted_end);
+  server.serve(service_should_end);
   return 0;
 }
 
 }  // namespace
 
 Verb virtual_rig_verb() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<VirtualRigArguments>();
   return {"virtual-rig",
           "Play the rig of a plan at the links of a station, for other programs and for tests",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [rig] and [truth]", true},

@@ -5,7 +5,7 @@
 
 #include "tumble/checks/check.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::my_check {
 namespace {
 
 constexpr double largest_step = 5.0;  ///< [K] between two samples
@@ -33,4 +33,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check my_check{"my_check", "temperatures that jump from one sample to the next", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::my_check

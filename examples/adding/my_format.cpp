@@ -10,7 +10,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::formats {
+namespace tumble::formats::my_format {
 namespace {
 
 constexpr std::string_view signature = "MYLOGGER";
@@ -29,8 +29,7 @@ std::vector<double> numbers_of(const std::string& path) {
   while (const std::size_t count = file.read(bytes.data() + size, bytes.size() - size)) size += count;
   if (size < signature.size() + sizeof(double) || (size - signature.size()) % sizeof(double) != 0)
     throw Error(Error::Kind::bad_file,
-                "'" + path + "': " + std::to_string(size) +
-                    " bytes; the signature of 8 bytes and 8 bytes for each number were expected");
+                say("'{}': {} bytes; the signature of 8 bytes and 8 bytes for each number were expected", path, std::to_string(size)));
   std::vector<double> numbers((size - signature.size()) / sizeof(double));
   std::memcpy(numbers.data(), bytes.data() + signature.size(), numbers.size() * sizeof(double));
   return numbers;
@@ -40,7 +39,7 @@ Recording read(const std::string& path, const ReadOptions&, const Progress&) {
   std::vector<double> numbers = numbers_of(path);
   const double rate = numbers.front();
   if (!(rate > 0.0 && std::isfinite(rate)))
-    throw Error(Error::Kind::bad_file, "'" + path + "': the sampling rate at byte 8 must be above 0 Hz");
+    throw Error(Error::Kind::bad_file, say("'{}': the sampling rate at byte 8 must be above 0 Hz", path));
   Channel gyro{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, rate, nullptr}, {}};
   gyro.values.assign(numbers.begin() + 1, numbers.end());
   for (double& value : gyro.values) value = gyro.unit.to_si(value);
@@ -58,4 +57,4 @@ extern const Format my_format{.name = "my_format",
                               .recognises = recognises,
                               .read = read};
 
-}  // namespace tumble::formats
+}  // namespace tumble::formats::my_format

@@ -21,7 +21,7 @@ std::vector<Term> terms() {
 linear::Problem problem_of(const Settings& settings) {
   linear::Problem problem;
   problem.role = "gyro";
-  problem.input = [](const Felt& felt) { return felt.rate.x; };
+  problem.input = Input::rate_x;
   problem.columns = terms();
   problem.advice = {"more_angles", "add positions at other angles of the stand"};
   linear::set_options(settings, problem);
@@ -56,16 +56,6 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-/// Subtracts the drift from another recording; its inputs come from the recording, or from the schedule of `plan`.
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  ErrorModel model;
-  model.role = "gyro";
-  model.unit = "deg/h";
-  model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
-  model.terms = terms();
-  return tumble::compensate(model, estimate, recording, plan);
-}
-
 }  // namespace
 
 extern const Method my_gyro_drift{
@@ -77,7 +67,7 @@ extern const Method my_gyro_drift{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict};
 
 }  // namespace tumble::my_gyro_drift

@@ -2,7 +2,7 @@
 
 #include "tumble/rigs/chain/machine.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::my_rig {
 namespace {
 
 using namespace chain;
@@ -27,4 +27,4 @@ const Machine& machine() {
 
 extern const Rig my_rig = rig_of<machine>("my_rig", "tilt stand: an instrument turned about a level axis");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::my_rig

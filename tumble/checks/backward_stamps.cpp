@@ -1,7 +1,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::backward_stamps {
 
 namespace {
 
@@ -28,4 +28,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check backward_stamps{"backward_stamps", "stamps that are earlier than the stamp before", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::backward_stamps

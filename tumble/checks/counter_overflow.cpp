@@ -5,7 +5,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::counter_overflow {
 
 namespace {
 
@@ -120,4 +120,4 @@ Findings run(const Recording& recording, const Plan*) {
 extern const Check counter_overflow{"counter_overflow",
                                     "pulse counts that pass the end of their register or stop there", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::counter_overflow

@@ -1,7 +1,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::duplicate_stamps {
 
 namespace {
 
@@ -33,4 +33,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check duplicate_stamps{"duplicate_stamps", "samples with the stamp of the sample before", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::duplicate_stamps

@@ -5,7 +5,7 @@
 #include "tumble/checks/support/timelines.hpp"
 #include "tumble/core/clock.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::gaps {
 
 namespace {
 
@@ -48,4 +48,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check gaps{"gaps", "pauses in the stamps after which samples are missing", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::gaps

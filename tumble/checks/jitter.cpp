@@ -2,7 +2,7 @@
 #include "tumble/checks/support/timelines.hpp"
 #include "tumble/core/clock.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::jitter {
 
 namespace {
 
@@ -47,4 +47,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check jitter{"jitter", "stamps that scatter, about an even clock or without one", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::jitter

@@ -5,7 +5,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::missed_windows {
 
 namespace {
 
@@ -82,4 +82,4 @@ Findings run(const Recording& recording, const Plan*) {
 extern const Check missed_windows{"missed_windows", "pulse counts that hold the pulses of several counting windows",
                                   run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::missed_windows

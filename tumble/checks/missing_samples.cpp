@@ -6,7 +6,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/math/extremes.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::missing_samples {
 
 namespace {
 
@@ -51,4 +51,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check missing_samples{"missing_samples", "blank, NaN or infinite samples", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::missing_samples

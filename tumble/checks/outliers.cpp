@@ -14,7 +14,7 @@
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/parallel.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::outliers {
 
 namespace {
 
@@ -190,4 +190,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check outliers{"outliers", "single samples far from both neighbours", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::outliers

@@ -3,7 +3,7 @@
 
 #include "tumble/checks/check.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::samples_end_early {
 
 namespace {
 
@@ -56,4 +56,4 @@ Findings find_silence_at_the_end(const Recording& recording, const Plan* plan) {
 extern const Check samples_end_early{"samples_end_early", "segments that go on behind the last sample",
                                      find_silence_at_the_end};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::samples_end_early

@@ -8,7 +8,7 @@
 #include "tumble/checks/support/turns.hpp"
 #include "tumble/math/extremes.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::saturation {
 
 namespace {
 
@@ -139,4 +139,4 @@ Findings run(const Recording& recording, const Plan*) {
 
 extern const Check saturation{"saturation", "samples that accumulate at the end of the channel's range", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::saturation

@@ -7,7 +7,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/core/say.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::schedule_mismatch {
 
 namespace {
 
@@ -168,4 +168,4 @@ Findings run(const Recording& recording, const Plan* plan) {
 extern const Check schedule_mismatch{"schedule_mismatch",
                                      "segments that last longer or shorter than planned, or are missing", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::schedule_mismatch

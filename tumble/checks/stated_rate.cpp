@@ -53,7 +53,7 @@ Findings against_stated_rate(const Recording& recording, double stated) {
            {{"rate", nearest.rate, "Hz"}, {"stated", stated, "Hz"}, {"difference", nearest.difference, "ppm"}}}};
 }
 
-namespace checks {
+namespace checks::stated_rate {
 namespace {
 
 /// Without a plan, the rate that stands beside the stamps is the stated one.
@@ -68,5 +68,5 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 extern const Check stated_rate{"stated_rate", "stamps that contradict the rate that is stated", run};
 
-}  // namespace checks
+}  // namespace checks::stated_rate
 }  // namespace tumble

@@ -6,7 +6,7 @@
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::stuck_output {
 
 namespace {
 
@@ -164,4 +164,4 @@ Findings run(const Recording& recording, const Plan* plan) {
 extern const Check stuck_output{"stuck_output",
                                 "a noisy channel that repeats one value, or a channel that never changes", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::stuck_output

@@ -3,7 +3,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::unequal_windows {
 
 namespace {
 
@@ -59,4 +59,4 @@ Findings run(const Recording& recording, const Plan*) {
 extern const Check unequal_windows{"unequal_windows", "counting windows of unequal length, which the counts follow",
                                    run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::unequal_windows

@@ -5,7 +5,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/math/extremes.hpp"
 
-namespace tumble::checks {
+namespace tumble::checks::units {
 
 namespace {
 
@@ -125,4 +125,4 @@ Findings run(const Recording& recording, const Plan* plan) {
 extern const Check units{
     "units", "units that do not fit the purpose of the channel, impossible temperatures, and g written as m/s^2", run};
 
-}  // namespace tumble::checks
+}  // namespace tumble::checks::units

@@ -8,7 +8,7 @@
 
 namespace tumble {
 
-/// What the stamps of a channel say about the clock behind them.
+/// Facts that the stamps of a channel show about the clock behind them.
 struct Clock {
   /// A pause after which the count of samples has fallen behind: samples were lost in it.
   struct Gap {

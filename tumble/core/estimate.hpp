@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "tumble/core/error_model.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
@@ -40,7 +41,7 @@ struct Parameter {
 /// parameter. The sum of factor x factor' over the budget is the covariance.
 struct Contribution {
   std::string source;
-  /// What another result must have in common for the error to be the same there: equipment with its certificate, a
+  /// Fact that another result must have in common for the error to be the same there: equipment with its certificate, a
   /// site, a reference. Empty: the errors are this result's own.
   std::string key;
   Matrix factor;  ///< [SI] p x q, signed: the shift of each parameter (row) by one standard deviation of each error
@@ -67,7 +68,7 @@ struct Table {
   std::string caption;
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows;
-  bool for_programs = false;  ///< read by `compensate` and the like; left out of the terminal text
+  bool for_programs = false;  ///< read by programs; not in the terminal text
 };
 
 /// A curve for people. Curves with the same `figure` are drawn in one figure. Values in SI, shown in the units.
@@ -112,7 +113,7 @@ struct Provenance {
   std::optional<unsigned long long> seed;                ///< of the simulation that made the data, where one did
 };
 
-/// What a method returns: parameters with a full covariance, and everything a reader needs to judge them.
+/// Result of a method: parameters with a full covariance, and everything a reader needs to judge them.
 struct Estimate {
   std::string method;
   std::string title;
@@ -126,13 +127,14 @@ struct Estimate {
   std::vector<Curve> curves;
   std::vector<Verdict> verdicts;
   Provenance provenance;
+  std::vector<OutputModel> models = {};             ///< how each output errs; empty: the result can subtract nothing
   std::optional<PopulationFacts> population = {};   ///< of an estimate of units that are not tested yet
   std::shared_ptr<const PriorUse> prior = nullptr;  ///< null: the plan asks for no prior
 };
 
 /// Standard uncertainty (k = 1) of parameter `index` [SI].
 double standard_uncertainty(const Estimate& estimate, std::size_t index);
-/// What the verdicts rest on: the estimate itself, or where the plan says so the one with prior.
+/// The estimate on which the verdicts rest: the estimate itself, or where the plan says so the one with prior.
 const Estimate& judged(const Estimate& estimate);
 /// Null when there is none of that name.
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name);

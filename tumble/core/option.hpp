@@ -6,7 +6,7 @@
 
 namespace tumble {
 
-/// What a number may be, in the option's own unit; an end that is open does not belong to it.
+/// Values that a number may have, in the option's own unit; an end that is open does not belong to it.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -54,7 +54,7 @@ Option word(std::string name, std::vector<std::string> words);
 Option flag(std::string name);
 Option text(std::string name);
 
-/// What the range asks for, for a sentence: "above 0 g", "between 0 and 20"; empty where every number may be.
+/// The range in words, for a sentence: "above 0 g", "between 0 and 20"; empty where every number may be.
 std::string name(const Range& range, const std::string& unit);
 
 }  // namespace tumble

@@ -10,7 +10,7 @@
 
 namespace tumble {
 
-/// What a file does not say itself.
+/// Facts that a file does not state itself.
 struct ReadOptions {
   std::optional<double> rate;         ///< [Hz] where the file has no time
   std::map<std::string, Unit> units;  ///< for columns without a unit, by column name

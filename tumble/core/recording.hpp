@@ -30,13 +30,13 @@ struct Origin {
 /// end.
 std::string sha256_of(const Origin& origin);
 
-/// What a reader recognised in a file that does not say it plainly: {"encoding", "GB18030"}.
+/// A property that a reader recognised in a file that does not say it plainly: {"encoding", "GB18030"}.
 struct Recognised {
   std::string what;
   std::string how;
 };
 
-/// What was measured in one file.
+/// Measurements of one file.
 struct Recording {
   std::string instrument;  ///< model and serial, as the file says
   std::vector<Channel> channels;

@@ -8,7 +8,7 @@
 
 namespace tumble {
 
-/// What one axis of the rig does during a segment. Temperature and shake are axes like any other. All values in SI of
+/// Motion of one axis of the rig during a segment. Temperature and shake are axes like any other. All values in SI of
 /// the axis (rad, K, m/s^2).
 struct Motion {
   enum class Kind { hold, rate, slew, sine, sweep, random, ramp, dwell };

@@ -10,7 +10,7 @@
 namespace tumble {
 namespace {
 
-using Stamps = std::span<const double>;
+using StampView = std::span<const double>;
 
 constexpr double off_tick = 0.1;  ///< departure of an interval from a multiple of the tick, in ticks
 constexpr double least_interval = 0.02, greatest_interval = 100.0;  ///< in ticks
@@ -18,7 +18,7 @@ constexpr double strict = 0.005, loose = 0.05;  ///< [tick] more than half a tic
 constexpr std::size_t probe = 4096;             ///< samples that candidates are tried on
 
 /// Mean of intervals over the multiples of `tick` nearest to them; 0 where one is too far from a multiple.
-double refined(Stamps t, double tick) {
+double refined(StampView t, double tick) {
   double sum = 0.0, multiples = 0.0;
   for (std::size_t i = 1; i < t.size(); ++i) {
     const double times = std::round((t[i] - t[i - 1]) / tick);
@@ -37,8 +37,8 @@ double refined(Stamps t, double tick) {
 
 /// The tick: the least interval above zero, or where the others are no multiples of it the difference of two neighbours
 /// in size.
-double tick_of(Stamps t) {
-  const Stamps some = t.first(std::min(t.size(), probe));
+double tick_of(StampView t) {
+  const StampView some = t.first(std::min(t.size(), probe));
   std::vector<double> lengths;
   for (std::size_t i = 1; i < some.size(); ++i)
     if (some[i] != some[i - 1]) lengths.push_back(some[i] - some[i - 1]);
@@ -59,7 +59,7 @@ struct Stretch {
 
 /// The stamps in ticks, and what may be a line through them.
 struct Scale {
-  Stamps t;
+  StampView t;
   double tick = 0.0, half = 0.0;  ///< [s], [tick] departure from a line
   double operator()(std::size_t i) const { return (t[i] - t[0]) / tick; }
   Strip strip_at(std::size_t i) const { return {0.0, (*this)(i), half, least_interval, greatest_interval}; }
@@ -111,8 +111,10 @@ std::optional<Counts> counted(const Scale& z, const Stretch& from) {
   Strip strip = z.strip_at(from.first);
   Counts out{std::vector<double>(z.t.size(), 0.0), {}, 0.0, 0.0, 0};
   std::size_t i = from.first + 1;
-  for (; i < from.end; ++i)
-    if (!strip.add(out.x[i] = static_cast<double>(i - from.first), z(i), z.half)) return std::nullopt;
+  for (; i < from.end; ++i) {
+    out.x[i] = static_cast<double>(i - from.first);
+    if (!strip.add(out.x[i], z(i), z.half)) return std::nullopt;
+  }
   for (; i < z.t.size(); ++i) {
     out.x[i] = next_count(strip, z(i), z.half, out.x[i - 1], 1.0);
     if (out.x[i] == 0.0) return std::nullopt;
@@ -260,7 +262,7 @@ Choice choose(const Counts& counts, const AsTicks& as, double stated) {
 
 }  // namespace
 
-Ticks ticked(Stamps t, double stated) {
+Ticks ticked(StampView t, double stated) {
   if (t.size() < 64) return {};
   const double tick = tick_of(t), greatest = std::max(std::abs(t.front()), std::abs(t.back()));
   if (!(tick > 0.0)) return {};
@@ -281,7 +283,7 @@ Ticks ticked(Stamps t, double stated) {
   return {by_line(z, *counts), other};
 }
 
-Ticks ticked_once(Stamps t, double stated) {
+Ticks ticked_once(StampView t, double stated) {
   std::vector<std::size_t> last;  // of the rows with one stamp
   std::vector<double> once;
   for (std::size_t i = 0; i < t.size(); ++i)

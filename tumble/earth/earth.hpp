@@ -27,9 +27,9 @@ Vector3 earth_rate_in_level(const Site& site);
 ///           height    h above the ellipsoid [m]
 /// Returned  gamma [m/s^2], positive
 /// Valid     -1 km to 20 km. Real gravity differs from normal gravity by up to some 1e-3 m/s^2: measure where it
-/// matters. Accuracy  1e-10 m/s^2 on the ellipsoid, 1.1e-10 m/s^2 more for every metre of height (against
-/// GeographicLib) See       Somigliana (1929); Moritz, Geodetic Reference System 1980; Heiskanen and Moritz, Physical
-/// Geodesy (1967),
+///           matters.
+/// Accuracy  1e-10 m/s^2 on the ellipsoid, 1.1e-10 m/s^2 more for every metre of height (against GeographicLib)
+/// See       Somigliana (1929); Moritz, Geodetic Reference System 1980; Heiskanen and Moritz, Physical Geodesy (1967),
 ///           section 2-14 for the series in height
 double normal_gravity(double latitude, double height);
 

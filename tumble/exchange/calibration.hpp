@@ -120,9 +120,8 @@ struct CalibrationInput {
   std::string axis = {};  ///< "gyro_y": of a result of a single sensor, the axis that it is; empty: x
 };
 
-/// The calibration that these results hold together, by the names of their parameters: of imu_ferraris, imu_turntable,
-/// imu_multi_position, imu_channel_calibration, accelerometer_tumble, accelerometer_four_position, gyro_scale_factor,
-/// static_bias and fog_thermal_bias the terms that their compensation uses, of allan_noise the noise.
+/// The calibration that these results hold together: their error models, and the noise that they state by channel.
+/// Terms for which a calibration has no place are named in its notes.
 ///
 /// Throws    Error::bad_input where a result holds nothing of the kind or two results state one thing
 ImuCalibration calibration_of(const std::vector<CalibrationInput>& results);

@@ -9,6 +9,7 @@
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
@@ -87,7 +88,7 @@ class ImuMethods : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ImuMethods, CalibrationGivesWhatCompensateGives) {
   const Conducted test = conducted(GetParam());
-  const Compensation by_method = find_method(GetParam()).compensate(test.estimate, test.recording, nullptr);
+  const Compensation by_method = compensate(test.estimate, test.recording, nullptr);
   const ImuCalibration calibration = calibration_from(test.estimate);
   const SixChannels raw(test.recording, test.settings), done(by_method.recording, test.settings);
   const std::size_t n = raw.force[0]->values.size();
@@ -119,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(All, ImuMethods,
 
 TEST(CalibrationOf, AccelerometerTumbleGivesWhatCompensateGives) {
   const Conducted test = conducted("accelerometer_tumble");
-  const auto done = find_method("accelerometer_tumble").compensate(test.estimate, test.recording, nullptr).recording;
+  const auto done = compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate, "accelerometer_y");
   const Channel &raw = *find_channel(test.recording, "accelerometer"), &u = *find_channel(done, "accelerometer");
   const double each_second = raw.kind == QuantityKind::count ? sampling_rate(raw) : 1.0;
@@ -133,8 +134,7 @@ TEST(CalibrationOf, AccelerometerTumbleGivesWhatCompensateGives) {
 
 TEST(CalibrationOf, FourPositionsOverTemperatureGiveWhatCompensateGives) {
   Conducted test = conducted("accelerometer_four_position");
-  const auto done =
-      find_method("accelerometer_four_position").compensate(test.estimate, test.recording, nullptr).recording;
+  const auto done = compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate);
   ASSERT_FALSE(calibration.accelerometers.thermal[0].scale.empty());
   const Channel &raw = *find_channel(test.recording, "accelerometer"), &u = *find_channel(done, "accelerometer"),
@@ -152,7 +152,7 @@ TEST(CalibrationOf, FourPositionsOverTemperatureGiveWhatCompensateGives) {
 
 TEST(CalibrationOf, GyroScaleFactorGivesWhatCompensateGives) {
   const Conducted test = conducted("gyro_scale_factor");
-  const auto done = find_method("gyro_scale_factor").compensate(test.estimate, test.recording, nullptr).recording;
+  const auto done = compensate(test.estimate, test.recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate, "gyro_z");
   const Channel &raw = *find_channel(test.recording, "gyro"), &u = *find_channel(done, "gyro");
   const bool summed = raw.kind == QuantityKind::count || raw.kind == QuantityKind::angle;
@@ -174,12 +174,11 @@ TEST(CalibrationOf, MeasuredDeparturesOfAScaleFactorAreSubtracted) {
   const double by_terms = calibration.gyros.response(2, 2);
   ASSERT_TRUE(take_measured(calibration.gyros));
   EXPECT_NEAR(calibration.gyros.response(2, 2), by_terms, 1e-3 * by_terms);
-  const Table &line = *find_table(test.estimate, "line"), &residuals = *find_table(test.estimate, "residuals");
-  const auto cell = [](const Table& table, std::size_t r, std::size_t c) { return std::get<double>(table.rows[r][c]); };
-  ASSERT_GE(residuals.rows.size(), 3u);
-  for (std::size_t r = 0; r < residuals.rows.size(); ++r) {
-    const double rate = cell(residuals, r, 0);
-    const double mean = cell(line, 0, 0) * (rate + cell(line, 0, 1) + cell(line, 0, 2) * cell(residuals, r, 1));
+  const MeasuredDepartures& measured = *test.estimate.models.at(0).measured;
+  ASSERT_GE(measured.input.size(), 3u);
+  for (std::size_t r = 0; r < measured.input.size(); ++r) {
+    const double rate = measured.input[r];
+    const double mean = measured.slope * rate + measured.offset + measured.departure[r];
     EXPECT_NEAR(compensated(calibration, {{}, {0.0, 0.0, mean}, 293.15, {}}).rate.z, rate, 1e-13);
   }
   ImuCalibration dropped = calibration_from(test.estimate, "gyro_z");
@@ -218,7 +217,7 @@ TEST(CalibrationOf, DriftOfAFogGivesWhatCompensateGives) {
   Channel side = top;
   top.name = "temperature_top", side.name = "temperature_side";
   recording.channels = {gyro, top, side};
-  const auto done = find_method("fog_thermal_bias").compensate(test.estimate, recording, nullptr).recording;
+  const auto done = compensate(test.estimate, recording, nullptr).recording;
   const ImuCalibration calibration = calibration_from(test.estimate);
   const ImuSample found = compensated(calibration, {{}, {1e-5, 0.0, 0.0}, 273.15 + 35.0, {}});
   EXPECT_NEAR(found.rate.x, find_channel(done, "gyro")->values[3500], 1e-17);
@@ -265,8 +264,9 @@ TEST(CalibrationOf, TwoResultsOfOneThingAreRefused) {
 TEST(CalibrationOf, ResultsWithoutACommonTemperatureAreRefused) {
   Estimate cold = conducted("fog_thermal_bias").estimate, warm = conducted("accelerometer_four_position").estimate;
   EXPECT_EQ(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}), "");
-  for (auto& table : warm.tables)
-    if (table.name == "calibrated_range") table.rows = {{si(90.0, "degC"), si(95.0, "degC")}};
+  for (Covered& covered : warm.models.at(0).covered)
+    if (covered.weights[0].first == Input::temperature)
+      covered.least = si(90.0, "degC"), covered.greatest = si(95.0, "degC");
   EXPECT_NE(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}).find("no temperature is covered by all results"),
             std::string::npos);
 }
@@ -278,11 +278,38 @@ TEST(CalibrationOf, NegativeNoiseIsRefused) {
   EXPECT_NE(refusal({{noise, "n.json", "01"}}).find("is negative"), std::string::npos);
 }
 
-TEST(CalibrationOf, OtherMethodsAreRefusedWithThoseThatServe) {
+TEST(CalibrationOf, ResultsWithoutAModelAndWithoutNoiseAreRefused) {
   Estimate other;
   other.method = "north_finding";
-  EXPECT_NE(refusal({{other, "north.json", "01"}}).find("imu_turntable"), std::string::npos);
+  EXPECT_NE(refusal({{other, "north.json", "01"}}).find("holds no error model and no noise"), std::string::npos);
 }
+
+/// What each method finds can be placed, or its note names it: none is lost in silence.
+class EveryModel : public ::testing::TestWithParam<const Method*> {};
+
+TEST_P(EveryModel, IsPlacedOrNamed) {
+  const Method& method = *GetParam();
+  if (!method.compensates) return;
+  const Conducted test = conducted(method.name);
+  const ImuCalibration calibration = calibration_from(test.estimate);
+  std::string notes;
+  for (const auto& note : calibration.notes) notes += note + "; ";
+  EXPECT_TRUE(calibration.gyros.calibrated || calibration.accelerometers.calibrated);
+  for (const OutputModel& model : test.estimate.models)
+    for (const ModelTerm& term : model.terms) {
+      const bool simple = std::ranges::all_of(term.regressor, [](const Product& p) { return p.factors.size() <= 1; });
+      if (!simple) continue;
+      // a bias or the own axis always has a place
+      const bool own = term.regressor.front().factors.empty() ||
+                       term.regressor.front().factors.front() == TermFactor{.input = model.shows};
+      if (own) {
+        EXPECT_EQ(notes.find(term.term + ","), std::string::npos) << term.term;
+      }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryModel, ::testing::ValuesIn(method_catalogue()),
+                         [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(Calibration, InverseOfTheOutputsIsTheInput) {
   const Parts everything{.curve = true, .lever = true, .thermal_bias = true, .thermal_scale = true};

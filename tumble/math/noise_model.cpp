@@ -12,20 +12,20 @@ namespace tumble {
 namespace {
 
 constexpr double log4 = 2.0 * std::numbers::ln2;
-constexpr std::size_t block = 4096;  ///< normal numbers drawn at a time
+constexpr std::size_t normals_at_a_time = 4096;  ///< normal numbers drawn at a time
 
 /// The normal numbers of one stream in order, drawn in blocks.
 class Normals {
  public:
-  explicit Normals(const RandomStream& stream) : stream_(stream), buffer_(block) {}
+  explicit Normals(const RandomStream& stream) : stream_(stream), buffer_(normals_at_a_time) {}
   double next() {
-    if (at_ == block) draw();
+    if (at_ == normals_at_a_time) draw();
     return buffer_[at_++];
   }
   /// The next numbers, as many as are left of those drawn but no more than `wanted`; never empty.
   std::span<const double> some(std::size_t wanted) {
-    if (at_ == block) draw();
-    const auto out = std::span<const double>(buffer_).subspan(at_, std::min(wanted, block - at_));
+    if (at_ == normals_at_a_time) draw();
+    const auto out = std::span<const double>(buffer_).subspan(at_, std::min(wanted, normals_at_a_time - at_));
     at_ += out.size();
     return out;
   }
@@ -33,13 +33,13 @@ class Normals {
  private:
   void draw() {
     stream_.normal(drawn_, buffer_);
-    drawn_ += block;
+    drawn_ += normals_at_a_time;
     at_ = 0;
   }
 
   RandomStream stream_;
   std::uint64_t drawn_ = 0;
-  std::size_t at_ = block;
+  std::size_t at_ = normals_at_a_time;
   std::vector<double> buffer_;
 };
 
@@ -253,9 +253,9 @@ NoiseSource::NoiseSource(const NoiseModel& noise, double sample_rate, std::size_
 }
 
 void NoiseSource::add(std::span<double> signal) {
-  // Small enough that the block stays in the first cache while the parts pass over it.
-  for (std::size_t first = 0; first < signal.size(); first += block / 2)
-    for (auto& part : parts_) part(signal.subspan(first, std::min(block / 2, signal.size() - first)));
+  // Small enough that they stay in the first cache while the parts pass over them.
+  for (std::size_t first = 0; first < signal.size(); first += normals_at_a_time / 2)
+    for (auto& part : parts_) part(signal.subspan(first, std::min(normals_at_a_time / 2, signal.size() - first)));
 }
 
 void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal) {

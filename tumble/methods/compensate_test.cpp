@@ -1,4 +1,6 @@
 // Truth simulated, identified, and subtracted from a second recording: what remains is zero within the uncertainty.
+#include "tumble/reduce/compensate.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -96,7 +98,7 @@ std::vector<Held> held(const char* name, const Use& use, const std::function<dou
     const Trial trial = method.trial(seed);
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = trial.evidence.plan.settings.texts();
-    const Compensation done = method.compensate(estimate, use.recording, nullptr);
+    const Compensation done = compensate(estimate, use.recording, nullptr);
     EXPECT_EQ(done.tables.size(), use.outputs.size());
     for (std::size_t k = 0; k < use.outputs.size(); ++k) {
       const Used& used = use.outputs[k];
@@ -151,9 +153,9 @@ Use north_finder_in_use(const std::vector<double>& truth) {
     Channel channel = channel_of(rlg_north_finder::role_of(output), QuantityKind::count, "pulse");
     Used used{channel.name, {}};
     for (const Felt& one : felt) {
-      double sum = wanted()[first].regressor(one);
+      double sum = regressor_of(wanted()[first])(one);
       used.truth.push_back(sum);
-      for (std::size_t j = 1; j < per_output; ++j) sum += truth[first + j] * wanted()[first + j].regressor(one);
+      for (std::size_t j = 1; j < per_output; ++j) sum += truth[first + j] * regressor_of(wanted()[first + j])(one);
       channel.values.push_back(truth[first] * sum / sample_rate);
     }
     use.recording.channels.push_back(std::move(channel));
@@ -189,7 +191,7 @@ TEST(SubtractedModel, OfANorthFinderNamesTheAxesThatItLacks) {
   use.recording.channels.resize(3);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
-  const Compensation done = method.compensate(estimate, use.recording, nullptr);
+  const Compensation done = compensate(estimate, use.recording, nullptr);
   EXPECT_TRUE(says(done.findings, "rate_y: gyro.misalignment_y"));
   EXPECT_TRUE(says(done.findings, "rate_z: gyro.misalignment_z"));
   EXPECT_TRUE(says(done.findings, "specific_force_z: accelerometer_x.misalignment_z"));
@@ -221,7 +223,7 @@ TEST(SubtractedModel, OfABiasHoldsAnotherPowerUpAsOftenAsItSays) {
     Estimate estimate = method.identify(trial.evidence, {});
     const double bias = trial.truth[0].second;
     const Recording later = later_power_up(bias, trial.truth[3].second, seed);
-    const Compensation done = method.compensate(estimate, later, nullptr);
+    const Compensation done = compensate(estimate, later, nullptr);
     const double error = done.recording.channels[0].values[5];
     const double sd = find_channel(done.recording, "gyro.compensation_sd")->values[5];
     share += (std::abs(error) < student_quantile(0.975, estimate.parameters[0].degrees_of_freedom) * sd) / 60.0;
@@ -238,14 +240,14 @@ TEST(SubtractedModel, OfABiasSaysWhatOnePowerUpDoesNotShow) {
   Trial trial = method.trial(1);
   trial.evidence.recordings.resize(1);
   const Estimate estimate = method.identify(trial.evidence, {});
-  const Compensation done = method.compensate(estimate, trial.evidence.recordings[0], nullptr);
+  const Compensation done = compensate(estimate, trial.evidence.recordings[0], nullptr);
   EXPECT_NE(finding_of(done.findings, "turn_on_change_not_included"), nullptr);
   EXPECT_NE(finding_of(done.findings, "bias_of_one_attitude"), nullptr);
   Recording two = trial.evidence.recordings[0];
   two.channels.push_back(two.channels[0]);
   two.channels[1].name = "other";
-  EXPECT_THROW(method.compensate(estimate, two, nullptr), Error);
-  EXPECT_THROW(method.compensate(estimate, done.recording, nullptr), Error);  // not twice
+  EXPECT_THROW(compensate(estimate, two, nullptr), Error);
+  EXPECT_THROW(compensate(estimate, done.recording, nullptr), Error);  // not twice
 }
 
 }  // namespace

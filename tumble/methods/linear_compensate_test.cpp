@@ -8,6 +8,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -64,7 +65,7 @@ double share_held(const char* name, std::size_t at, double (*truth)(const Felt&)
     const Trial trial = method.trial(seed);
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = trial.evidence.plan.settings.texts();
-    const auto done = method.compensate(estimate, use.recording, &use.plan);
+    const auto done = compensate(estimate, use.recording, &use.plan);
     const Channel& output = done.recording.channels[0];
     const double sd = find_channel(done.recording, output.name + ".compensation_sd")->values[at];
     const double t = student_quantile(0.975, estimate.parameters[0].degrees_of_freedom);
@@ -96,7 +97,7 @@ TEST(LinearCompensation, LeavesNothingOfTheTruthItself) {
     trial.evidence.recordings = {use.recording};
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = use.plan.settings.texts();
-    const auto done = method.compensate(estimate, use.recording, &use.plan);
+    const auto done = compensate(estimate, use.recording, &use.plan);
     double worst = 0.0, size = 0.0, outside = 0.0;
     for (const auto& segment : use.recording.marks) {
       const std::size_t i = index_at(done.recording.channels[0], segment.begin + 30.0);
@@ -118,7 +119,7 @@ TEST(LinearCompensation, WithoutAPlanSaysWhichTermsRemain) {
   const Use use = use_of(trial);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
-  const auto done = method.compensate(estimate, use.recording, nullptr);
+  const auto done = compensate(estimate, use.recording, nullptr);
   EXPECT_TRUE(says(done.findings, "specific_force_x: D_I"));
   // D_F alone is known; what remains in each position is stated: the terms' rms over an even spread of positions
   const auto& sd = find_channel(done.recording, "gyro.compensation_sd")->values;
@@ -138,7 +139,7 @@ TEST(LinearCompensation, ChannelsOfTheRecordingAreTakenBeforeThePlan) {
   Use use = use_of(trial);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
-  const auto by_plan = method.compensate(estimate, use.recording, &use.plan);
+  const auto by_plan = compensate(estimate, use.recording, &use.plan);
   const char* axes[] = {"x", "y", "z"};
   for (int k = 0; k < 3; ++k) {
     Channel force{std::string("imu.accelerometer_") + axes[k],
@@ -150,7 +151,7 @@ TEST(LinearCompensation, ChannelsOfTheRecordingAreTakenBeforeThePlan) {
       force.values.push_back(k == 0 ? felt.specific_force.x : k == 1 ? felt.specific_force.y : felt.specific_force.z);
     use.recording.channels.push_back(std::move(force));
   }
-  const auto by_channels = method.compensate(estimate, use.recording, nullptr);
+  const auto by_channels = compensate(estimate, use.recording, nullptr);
   for (std::size_t i = 0; i < use.felt.size(); i += 97)
     EXPECT_NEAR(by_channels.recording.channels[0].values[i], by_plan.recording.channels[0].values[i], 1e-14) << i;
 }
@@ -178,8 +179,8 @@ TEST(LinearCompensation, SegmentsAreThoseOfTheirLabels) {
   const Trial trial = method.trial(1);
   const Use use = use_of(trial);
   const Estimate estimate = result_of(method, trial);
-  const auto whole = method.compensate(estimate, use.recording, &use.plan);
-  const auto cut = method.compensate(estimate, cut_off(use.recording, 2), &use.plan);
+  const auto whole = compensate(estimate, use.recording, &use.plan);
+  const auto cut = compensate(estimate, cut_off(use.recording, 2), &use.plan);
   const auto &all = whole.recording.channels[0].values, &rest = cut.recording.channels[0].values;
   ASSERT_LT(rest.size(), all.size());
   const std::size_t ahead = all.size() - rest.size();
@@ -188,7 +189,7 @@ TEST(LinearCompensation, SegmentsAreThoseOfTheirLabels) {
     EXPECT_NEAR(rest[i], all[ahead + i], 1e-9 * std::max(1e-6, std::abs(all[ahead + i]))) << i;
   Recording renamed = use.recording;
   renamed.marks[1].label = "not in the plan";
-  const auto blank = method.compensate(estimate, renamed, &use.plan);
+  const auto blank = compensate(estimate, renamed, &use.plan);
   const std::size_t inside = index_at(use.recording.channels[0], renamed.marks[1].begin + 1.0);
   EXPECT_TRUE(std::isnan(blank.recording.channels[0].values[inside]));
 }
@@ -200,7 +201,7 @@ TEST(LinearCompensation, AnOutputOfAnotherKindIsRefused) {
   const Estimate estimate = result_of(method, trial);
   for (const char* unit : {"V", "m/s^2", "deg/h"}) {
     use.recording.channels[0].unit = Unit::parse(unit);
-    EXPECT_THROW(method.compensate(estimate, use.recording, &use.plan), Error) << unit;
+    EXPECT_THROW(compensate(estimate, use.recording, &use.plan), Error) << unit;
   }
 }
 

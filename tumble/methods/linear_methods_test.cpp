@@ -15,7 +15,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::linear_methods_test {
 namespace {
 
 void silence(Plan& plan) {
@@ -395,4 +395,4 @@ TEST(Linear, AScaleFactorOfTheWrongSignIsAMisfitOfTheStaticTest) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::linear_methods_test

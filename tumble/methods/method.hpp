@@ -10,7 +10,6 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/progress.hpp"
 #include "tumble/core/role.hpp"
-#include "tumble/reduce/compensate.hpp"
 
 namespace tumble {
 
@@ -38,9 +37,8 @@ struct Method {
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
   /// Evidence drawn with this seed, from a truth that every seed shares.
   Trial (*trial)(std::uint64_t seed);
-  /// Null where there is nothing to subtract.
-  /// The plan says by its rig and schedule what the instrument felt, where the recording does not; may be null.
-  Compensation (*compensate)(const Estimate& estimate, const Recording& recording, const Plan* plan) = nullptr;
+  /// Its results have error models, which can be subtracted from a recording and exported.
+  bool compensates = false;
   /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
   Estimate (*predict)(const Plan& plan) = nullptr;
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.

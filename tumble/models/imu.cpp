@@ -1,7 +1,7 @@
 #include "tumble/models/axes/axes.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::models {
+namespace tumble::models::imu {
 namespace {
 
 std::vector<Option> constants() { return axes::options(true, true); }
@@ -30,4 +30,4 @@ extern const Model imu{
     .outputs = outputs,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::models::imu

@@ -12,6 +12,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/vector3.hpp"
+#include "tumble/models/regressor.hpp"
 
 namespace tumble {
 
@@ -34,7 +35,7 @@ struct Term {
   std::string symbol;
   std::string unit;  ///< of the coefficient, as shown
   std::string description;
-  std::function<double(const Felt&)> regressor;
+  Regressor regressor;
 };
 
 /// One output of an instrument: what it is meant to show, and the error terms that it shows besides.
@@ -43,10 +44,10 @@ struct Term {
 struct Output {
   std::string channel;  ///< "gyro", "accelerometer_x"
   QuantityKind kind = QuantityKind::angular_rate;
-  std::string unit;                          ///< as shown, of the indicated quantity
-  std::function<double(const Felt&)> input;  ///< null: none
-  std::vector<Term> terms;                   ///< names are unique over all outputs of the model
-  std::string noise_prefix;                  ///< before the names of noise in [truth], for example "gyro_"
+  std::string unit;          ///< as shown, of the indicated quantity
+  Regressor input;           ///< empty: none
+  std::vector<Term> terms;   ///< names are unique over all outputs of the model
+  std::string noise_prefix;  ///< before the names of noise in [truth], for example "gyro_"
 };
 
 /// What stands between the indicated quantity and the recorded samples, and needs memory: loops, dither, counters.

@@ -1,7 +1,7 @@
 #include "tumble/models/axes/axes.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::models {
+namespace tumble::models::triad {
 namespace {
 
 std::vector<Option> constants() {
@@ -32,4 +32,4 @@ extern const Model triad{
     .outputs = outputs,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::models::triad

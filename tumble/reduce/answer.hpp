@@ -52,8 +52,10 @@ ErrorLine from_variances(std::string source, const std::vector<double>& variance
 /// judged against the variances of all of them together.
 std::vector<ErrorLine> lines_of(const std::vector<SourceCovariance>& sources);
 
-/// The line of the inputs [n rows] as one of the parameters [p rows] with these gradients [p x n, SI]. Degrees of
-/// freedom stay where every input has the same. Throws    Error::internal where they differ
+/// The line of the inputs [n rows] as one of the parameters [p rows] with these gradients [p x n, SI].
+/// Degrees of freedom stay where every input has the same.
+///
+/// Throws    Error::internal where they differ
 ErrorLine carried(const Matrix& gradients, ErrorLine inputs);
 /// All lines of the inputs, each as above; gradients [p x n, SI].
 std::vector<ErrorLine> carried(const Matrix& gradients, std::vector<ErrorLine> inputs);

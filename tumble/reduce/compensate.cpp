@@ -5,318 +5,329 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
+#include "tumble/checks/check.hpp"
 #include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
+#include "tumble/reduce/compensation/solve.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using compensation::input_count;
+using compensation::common_slot_count;
 using compensation::Inputs;
-using compensation::inputs;
+using compensation::Slot;
 using compensation::UsedTerm;
+using compensation::Values;
 using compensation::Work;
+using compensation::Works;
 
-constexpr std::size_t block = 4096;           ///< samples
-constexpr double tolerance = 1e-12;           ///< of the size of u
-constexpr double settled_within = 1e-10;      ///< of outputs together: each is solved to `tolerance` only
-constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
-constexpr int most_steps = 30, most_passes = 30;
+constexpr int passes_with_slopes = 3;  ///< each takes the effect of angular acceleration a factor of a thousand further
 
-using Works = std::vector<Work>;
-
-std::size_t index_of(const Estimate& estimate, const std::string& name) {
-  const auto match = std::ranges::find(estimate.parameters, name, &Parameter::name);
-  return static_cast<std::size_t>(match - estimate.parameters.begin());
+/// The output that shows the quantity of a slot; the number of outputs where none does.
+std::size_t shown_by(const Works& works, std::size_t slot) {
+  return static_cast<std::size_t>(std::ranges::distance(works.begin(), std::ranges::find(works, slot, &Work::shown)));
 }
 
-/// Limits of each regressor by parameter name.
-std::map<std::string, std::pair<double, double>> limits_of(const Estimate& estimate) {
-  const Table* table = find_table(estimate, regressors_name);
-  if (!table || table->columns.size() != 3)
-    throw Error(Error::Kind::bad_file,
-                "the result has no table regressors: it cannot be said where the compensation holds; identify again");
-  std::map<std::string, std::pair<double, double>> limits;
-  for (const auto& row : table->rows)
-    if (const auto* name = std::get_if<std::string>(&row[0]))
-      limits[*name] = {compensation::number_in(*table, row[1]), compensation::number_in(*table, row[2])};
-  return limits;
+/// Where the input of a slot comes from; empty: it is missing.
+std::string source_of(const Inputs& known, const Recording& recording, const Works& works, const Work& work,
+                      const std::vector<Slot>& slots, std::size_t slot) {
+  const std::size_t base = slots[slot].base == SIZE_MAX ? slot : slots[slot].base, by = shown_by(works, base);
+  if (by == works.size()) return known.from[base];
+  return &works[by] == &work ? "the channel itself" : "channel " + recording.channels[works[by].place].name;
 }
 
-std::vector<UsedTerm> used_terms(const ErrorModel& model, const Estimate& estimate) {
-  const auto limits = limits_of(estimate);
-  std::vector<std::string> faults;
-  std::vector<UsedTerm> out;
-  for (const Term& term : model.terms) {
-    const std::size_t p = index_of(estimate, term.name);
-    if (p == estimate.parameters.size()) continue;
-    const auto range = limits.find(term.name);
-    const double value = estimate.parameters[p].value;
-    if (!std::isfinite(value)) faults.push_back(fmt::format("the result's parameter '{}' has no value", term.name));
-    if (!term.unit.empty() && estimate.parameters[p].unit.dimension() != Unit::parse(term.unit).dimension())
-      faults.push_back(fmt::format("the result's parameter '{}' is in {}, but must be in {} or the like", term.name,
-                                   estimate.parameters[p].unit.text(), term.unit));
-    if (range == limits.end())
-      faults.push_back(
-          fmt::format("the result's table regressors does not say what the test covered of '{}'", term.name));
-    else
-      out.push_back({term, p, value, range->second.first, range->second.second, {}, {}});
-  }
-  if (out.empty() && model.scale_factor.empty() && faults.empty())
-    faults.emplace_back("the result has none of the model's terms: nothing can be subtracted");
-  if (!faults.empty()) throw Error(Error::Kind::bad_file, faults);
-  return out;
-}
-
-/// The output that shows an input; the number of outputs where none does.
-std::size_t shown_by(const Works& works, std::size_t input) {
-  Felt felt;
-  const auto match = std::ranges::find_if(
-      works, [&](const Work& work) { return &inputs()[input].of(felt) == &work.model->shown(felt); });
-  return static_cast<std::size_t>(match - works.begin());
-}
-
-/// Terms whose inputs are all known, and the others.
-void sort_terms(const Inputs& known, const Works& works, const Recording& recording, std::vector<UsedTerm> terms,
-                Work& work) {
-  for (auto& used : terms) {
-    const auto needed = compensation::needs(used.term);
-    for (std::size_t k = 0; k < input_count; ++k) {
-      if (!needed[k]) continue;
-      if (const std::size_t by = shown_by(works, k); by < works.size()) {
-        const bool itself = &works[by] == &work;
-        used.from.insert(itself ? "the channel itself" : "channel " + recording.channels[works[by].place].name);
-        if (!itself && std::ranges::find(work.others, by) == work.others.end()) work.others.push_back(by);
-      } else if (known.from[k].empty()) {
-        used.missing.push_back(k);
-      } else {
-        used.from.insert(known.from[k]);
-      }
+/// Terms whose inputs are all known, and the others with what they add to the uncertainty.
+void sort_terms(const Inputs& known, const Works& works, const Recording& recording, const std::vector<Slot>& slots,
+                std::vector<UsedTerm> terms, Work& work) {
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    UsedTerm& used = terms[j];
+    for (const std::size_t slot : used.slots) {
+      const std::string from = source_of(known, recording, works, work, slots, slot);
+      (from.empty() ? used.missing : used.from).insert(from.empty() ? name_of(slots[slot]) : from);
+      const std::size_t by = shown_by(works, slot);
+      if (by < works.size() && &works[by] != &work && std::ranges::find(work.others, by) == work.others.end())
+        work.others.push_back(by);
     }
+    const bool stays = !used.missing.empty() || work.model->terms[j].remains;
     const double middle = 0.5 * (used.least + used.greatest), width = used.greatest - used.least;
-    if (!used.missing.empty())
-      work.staying_variance +=
-          (used.coefficient * used.coefficient + work.estimate->covariance(used.parameter, used.parameter)) *
-          (middle * middle + width * width / 12.0);
-    (used.missing.empty() ? work.terms : work.staying).push_back(std::move(used));
+    const double variance =
+        used.parameter == SIZE_MAX ? 0.0 : work.estimate->covariance(used.parameter, used.parameter);
+    if (stays)
+      work.staying_variance += (used.coefficient * used.coefficient + variance) *
+                               (middle * middle + width * width / 12.0) /
+                               (used.per_output ? work.scale_factor * work.scale_factor : 1.0);
+    (stays ? work.staying : work.terms).push_back(std::move(used));
   }
 }
 
-/// Index and value of a parameter that the model cannot do without. Nothing where it names none.
-void set_parameter(const Estimate& estimate, const std::string& name, std::size_t& index, double& value) {
-  if (name.empty()) return;
-  index = index_of(estimate, name);
-  if (index == estimate.parameters.size())
-    throw Error(Error::Kind::bad_file, say("the result has no parameter {}", name));
-  value = estimate.parameters[index].value;
-  if (!std::isfinite(value)) throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value", name));
+/// Value of a parameter that the model cannot do without; `otherwise` where it names none.
+double value_of(const Estimate& estimate, const std::optional<std::size_t>& index, double otherwise) {
+  if (!index) return otherwise;
+  const Parameter& parameter = estimate.parameters.at(*index);
+  if (!std::isfinite(parameter.value))
+    throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value", parameter.name));
+  return parameter.value;
 }
 
 void set_parameters(Work& work) {
-  const ErrorModel& model = *work.model;
-  set_parameter(*work.estimate, model.scale_factor, work.scale_parameter, work.scale_factor);
+  const OutputModel& model = *work.model;
+  work.scale_factor = value_of(*work.estimate, model.scale, 1.0);
   if (work.scale_factor == 0.0)
-    throw Error(Error::Kind::bad_file, say("the result's parameter '{}' has no value", model.scale_factor));
-  set_parameter(*work.estimate, model.offset, work.offset_parameter, work.offset);
-  if (const Parameter* spread = find_parameter(*work.estimate, model.spread))
-    work.spread_variance = spread->value * spread->value;
+    throw Error(Error::Kind::bad_file,
+                say("the result's parameter '{}' has no value", work.estimate->parameters[*model.scale].name));
+  work.offset = value_of(*work.estimate, model.offset, 0.0);
+  work.delay = value_of(*work.estimate, model.delay, 0.0);
+  work.spread_variance = std::pow(value_of(*work.estimate, model.spread, 0.0), 2) + std::pow(model.misfit, 2);
 }
 
-double errors_at(const Work& work, const Felt& felt) {
-  double sum = 0.0;
-  for (const auto& used : work.terms) sum += used.coefficient * used.term.regressor(felt);
-  return sum;
-}
-
-double errors_at(const Work& work, Felt& felt, double u) {
-  work.model->shown(felt) = u;
-  return errors_at(work, felt);
-}
-
-/// dE/du by the difference over a small step to both sides; u may be that of another output.
-double error_slope(const Work& work, const ErrorModel& by, Felt& felt, double u) {
-  const double step = 1e-4 * std::max(std::abs(u), 1e-6);
-  by.shown(felt) = u + step;
-  const double above = errors_at(work, felt);
-  by.shown(felt) = u - step;
-  const double below = errors_at(work, felt);
-  by.shown(felt) = u;
-  return (above - below) / (2.0 * step);
-}
-
-/// u and dE/du there; NaN where there is no root of which the model is sure.
-void solve(Work& work, Felt& felt) {
-  const double y = work.y;
-  if (work.model->by_output) {
-    work.u = y - errors_at(work, felt);
-    return;
+/// Lagged inputs follow theirs with a first-order lag, which begins at rest.
+void follow(const std::vector<Slot>& slots, std::size_t i, const Channel& clock, Values& values) {
+  for (std::size_t k = common_slot_count; k < slots.size(); ++k) {
+    if (slots[k].base == SIZE_MAX) continue;
+    const double now = values[slots[k].base];
+    const double share =
+        i == 0 || !(slots[k].lag > 0.0) ? 1.0 : -std::expm1(-(clock.time(i) - clock.time(i - 1)) / slots[k].lag);
+    if (std::isnan(values[k]) || share == 1.0) values[k] = now;
+    if (!std::isnan(now)) values[k] += share * (now - values[k]);
   }
-  double u = y;
-  for (int n = 0; n < most_steps; ++n) {
-    const double slope = error_slope(work, *work.model, felt, u), g = u + errors_at(work, felt, u) - y;
-    if (!(std::abs(slope) < greatest_error_slope)) break;
-    if (std::abs(g) <= (1.0 - std::abs(slope)) * tolerance * std::max(std::abs(u), std::abs(y))) {
-      work.u = u, work.slope = slope;
-      return;
-    }
-    u -= g / (1.0 + slope);
-  }
-  work.u = work.model->shown(felt) = std::nan("");
 }
 
-/// One output after the other, each with what the others show by now, until nothing changes.
-void solve_together(Works& works, Felt& felt) {
-  for (int pass = 0; pass < most_passes; ++pass) {
-    bool settled = true;
-    for (Work& work : works) {
-      const double before = work.u;
-      solve(work, felt);
-      const bool blank = std::isnan(work.u) && std::isnan(before);
-      settled = settled && (work.others.empty() || work.model->by_output || blank ||
-                            std::abs(work.u - before) <= settled_within * std::max(std::abs(work.u), std::abs(work.y)));
-    }
-    if (settled) return;
-  }
-  for (Work& work : works)
-    if (!work.others.empty()) work.u = std::nan("");
-}
-
-/// Derivatives of u by all parameters, those of the outputs that it depends on with them (their own dependence on each
-/// other is of second order), and the variance of what stays in.
-double variance_of(const Works& works, const Work& work, Felt& felt) {
-  auto d = work.d;
-  double staying = work.staying_variance;
-  for (const std::size_t other : work.others) {
-    if (work.model->by_output) break;
-    const Work& by = works[other];
-    const double share = -error_slope(work, *by.model, felt, by.u) / (1.0 + work.slope);
-    for (const auto& [parameter, derivative] : by.d) d.emplace_back(parameter, share * derivative);
-    staying += share * share * by.staying_variance;
-  }
-  double sum = 0.0;
-  for (const auto& [i, a] : d)
-    for (const auto& [j, b] : d) sum += a * b * work.estimate->covariance(i, j);
-  return (sum < 0.0 ? 0.0 : sum) + staying + work.spread_variance;  // what is no number stays so
-}
-
-bool outside(const UsedTerm& used, double x) {
-  const double slack =
-      0.02 * (used.greatest - used.least) + 1e-6 * std::max(std::abs(used.least), std::abs(used.greatest));
-  return x < used.least - slack || x > used.greatest + slack;
-}
-
-/// The terms at the solution: their sizes, u's derivatives, whether the calibration covered them (false).
-bool take_terms(Work& work, const Felt& felt) {
-  bool far = false;
-  work.d.clear();
-  for (UsedTerm& used : work.terms) {
-    const double x = used.term.regressor(felt), part = used.coefficient * x;
-    used.sum += part;
-    used.squares += part * part;
-    used.largest = std::max(used.largest, std::abs(part));
-    work.d.emplace_back(used.parameter, -x / (1.0 + work.slope));
-    far = far || outside(used, x);
-  }
-  if (work.scale_parameter != SIZE_MAX)
-    work.d.emplace_back(work.scale_parameter, -work.y / work.scale_factor / (1.0 + work.slope));
-  if (work.offset_parameter != SIZE_MAX)
-    work.d.emplace_back(work.offset_parameter, -1.0 / work.scale_factor / (1.0 + work.slope));
-  return far;
-}
+/// All samples, with what is felt and the outputs as they were recorded.
+struct Samples {
+  const Inputs& known;
+  const std::vector<Slot>& slots;
+  const Recording& raw;
+  std::array<const std::vector<double>*, 3>
+      acceleration{};  ///< [rad/s^2] of rates that are compensated; null: not known
+  std::array<std::vector<double>, 3> acceleration_sd;
+};
 
 /// One sample of all outputs: u in place of each, its uncertainty, and whether the calibration covered it.
-void take_sample(Works& works, Felt& felt, std::size_t i, Recording& recording) {
+void take_sample(const Samples& samples, Works& works, Values& values, std::size_t i, Recording& recording) {
+  samples.known.fill(i, std::span(values));
+  for (std::size_t k = 0; k < 3; ++k)
+    if (samples.acceleration[k])
+      values[static_cast<std::size_t>(Input::angular_acceleration_x) + k] = (*samples.acceleration[k])[i];
   for (Work& work : works) {
-    const double value = recording.channels[work.place].values[i];
-    work.y = work.u = (value * work.model->scale - work.offset) / work.scale_factor;
-    work.model->shown(felt) = work.y;
+    const double value = samples.raw.channels[work.place].values[i];
+    work.y = work.u = (value * work.reading - work.offset) / work.scale_factor;
+    values[work.shown] = work.y;
   }
+  follow(samples.slots, i, works.front().trust.sd, values);
   std::vector<bool> informed;
-  for (const Work& work : works) informed.push_back(!std::isnan(errors_at(work, felt)));
-  solve_together(works, felt);
-  for (std::size_t k = 0; k < works.size(); ++k) {
-    Work& work = works[k];
-    const bool measured = !std::isnan(work.y), solved = !std::isnan(work.u);
-    work.counts.blank += measured && !informed[k];
-    work.counts.lost += measured && informed[k] && !solved;
-    recording.channels[work.place].values[i] = work.u;
-    work.trust.extrapolated.values[i] = !solved ? std::nan("") : take_terms(work, felt) ? 1.0 : 0.0;
-    if (!solved) work.d.clear();
-    work.counts.samples += solved;
-    if (work.trust.extrapolated.values[i] > 0.0 && work.counts.outside++ == 0)
-      work.counts.first_outside = work.trust.sd.time(i);
-  }
+  for (const Work& work : works) informed.push_back(!std::isnan(errors_at(work, values)));
+  solve_together(works, values);
+  for (std::size_t k = 0; k < works.size(); ++k)
+    take_solution(works[k], values, i, informed[k], recording.channels[works[k].place]);
+  Vector3 sd;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!samples.acceleration_sd[k].empty()) sd[k] = samples.acceleration_sd[k][i];
   for (Work& work : works)
-    work.trust.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, felt));
+    work.trust.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, values, sd));
+  for (Work& work : works)
+    for (UsedTerm& term : work.terms) advance(term, values);
 }
 
-void take_all(const Inputs& known, Works& works, Recording& recording) {
-  const std::size_t samples = recording.channels[works.front().place].values.size();
-  std::vector<Felt> felt(block);
-  for (std::size_t first = 0; first < samples; first += block) {
-    const std::size_t size = std::min(block, samples - first);
-    known.fill(first, std::span(felt).first(size));
-    for (std::size_t i = 0; i < size; ++i) take_sample(works, felt[i], first + i, recording);
+void take_all(const Samples& samples, Works& works, Recording& recording) {
+  Values values(samples.slots.size(), 0.0);
+  const std::size_t count = samples.raw.channels[works.front().place].values.size();
+  for (std::size_t i = 0; i < count; ++i) take_sample(samples, works, values, i, recording);
+}
+
+/// Central differences [SI/s]; a sample without both neighbours takes what there is.
+std::vector<double> slopes(const Channel& channel) {
+  std::vector<double> out(channel.values.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const std::size_t before = i > 0 ? i - 1 : i, after = i + 1 < out.size() ? i + 1 : i;
+    const double time = channel.time(after) - channel.time(before);
+    const double slope = (channel.values[after] - channel.values[before]) / time;
+    out[i] = time > 0.0 && std::isfinite(slope) ? slope : 0.0;
+  }
+  return out;
+}
+
+/// Standard uncertainty of these differences: where the slope jumps within a sample, they are off by up to half of what
+/// the one-sided differences there and beside it are apart, and anything between is as likely: that half over sqrt(3).
+std::vector<double> slopes_sd(const Channel& channel) {
+  const auto& v = channel.values;
+  std::vector<double> apart(v.size()), sd(v.size());
+  for (std::size_t i = 1; i + 1 < v.size(); ++i) {
+    const double before = channel.time(i) - channel.time(i - 1), after = channel.time(i + 1) - channel.time(i);
+    const double change = (v[i + 1] - v[i]) / after - (v[i] - v[i - 1]) / before;
+    apart[i] = std::isfinite(change) ? std::abs(change) : 0.0;
+  }
+  for (std::size_t i = 0; i < v.size(); ++i)
+    for (std::size_t near = i > 0 ? i - 1 : i; near < std::min(i + 2, v.size()); ++near)
+      sd[i] = std::max(sd[i], 0.5 / std::sqrt(3.0) * apart[near]);
+  return sd;
+}
+
+/// Where a term needs the angular acceleration of rates that are compensated themselves, their slopes are what it is.
+void take_slopes(Samples& samples, const Works& clean, Works& works, Recording& recording) {
+  std::array<std::vector<double>, 3> slope;
+  const auto first = static_cast<std::size_t>(Input::angular_acceleration_x);
+  std::vector<std::pair<std::size_t, std::size_t>> needed;  // axis, output
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t by = shown_by(works, k);
+    const bool asked = std::ranges::any_of(works, [&](const Work& work) {
+      return std::ranges::any_of(work.terms, [&](const UsedTerm& term) { return term.slots.contains(first + k); });
+    });
+    if (asked && by < works.size()) needed.emplace_back(k, by);
+  }
+  for (int pass = 0; !needed.empty() && pass < passes_with_slopes; ++pass) {
+    for (const auto& [k, by] : needed) {
+      const Channel& channel = recording.channels[works[by].place];
+      slope[k] = slopes(channel);
+      samples.acceleration[k] = &slope[k];
+      samples.acceleration_sd[k] = slopes_sd(channel);
+    }
+    works = clean;
+    take_all(samples, works, recording);
   }
 }
 
-/// Whether the channel is in the unit of K times u: as it is, or for each sample (counts, increments).
-void add_unit_problem(const Work& work, const Channel& channel, Problems& problems) {
-  if (work.scale_parameter == SIZE_MAX) {
-    if (work.model->scale == 1.0) compensation::require_dimension(&channel, work.model->unit, problems);
-    return;
+/// TermFactor [1 or Hz] from a channel to its quantity: as it is, or the integral of it over each sample. Nothing where
+/// it is neither.
+std::optional<double> each_second(const Channel& channel, const Unit& wanted) {
+  if (channel.unit.dimension() == wanted.dimension()) return 1.0;
+  const auto rate = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
+  if (rate == wanted.dimension()) return sampling_rate(channel);
+  return std::nullopt;
+}
+
+void set_reading(Work& work, const Channel& channel, Problems& problems) {
+  const OutputModel& model = *work.model;
+  if (const auto recorded = each_second(channel, model.recorded))
+    work.reading = *recorded * model.nominal;
+  else if (const auto shown = each_second(channel, model.unit); shown && !model.scale)
+    work.reading = *shown;
+  else
+    problems.push_back(say("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(),
+                                   model.recorded.text()));
+}
+
+/// The channel of an output. Where a result has one output and no channel plays its role, the only one of its kind.
+const Channel* output_channel(const Estimate& estimate, const Recording& recording, const OutputModel& model) {
+  if (const Channel* channel = channel_of(estimate, recording, model.role)) return channel;
+  if (estimate.models.size() > 1) return nullptr;
+  std::vector<const Channel*> all;
+  for (const Channel& channel : recording.channels)
+    if (channel.kind == kind_of(model.unit) && channel.unit.dimension() == model.unit.dimension() &&
+        !channel.name.ends_with(".compensation_sd"))
+      all.push_back(&channel);
+  return all.size() == 1 ? all.front() : nullptr;
+}
+
+bool is_rate(const OutputModel& model) { return static_cast<std::size_t>(model.shows) < 3; }
+
+/// The outputs that the recording holds, and what others of them need. Of several kinds one may be missing: it is said.
+std::vector<const OutputModel*> recorded_outputs(const Estimate& estimate, const Recording& recording,
+                                                 Findings& findings) {
+  const auto present = [&](const OutputModel& model) { return output_channel(estimate, recording, model) != nullptr; };
+  std::vector<const OutputModel*> wanted;
+  for (const bool rates : {false, true}) {
+    std::vector<const OutputModel*> kind;
+    for (const OutputModel& model : estimate.models)
+      if (is_rate(model) == rates) kind.push_back(&model);
+    if (kind.empty()) continue;
+    if (std::ranges::any_of(kind, [&](const OutputModel* model) { return present(*model); }))
+      wanted.insert(wanted.end(), kind.begin(), kind.end());
+    else if (std::ranges::any_of(estimate.models, present))
+      findings.push_back({Finding::Severity::info, rates ? "no_gyros_recorded" : "no_accelerometers_recorded", {}});
   }
-  const Unit& factor = work.estimate->parameters[work.scale_parameter].unit;
-  const auto wanted = Unit::parse(fmt::format("({})*({})", factor.text(), work.model->unit)).dimension();
-  const auto each_second = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
-  if (channel.unit.dimension() == wanted || each_second == wanted) return;
-  problems.push_back(
-      say("channel {} is in {}, but the result's {} is in {}: the recording is of another kind of output", channel.name,
-          channel.unit.text(), work.model->scale_factor, factor.text()));
+  if (wanted.empty())
+    for (const OutputModel& model : estimate.models) wanted.push_back(&model);
+  const auto needs = [](const OutputModel& model, Input input) {
+    return std::ranges::any_of(model.terms, [&](const ModelTerm& term) {
+      return std::ranges::any_of(term.regressor, [&](const Product& product) {
+        return std::ranges::find(product.factors, input, &TermFactor::input) != product.factors.end();
+      });
+    });
+  };
+  if (std::ranges::any_of(wanted, [&](const OutputModel* model) { return present(*model); }))
+    std::erase_if(wanted, [&](const OutputModel* model) {
+      return !present(*model) && std::ranges::none_of(wanted, [&](const OutputModel* other) {
+        return other != model && needs(*other, model->shows);
+      });
+    });
+  return wanted;
 }
 
 /// The channels of all outputs, sampled together. Throws Error::bad_data with all that is wrong.
 void set_places(const Recording& recording, Works& works) {
   Problems problems;
   for (Work& work : works) {
-    const auto place = compensation::output_of(*work.estimate, recording, work.model->role, problems);
-    if (!place) continue;
-    work.place = *place;
-    const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
-    add_unit_problem(work, channel, problems);
-    if (problems.empty() && !sampled_together(first, channel))
-      problems.push_back(
-          say("channels {} and {} are not sampled together: bring them to one clock first", first.name, channel.name));
+    const Channel* own = output_channel(*work.estimate, recording, *work.model);
+    if (!compensation::usable_output(own, recording, work.model->role, problems)) continue;
+    work.place = static_cast<std::size_t>(own - recording.channels.data());
+    const Channel& first = recording.channels[works.front().place];
+    set_reading(work, *own, problems);
+    if (problems.empty() && !sampled_together(first, *own))
+      problems.push_back(say("channels {} and {} are not sampled together: bring them to one clock first",
+                                     first.name, own->name));
   }
   compensation::refuse(recording, problems);
 }
 
-void set_channels(Recording& recording, Work& work) {
+/// The output in the unit of u, and with a delay what it shows at each time instead of what it showed then.
+void set_channels(Recording& recording, Recording& raw, Work& work) {
   Channel& channel = recording.channels[work.place];
-  channel.unit = Unit::parse(work.model->unit);
+  if (work.delay != 0.0) {
+    const Channel late = channel;
+    const double last = late.values.empty() ? 0.0 : late.time(late.values.size() - 1);
+    for (std::size_t i = 0; i < late.values.size(); ++i) {
+      const double time = late.time(i) + work.delay;
+      raw.channels[work.place].values[i] = time > last ? std::nan("") : compensation::value_at(late, time);
+    }
+  }
+  const Unit& unit = work.model->unit;
+  channel.unit = channel.unit.dimension() == unit.dimension() && !work.model->scale ? channel.unit : unit;
   channel.kind = kind_of(channel.unit);
   work.trust = compensation::trust_in(channel);
 }
 
-}  // namespace
-
-Settings settings_of(const Estimate& estimate, const std::vector<Option>& options) {
-  std::vector<Given> given;
-  Problems problems;
-  for (const auto& option : options)
-    if (const auto text = estimate.provenance.settings.find(option.name);
-        text != estimate.provenance.settings.end() && !text->second.empty())
-      given.push_back({option.name, text->second, "the result's provenance", true, true});
-  Settings settings = resolve(options, given, "method " + estimate.method, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
-  return settings;
+Works works_of(const Estimate& estimate, const std::vector<const OutputModel*>& models) {
+  Works works;
+  for (const OutputModel* model : models) {
+    Work& work = works.emplace_back();
+    work.model = model;
+    work.estimate = &estimate;
+    work.shown = static_cast<std::size_t>(model->shows);
+    set_parameters(work);
+  }
+  return works;
 }
+
+void finish(Works& works, Compensation& out) {
+  for (Work& work : works) {
+    const Channel& channel = out.recording.channels[work.place];
+    for (const auto& code : work.model->caveats)
+      out.findings.push_back({Finding::Severity::warning, code, {{"channel", channel.name}}, channel.name});
+    say_staying(work, channel.name, out.findings);
+    say(work.counts, channel.name, out.findings);
+    out.tables.push_back(
+        subtracted(work, works.size() > 1 ? "subtracted_" + work.model->role : "subtracted", channel.unit));
+    out.recording.channels.push_back(std::move(work.trust.sd));
+    out.recording.channels.push_back(std::move(work.trust.extrapolated));
+  }
+}
+
+/// What is wrong with samples as such. That a flight has gusts and stops is no fault of it.
+constexpr std::array<std::string_view, 5> checks_of_samples{"backward_stamps", "duplicate_stamps", "gaps",
+                                                            "missing_samples", "saturation"};
+
+void add_faults_of_samples(const Recording& recording, const Plan* plan, Findings& findings) {
+  for (const Check* check : check_catalogue())
+    if (std::ranges::find(checks_of_samples, std::string_view(check->name)) != checks_of_samples.end())
+      for (auto& finding : check->run(recording, plan)) findings.push_back(std::move(finding));
+}
+
+}  // namespace
 
 const Channel* channel_of(const Estimate& estimate, const Recording& recording, const std::string& role) {
   const auto given = estimate.provenance.settings.find("channels." + role);
@@ -326,50 +337,32 @@ const Channel* channel_of(const Estimate& estimate, const Recording& recording, 
   return by_role ? find_role(recording, role) : find_channel(recording, given->second);
 }
 
-Table regressors_table(const std::vector<Term>& terms, const std::vector<double>& least,
-                       const std::vector<double>& greatest) {
-  Table table{regressors_name,
-              "range of each term's regressor over the data used [SI]: what the result may be used for",
-              {{"parameter", Unit()}, {"least", Unit()}, {"greatest", Unit()}},
-              {},
-              true};
-  for (std::size_t j = 0; j < terms.size(); ++j) table.rows.push_back({terms[j].name, least[j], greatest[j]});
-  return table;
-}
-
-Compensation compensate(const std::vector<ErrorModel>& models, const Estimate& estimate, const Recording& recording,
-                        const Plan* plan) {
-  Works works;
-  std::vector<std::vector<UsedTerm>> terms;
-  for (const ErrorModel& model : models) {
-    Work& work = works.emplace_back();
-    work.model = &model;
-    work.estimate = &estimate;
-    set_parameters(work);
-    terms.push_back(used_terms(model, estimate));
-  }
-  set_places(recording, works);
-  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan);
-  for (std::size_t k = 0; k < works.size(); ++k) sort_terms(known, works, recording, std::move(terms[k]), works[k]);
-
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  if (estimate.models.empty())
+    throw Error(Error::Kind::unsupported,
+                say("{} identifies no error model that could be subtracted from a recording", estimate.method));
+  if (estimate.covariance.rows != estimate.parameters.size())
+    throw Error(Error::Kind::bad_file, "the result's covariance does not belong to its parameters");
   Compensation out{recording, {}, {}};
-  for (Work& work : works) set_channels(out.recording, work);
-  take_all(known, works, out.recording);
-  for (Work& work : works) {
-    const Channel& channel = out.recording.channels[work.place];
-    say_staying(work, channel.name, out.findings);
-    say(work.counts, channel.name, out.findings);
-    out.tables.push_back(
-        subtracted(work, works.size() > 1 ? "subtracted_" + work.model->role : "subtracted", channel.unit));
-    out.recording.channels.push_back(std::move(work.trust.sd));
-    out.recording.channels.push_back(std::move(work.trust.extrapolated));
-  }
+  Works works = works_of(estimate, recorded_outputs(estimate, recording, out.findings));
+  set_places(recording, works);
+  std::vector<Slot> slots = compensation::common_slots();
+  std::vector<std::vector<UsedTerm>> terms;
+  for (const Work& work : works) terms.push_back(used_terms(*work.model, estimate, slots));
+  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan,
+                                               slots, works.front().model->thermal);
+  for (std::size_t k = 0; k < works.size(); ++k)
+    sort_terms(known, works, recording, slots, std::move(terms[k]), works[k]);
+  Recording raw = recording;
+  for (Work& work : works) set_channels(out.recording, raw, work);
+  for (Work& work : works) set_cover(slots, known, works, work);
+  Samples samples{known, slots, raw, {}, {}};
+  const Works clean = works;
+  take_all(samples, works, out.recording);
+  take_slopes(samples, clean, works, out.recording);
+  finish(works, out);
+  add_faults_of_samples(recording, plan, out.findings);
   return out;
-}
-
-Compensation compensate(const ErrorModel& model, const Estimate& estimate, const Recording& recording,
-                        const Plan* plan) {
-  return compensate(std::vector<ErrorModel>{model}, estimate, recording, plan);
 }
 
 }  // namespace tumble

@@ -7,6 +7,7 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -15,21 +16,10 @@ namespace {
 constexpr double g = 9.80665;
 
 const std::vector<Term>& terms() {
-  static const std::vector<Term> all{
-      {"bias", "K_0", "ug", "", [](const Felt&) { return 1.0; }},
-      {"second_order", "K_2", "ug/g^2", "", [](const Felt& f) { return f.specific_force.x * f.specific_force.x; }},
-      {"cross", "K_ip", "ug/g^2", "", [](const Felt& f) { return f.specific_force.x * f.specific_force.y; }}};
+  static const std::vector<Term> all{{"bias", "K_0", "ug", "", 1.0},
+                                     {"second_order", "K_2", "ug/g^2", "", Input::f_x * Input::f_x},
+                                     {"cross", "K_ip", "ug/g^2", "", Input::f_x * Input::f_y}};
   return all;
-}
-
-ErrorModel model() {
-  ErrorModel out;
-  out.role = "accelerometer";
-  out.scale_factor = "scale_factor";
-  out.unit = "g";
-  out.shown = [](Felt& felt) -> double& { return felt.specific_force.x; };
-  out.terms = terms();
-  return out;
 }
 
 /// K = 1.3 mA/g, 2 mg, -0.3 mg/g^2, 0.8 mg/g^2, correlated uncertainties; calibrated in +-1 g.
@@ -48,7 +38,10 @@ Estimate result() {
   shifts(2, 1) = si(10.0, "ug/g^2"), shifts(2, 2) = si(20.0, "ug/g^2");
   shifts(3, 2) = si(-15.0, "ug/g^2"), shifts(3, 3) = si(25.0, "ug/g^2");
   settle(estimate, {from_shifts("fit", shifts)});
-  estimate.tables.push_back(regressors_table(terms(), {1.0, 0.0, -g * g}, {1.0, g * g, g * g}));
+  OutputModel model = output_model(estimate, "accelerometer", Input::specific_force_x, "g",
+                                   {terms(), {1.0, 0.0, -g * g}, {1.0, g * g, g * g}});
+  set_scale(estimate, "scale_factor", model);
+  estimate.models = {model};
   return estimate;
 }
 
@@ -95,7 +88,7 @@ double mean_square(bool with_y) {
     // a_x a_y = +-g^2/sqrt(3) has the mean square g^4/3 of an even spread over its calibrated range
     const double x = (random.normal(8 * n + 5) > 0.0 ? 1.0 : -1.0) * g / std::sqrt(3.0);
     const double y = random.normal(8 * n + 6) > 0.0 ? g : -g;
-    const auto done = compensate(model(), estimate, recording_of(p, {x}, {y}, with_y), nullptr);
+    const auto done = compensate(estimate, recording_of(p, {x}, {y}, with_y), nullptr);
     const double z = (done.recording.channels[0].values[0] - x) /
                      find_channel(done.recording, "accelerometer.compensation_sd")->values[0];
     sum += z * z;
@@ -106,7 +99,7 @@ double mean_square(bool with_y) {
 TEST(Compensate, TheInputComesBackToRounding) {
   const std::vector<double> x{-g, -0.3 * g, 1e-6, 0.2, g}, y{g, 0.0, -g, 3.0, -5.0};
   const Estimate estimate = result();
-  const auto done = compensate(model(), estimate, recording_of(values_of(estimate), x, y, true), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), x, y, true), nullptr);
   // 1e-12 of what is measured: at 1e-6 m/s^2 this is the bias, 0.02 m/s^2
   for (std::size_t i = 0; i < x.size(); ++i)
     EXPECT_NEAR(done.recording.channels[0].values[i], x[i], 1e-12 * (std::abs(x[i]) + 0.02)) << i;
@@ -124,7 +117,7 @@ TEST(Compensate, ATermThatRemainsIsInTheUncertainty) { EXPECT_NEAR(mean_square(f
 
 TEST(Compensate, AMissingInputIsNamedAndItsTermRemains) {
   const Estimate estimate = result();
-  const auto done = compensate(model(), estimate, recording_of(values_of(estimate), {g}, {g}, false), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), {g}, {g}, false), nullptr);
   const Finding* remaining = finding_of(done.findings, "terms_remain");
   ASSERT_NE(remaining, nullptr);
   EXPECT_EQ(std::get<std::string>(remaining->values[0].value), "specific_force_y: cross");
@@ -136,7 +129,7 @@ TEST(Compensate, AMissingInputIsNamedAndItsTermRemains) {
 TEST(Compensate, BeyondTheCalibrationIsMarked) {
   const Estimate estimate = result();
   const std::vector<double> x{0.9 * g, 1.2 * g, -1.005 * g};
-  const auto done = compensate(model(), estimate, recording_of(values_of(estimate), x, {0.0, 0.0, 0.0}, true), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), x, {0.0, 0.0, 0.0}, true), nullptr);
   const auto& flags = find_channel(done.recording, "accelerometer.extrapolated")->values;
   EXPECT_EQ(flags, (std::vector<double>{0.0, 1.0, 0.0}));  // 1.01 of the range lies within its slack of 2 %
   const Finding* extrapolated = finding_of(done.findings, "extrapolated");
@@ -149,8 +142,7 @@ TEST(Compensate, BeyondTheCalibrationIsMarked) {
 TEST(Compensate, AnErrorAsLargeAsTheInputIsNoError) {
   Estimate estimate = result();
   estimate.parameters[2].value = 0.06;  // 0.06 u^2 changes by 1.2 times what u changes by at 1 g
-  const auto done =
-      compensate(model(), estimate, recording_of(values_of(estimate), {0.01, g}, {0.0, 0.0}, true), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), {0.01, g}, {0.0, 0.0}, true), nullptr);
   EXPECT_NEAR(done.recording.channels[0].values[0], 0.01, 1e-13);
   EXPECT_TRUE(std::isnan(done.recording.channels[0].values[1]));
   EXPECT_NE(finding_of(done.findings, "error_model_does_not_hold"), nullptr);
@@ -160,7 +152,7 @@ TEST(Compensate, MissingSamplesStayMissing) {
   const Estimate estimate = result();
   Recording recording = recording_of(values_of(estimate), {1.0, 2.0, 3.0}, {1.0, 1.0, 1.0}, true);
   recording.channels[0].values[0] = recording.channels[1].values[1] = std::nan("");
-  const auto done = compensate(model(), estimate, recording, nullptr);
+  const auto done = compensate(estimate, recording, nullptr);
   const auto& values = done.recording.channels[0].values;
   EXPECT_TRUE(std::isnan(values[0]) && std::isnan(values[1]));
   EXPECT_NEAR(values[2], 3.0, 1e-11);
@@ -174,14 +166,14 @@ TEST(Compensate, ASlowerChannelIsReadBetweenItsSamples) {
   Recording recording = recording_of(values_of(estimate), {1.0, 1.0, 1.0}, {0.0, 2.0, 4.0}, true);
   recording.channels[1].timeline.rate = 50.0;
   recording.channels[1].values = {0.0, 4.0};
-  const auto done = compensate(model(), estimate, recording, nullptr);
+  const auto done = compensate(estimate, recording, nullptr);
   for (const double u : done.recording.channels[0].values) EXPECT_NEAR(u, 1.0, 1e-12);
 }
 
 /// What is said where a changed result or recording is refused as bad_file or bad_data; empty: it is not.
-std::string refused(const Estimate& estimate, const Recording& recording, const ErrorModel& of = model()) {
+std::string refused(const Estimate& estimate, const Recording& recording) {
   try {
-    compensate(of, estimate, recording, nullptr);
+    compensate(estimate, recording, nullptr);
   } catch (const Error& error) {
     EXPECT_TRUE(error.kind == Error::Kind::bad_file || error.kind == Error::Kind::bad_data);
     return error.what();
@@ -189,38 +181,38 @@ std::string refused(const Estimate& estimate, const Recording& recording, const 
   return "";
 }
 
-TEST(Compensate, RefusesAResultOrAChannelInAnotherDimension) {
-  const Estimate estimate = result();
+TEST(Compensate, RefusesAChannelInAnotherDimension) {
+  Estimate estimate = result();
   const Recording recording = recording_of(values_of(estimate), {g}, {g}, true);
-  Estimate seconds = estimate;
-  seconds.parameters[1].unit = Unit::parse("s");
-  EXPECT_NE(refused(seconds, recording).find("'bias' is in s"), std::string::npos);
-  Estimate text = estimate;
-  text.tables[0].rows[1][2] = std::string("much");
-  EXPECT_NE(refused(text, recording).find("regressors holds 'much'"), std::string::npos);
-  ErrorModel plain = model();
-  plain.scale_factor.clear();  // the channel is the specific force itself
-  EXPECT_NE(refused(estimate, recording, plain).find("is in mA, but must be in g"), std::string::npos);
+  estimate.models[0].scale.reset();
+  estimate.models[0].recorded = estimate.models[0].unit;  // the channel is the specific force itself
+  EXPECT_NE(refused(estimate, recording).find("is in mA, but was calibrated in g"), std::string::npos);
+}
+
+TEST(Compensate, RefusesAParameterWithoutAValue) {
+  Estimate estimate = result();
+  const Recording recording = recording_of(values_of(estimate), {g}, {g}, true);
+  estimate.parameters[3].value = std::nan("");
+  EXPECT_NE(refused(estimate, recording).find("'cross' has no value"), std::string::npos);
 }
 
 TEST(Compensate, AnUnknownCovarianceGivesNoUncertainty) {
   Estimate estimate = result();
   for (double& value : estimate.covariance.values) value = std::nan("");
-  const auto done = compensate(model(), estimate, recording_of(values_of(estimate), {g}, {g}, true), nullptr);
+  const auto done = compensate(estimate, recording_of(values_of(estimate), {g}, {g}, true), nullptr);
   EXPECT_TRUE(std::isnan(find_channel(done.recording, "accelerometer.compensation_sd")->values[0]));
 }
 
 TEST(Compensate, RefusesWhatItCannotDo) {
   const Estimate estimate = result();
   const Recording recording = recording_of(values_of(estimate), {1.0}, {1.0}, true);
-  EXPECT_THROW(compensate(model(), estimate, Recording{}, nullptr), Error);
-  EXPECT_THROW(compensate(model(), estimate, compensate(model(), estimate, recording, nullptr).recording, nullptr),
-               Error);
+  EXPECT_THROW(compensate(estimate, Recording{}, nullptr), Error);
+  EXPECT_THROW(compensate(estimate, compensate(estimate, recording, nullptr).recording, nullptr), Error);
   Estimate without = estimate;
-  without.tables.clear();
-  EXPECT_THROW(compensate(model(), without, recording, nullptr), Error);
+  without.models.clear();
+  EXPECT_THROW(compensate(without, recording, nullptr), Error);
   const Plan empty;
-  EXPECT_THROW(compensate(model(), estimate, recording, &empty), Error);
+  EXPECT_THROW(compensate(estimate, recording, &empty), Error);
 }
 
 }  // namespace

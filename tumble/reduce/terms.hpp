@@ -12,8 +12,8 @@ namespace tumble {
 
 /// Terms of one output of a plan's instrument that a test is to show.
 struct TermProblem {
-  std::string channel;                       ///< the output
-  std::function<double(const Felt&)> input;  ///< known part of it [SI]; null: none
+  std::string channel;  ///< the output
+  Regressor input;      ///< known part of it [SI]; empty: none
   std::vector<Term> columns;
   std::vector<std::string> leave_out_first;  ///< names, in this order, where the schedule cannot show all
   int oversampling = 1;                      ///< instants in each sample at which a moving rig is asked

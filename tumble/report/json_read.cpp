@@ -7,6 +7,7 @@
 #include <set>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/report/error_model/json.hpp"
 #include "tumble/report/json_node.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
@@ -336,6 +337,10 @@ Estimate estimate_of(const Node& top) {
   for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node));
   for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
   estimate.provenance = provenance_of(top["provenance"]);
+  if (const Node models = top.optional("models"); !models.absent())
+    estimate.models = error_model::models_of(models, estimate.parameters.size());
+  else
+    estimate.models = error_model::legacy_models(estimate);
   if (const Node facts = top.optional("population"); !facts.absent()) estimate.population = facts_of(facts);
   if (const Node prior = top.optional("prior"); !prior.absent())
     estimate.prior = std::make_shared<const PriorUse>(prior_of(prior, top.optional("with_prior")));

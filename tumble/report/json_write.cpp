@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tumble/report/error_model/json.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -284,6 +285,7 @@ Json whole(const Estimate& estimate) {
             {"parameters", parameters_json(estimate)},
             {"covariance", covariance_json(estimate)},
             {"budget", budget_json(estimate)},
+            {"models", error_model::models_json(estimate.models)},
             {"tables", array_of(estimate.tables, table_json)},
             {"curves", array_of(estimate.curves, curve_json)},
             {"fit",

@@ -16,7 +16,8 @@ struct TextColumn {
 
 /// The columns side by side, indented by two. What does not fit into `width` follows below, with the first column
 /// repeated, and with as many after it as are needed to distinguish the rows where these take half the width at most.
-/// Given   columns of equal length. Returned   lines, each with its line break.
+/// Given     columns of equal length
+/// Returned  lines, each with its line break.
 std::string text_table(const std::vector<TextColumn>& columns, std::size_t width = 100);
 
 /// `prefix` and behind it `text`, broken at blanks (and between Han characters) to lines of at most `width` (a longer

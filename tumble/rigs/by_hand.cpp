@@ -8,7 +8,7 @@
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/units/sentence.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::by_hand {
 namespace {
 
 using namespace chain;
@@ -240,4 +240,4 @@ extern const Rig by_hand{.name = "by_hand",
                          .reference = reference,
                          .refusals = refusals};
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::by_hand

@@ -1,6 +1,6 @@
 #include "tumble/rigs/chain/arm.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::centrifuge {
 namespace {
 
 using namespace chain;
@@ -24,4 +24,4 @@ const Machine& machine() {
 extern const Rig centrifuge = rig_of<machine>(
     "centrifuge", "precision centrifuge: the instrument at the end of an arm that turns about the vertical");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::centrifuge

@@ -1,6 +1,6 @@
 #include "tumble/rigs/chain/arm.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::counter_rotating_centrifuge {
 namespace {
 
 using namespace chain;
@@ -43,4 +43,4 @@ const Machine& machine() {
 extern const Rig counter_rotating_centrifuge = rig_of<machine>(
     "counter_rotating_centrifuge", "precision centrifuge with a table at the end of its arm that turns against it");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::counter_rotating_centrifuge

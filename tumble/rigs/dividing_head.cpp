@@ -2,7 +2,7 @@
 #include "tumble/rigs/chain/machine.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::dividing_head {
 namespace {
 
 using namespace chain;
@@ -56,4 +56,4 @@ extern const Rig dividing_head = rig_of<machine>(
     "dividing_head",
     "dividing head: an instrument turned about a horizontal axis from position to position, in an oven");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::dividing_head

@@ -2,7 +2,7 @@
 #include "tumble/rigs/chain/machine.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::rate_table {
 namespace {
 
 using namespace chain;
@@ -40,4 +40,4 @@ const Machine& machine() {
 extern const Rig rate_table = rig_of<machine>(
     "rate_table", "single-axis rate table; its axis may be tilted, for example parallel to the Earth's");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::rate_table

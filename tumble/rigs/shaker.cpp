@@ -11,7 +11,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/sentence.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::shaker {
 namespace {
 
 using namespace chain;
@@ -371,4 +371,4 @@ extern const Rig shaker{.name = "shaker",
                         .reference = reference,
                         .refusals = refusals};
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::shaker

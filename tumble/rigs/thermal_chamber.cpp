@@ -9,7 +9,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::thermal_chamber {
 namespace {
 
 using namespace chain;
@@ -289,4 +289,4 @@ extern const Rig thermal_chamber{
     .reference = reference,
     .refusals = refusals};
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::thermal_chamber

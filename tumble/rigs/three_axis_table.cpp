@@ -2,7 +2,7 @@
 #include "tumble/rigs/chain/machine.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::three_axis_table {
 namespace {
 
 using namespace chain;
@@ -53,4 +53,4 @@ const Machine& machine() {
 extern const Rig three_axis_table =
     rig_of<machine>("three_axis_table", "three-axis table: outer axis upwards, then a middle and an inner one");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::three_axis_table

@@ -2,7 +2,7 @@
 #include "tumble/rigs/chain/machine.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::rigs {
+namespace tumble::rigs::two_axis_table {
 namespace {
 
 using namespace chain;
@@ -51,4 +51,4 @@ const Machine& machine() {
 extern const Rig two_axis_table =
     rig_of<machine>("two_axis_table", "two-axis table: an outer axis that carries an inner one at right angles");
 
-}  // namespace tumble::rigs
+}  // namespace tumble::rigs::two_axis_table

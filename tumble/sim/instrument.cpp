@@ -18,7 +18,7 @@ constexpr std::size_t steps_of_one = 2048, steps_of_several = 16384;
 
 /// What one output indicates of what is felt: its input and those of its terms that are not zero.
 struct Sum {
-  std::function<double(const Felt&)> input;
+  Regressor input;
   std::vector<Term> terms;
   std::vector<double> coefficients;
   std::optional<Rotation> mount;  ///< its axes, where they are not those in which the rig says what is felt

@@ -14,7 +14,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble {
+namespace tumble::rehearse_faults_test {
 namespace {
 
 /// [rad/s] what counts as a rate of zero.
@@ -137,7 +137,7 @@ std::vector<FaultCase> all_cases() {
   return all;
 }
 
-class RehearsedFault : public testing::TestWithParam<FaultCase> {};
+class RehearsedFault : public ::testing::TestWithParam<FaultCase> {};
 
 TEST_P(RehearsedFault, EndsAsExpectedAndLeavesTheRigSafe) {
   const FaultCase& one = GetParam();
@@ -163,7 +163,7 @@ TEST_P(RehearsedFault, EndsAsExpectedAndLeavesTheRigSafe) {
       }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RehearsedFault, testing::ValuesIn(all_cases()),
+INSTANTIATE_TEST_SUITE_P(All, RehearsedFault, ::testing::ValuesIn(all_cases()),
                          [](const auto& one) { return std::string(one.param.name); });
 
 /// It never settles where it was asked to go. The station waits half an hour for it, eight times.
@@ -194,4 +194,4 @@ TEST(RehearsedFaults, EveryKindHasACase) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::rehearse_faults_test

@@ -19,7 +19,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::run_plan_test {
 namespace {
 
 using testing::run_over_tcp;
@@ -265,4 +265,4 @@ TEST(RunPlan, AKilledProcessLeavesARunThatIsTakenOverAndCarriedOn) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::run_plan_test

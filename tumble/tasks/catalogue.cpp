@@ -98,7 +98,7 @@ Json json(const Method& method) {
           {"summary", method.summary},
           {"source", method.source},
           {"needs_plan", method.needs_plan},
-          {"compensates", method.compensate != nullptr},
+          {"compensates", method.compensates},
           {"predicts", method.predict != nullptr},
           {"roles", roles},
           {"options", json(method.options())}};

@@ -17,7 +17,7 @@
 namespace tumble {
 namespace {
 
-constexpr std::size_t samples_at_a_time = 65536;
+constexpr std::size_t samples_per_slice = 65536;
 
 /// The samples of a channel that lie in the span.
 Channel part_of(const Channel& channel, const TimeSpan& span) {
@@ -73,7 +73,7 @@ void require_channels(const std::string& path, ReadOptions options) {
   if (wanted.empty()) return;
   std::vector<std::string> names;
   try {
-    stream_recording(format_of(path, options), path, options, samples_at_a_time,
+    stream_recording(format_of(path, options), path, options, samples_per_slice,
                      [&](const Recording& block) {
                        for (const Channel& channel : block.channels) names.push_back(channel.name);
                        throw Seen{};
@@ -97,7 +97,7 @@ void cut(const std::string& from, const std::string& to, const ReadOptions& opti
   bool first = true, written = false;
   std::vector<Mark> marks;
   stream_recording(
-      source, from, options, samples_at_a_time,
+      source, from, options, samples_per_slice,
       [&](const Recording& block) {
         if (std::exchange(first, false)) {
           refuse_conflicts(block, options);

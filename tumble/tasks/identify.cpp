@@ -174,10 +174,6 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
   return estimate;
 }
 
-/// What is wrong with samples as such. That a flight has gusts and stops is no fault of it.
-constexpr std::array<std::string_view, 5> checks_of_samples{"backward_stamps", "duplicate_stamps", "gaps",
-                                                            "missing_samples", "saturation"};
-
 }  // namespace
 
 Estimate identify(Evidence&& evidence, const Progress& progress) {
@@ -225,18 +221,6 @@ Estimate identify_pieces(const Plan& plan, const std::vector<RecordPiece>& piece
       plan.title.empty() ? fmt::format("{} of {} files, one record", plan.method, pieces.size()) : plan.title;
   estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
   return estimate;
-}
-
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  const auto& method = find_method(estimate.method);
-  if (!method.compensate)
-    throw Error(Error::Kind::unsupported,
-                say("{} identifies no error model that could be subtracted from a recording", estimate.method));
-  Compensation compensation = method.compensate(estimate, recording, plan);
-  for (const Check* check : check_catalogue())
-    if (std::ranges::find(checks_of_samples, std::string_view(check->name)) != checks_of_samples.end())
-      for (auto& finding : check->run(recording, plan)) compensation.findings.push_back(std::move(finding));
-  return compensation;
 }
 
 }  // namespace tumble

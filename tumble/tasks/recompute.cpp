@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -54,8 +55,8 @@ void lay_out(const Archive& archive, const Provenance& provenance, const Workpla
     if (find_file(archive, sha256))
       write_stored(archive, sha256, path);
     else
-      missing.push_back(
-          say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name, sha256.substr(0, 12)));
+      missing.push_back(say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name,
+                                    sha256.substr(0, 12)));
   };
   for (const auto& plan : provenance.plans) {
     if (!plan.text) {
@@ -196,11 +197,10 @@ Recomputation recompute(const Archive& archive, const std::string& sha256, const
   const auto files = known_files(archived.provenance, place);
   if (const auto found = before.find("tumble"); found != before.end() && found->is_string())
     out.archived_program = found->get<std::string>();
-  for (const auto& [name, value] : before.items()) {
-    const bool there = after.contains(name) && in_scratch.contains(name);
-    if (name != "tumble" && !(there && (after[name] == value || is_same(value, in_scratch[name], files))))
+  for (const auto& [name, value] : before.items())
+    if (name != "tumble" &&
+        !(after.contains(name) && (after[name] == value || is_same(value, in_scratch.at(name), files))))
       out.differing.push_back(name);
-  }
   for (const auto& [name, value] : after.items())
     if (!before.contains(name)) out.differing.push_back(name);
   out.same = out.same_bytes || (out.differing.empty() && out.archived_program == out.new_program);

@@ -10,6 +10,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/sim/simulate.hpp"
 
 /// One function per user intent: all that a front end may call.
@@ -71,11 +72,6 @@ Estimate predict(const Plan& plan);
 /// The uncertainties from the table of terms, whatever the method; `terms` limits it to these, empty: all. `advise`:
 /// say what would tell apart what is not.
 Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise = true);
-
-/// Subtracts the estimate's error model from a recording. `plan`, which may be null, says by its rig and schedule what
-/// the instrument felt where the recording does not.
-/// Throws Error::unsupported where the method has no error model; Error::bad_data, bad_file, bad_input.
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan = nullptr);
 
 /// Pass, fail or undecided for every limit, from the 95 % interval of the parameter (Student's t). A limit on a
 /// parameter that the result does not have, because the evidence does not show it or the name is wrong, is undecided:

@@ -11,7 +11,7 @@
 
 namespace tumble {
 
-/// What one word of a unit means: "deg", "ug", "degC". `offset` is only for a temperature that stands alone.
+/// Meaning of one word of a unit: "deg", "ug", "degC". `offset` is only for a temperature that stands alone.
 struct Meaning {
   Dimension dimension;
   Factor factor;
@@ -29,7 +29,7 @@ struct UnitWord {
 /// All of them: lengths, times, angles and so on, in the order of the table.
 std::vector<UnitWord> unit_words();
 
-/// What to write instead of a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
-Sentence advice_on(std::string_view word);
+/// Advice on a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
+std::string advice_on(std::string_view word);
 
 }  // namespace tumble

@@ -13,7 +13,7 @@
 
 namespace tumble::tables {
 
-/// What is wrong with a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
+/// Problems of a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
 struct Problems {
   std::string file;
   tumble::Problems all;
@@ -75,7 +75,7 @@ class Section {
   std::vector<std::string> known_;
 };
 
-/// What stands at a node as text: strings as they are, lists of numbers separated by commas.
+/// Value of a node as text: strings as they are, lists of numbers separated by commas.
 std::optional<std::string> text_of(const toml::node& node);
 
 }  // namespace tumble::tables

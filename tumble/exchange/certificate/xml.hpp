@@ -38,7 +38,9 @@ void quantity_value(Xml quantity, double value, const Unit& unit, const Measured
 void quantity_k2(Xml quantity, double value, const Unit& unit, const std::optional<double>& expanded);
 
 void write_administrative_data(Xml root, const Certificate& certificate);
-/// How it was measured: method, software, equipment, conditions. Returned  the element that takes the results.
+/// How it was measured: method, software, equipment, conditions.
+///
+/// Returned  the element that takes the results.
 Xml write_measurement(Xml root, const Certificate& certificate);
 void write_results(Xml measurement, const Certificate& certificate);
 

@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::airsim {
 namespace {
 
 using namespace writing;
@@ -51,4 +51,4 @@ extern const Export airsim{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::airsim

@@ -8,7 +8,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::ardupilot {
 namespace {
 
 using namespace writing;
@@ -122,4 +122,4 @@ extern const Export ardupilot{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::ardupilot

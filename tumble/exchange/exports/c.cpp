@@ -9,7 +9,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::c {
 namespace {
 
 using namespace writing;
@@ -115,4 +115,4 @@ extern const Export c{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::c

@@ -60,10 +60,14 @@ class CCode : public ::testing::Test {
   void write(const char* name, const std::string& text) const { std::ofstream(path(name)) << text; }
   static int run(const std::string& command) { return std::system(command.c_str()); }
 
-  static std::vector<std::string> compilers() {
+  /// Compilers that are installed with the library of the sanitiser, which Debian has in a package of its own for clang.
+  std::vector<std::string> compilers() const {
     std::vector<std::string> found;
+    write("empty.c", "int main(void) { return 0; }\n");
     for (const char* name : {"gcc", "clang", "clang-16", "clang-14"})
-      if (run(fmt::format("command -v {} > /dev/null 2>&1", name)) == 0) found.emplace_back(name);
+      if (run(fmt::format("{} -fsanitize=undefined -o {} {} > /dev/null 2>&1", name, path("empty"), path("empty.c"))) ==
+          0)
+        found.emplace_back(name);
     return found;
   }
 
@@ -139,6 +143,23 @@ TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
   for (const auto& compiler : all)
     for (const char* flags : {"-O0", "-O2"})
       expect_same(random_calibration(77, everything), "float", compiler, flags, float_rounding);
+}
+
+/// Temperatures and outputs that no sensor gives, up to the greatest number of the type.
+TEST_F(CCode, AnyFiniteInputGivesAFiniteOutput) {
+  const auto all = compilers();
+  ASSERT_FALSE(all.empty()) << "no C compiler";
+  for (const auto& [type, most] : {std::pair{"double", 1.7e308}, {"float", 3.4e38}}) {
+    expect_same(random_calibration(8, everything), type, all[0], "-O2",
+                std::string(type) == "double" ? double_rounding : float_rounding);
+    std::vector<ImuSample> raws;
+    for (const double size : {most, -most, 1e20, -1e9, 0.0})
+      for (const double celsius : {most, -most, 1e9, -273.15})
+        raws.push_back({{size, -size, size}, {-size, size, 0.0}, celsius + 273.15, {}});
+    const auto found = consumed(raws);
+    ASSERT_EQ(found.size(), raws.size()) << type << ": inf and nan are no numbers to a stream";
+    for (const ImuSample& sample : found) EXPECT_TRUE(is_finite(sample.force) && is_finite(sample.rate)) << type;
+  }
 }
 
 /// Integers in, integers out: the formats stand in the file as macros.

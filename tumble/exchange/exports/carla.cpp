@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::carla {
 namespace {
 
 using namespace writing;
@@ -45,4 +45,4 @@ extern const Export carla{.name = "carla",
                           .options = options,
                           .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::carla

@@ -4,7 +4,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/math/square.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::fast_lio {
 namespace {
 
 using namespace writing;
@@ -42,4 +42,4 @@ extern const Export fast_lio{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::fast_lio

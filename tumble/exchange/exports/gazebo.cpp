@@ -6,7 +6,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::gazebo {
 namespace {
 
 using namespace writing;
@@ -82,4 +82,4 @@ extern const Export gazebo{.name = "gazebo",
                            .options = options,
                            .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::gazebo

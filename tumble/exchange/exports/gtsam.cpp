@@ -6,7 +6,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::gtsam {
 namespace {
 
 using namespace writing;
@@ -69,4 +69,4 @@ extern const Export gtsam{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::gtsam

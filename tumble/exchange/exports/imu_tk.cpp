@@ -6,7 +6,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::imu_tk {
 namespace {
 
 using namespace writing;
@@ -66,4 +66,4 @@ extern const Export imu_tk{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::imu_tk

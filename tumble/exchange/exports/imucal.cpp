@@ -6,7 +6,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::imucal {
 namespace {
 
 using namespace writing;
@@ -75,4 +75,4 @@ extern const Export imucal{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::imucal

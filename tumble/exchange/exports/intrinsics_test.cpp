@@ -10,7 +10,7 @@
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::intrinsics_test {
 namespace {
 
 using testing::Consumed;
@@ -396,4 +396,4 @@ TEST(Export, FactorsGiveTheMatrixBack) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::intrinsics_test

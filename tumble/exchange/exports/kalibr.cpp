@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::kalibr {
 namespace {
 
 using namespace writing;
@@ -75,4 +75,4 @@ extern const Export kalibr{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::kalibr

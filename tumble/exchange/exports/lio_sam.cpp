@@ -3,7 +3,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::lio_sam {
 namespace {
 
 using namespace writing;
@@ -40,4 +40,4 @@ extern const Export lio_sam{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::lio_sam

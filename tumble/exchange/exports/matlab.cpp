@@ -6,7 +6,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::matlab {
 namespace {
 
 using namespace writing;
@@ -25,8 +25,8 @@ std::string parameters(const TriadCalibration& t, const char* variable, const ch
   return fmt::format(
       "{} = {}('NoiseType', 'double-sided', ...\n    'ConstantBias', {}, ...\n    'NoiseDensity', {}, "
       "...\n    'RandomWalk', {}, ...\n    'BiasInstability', {});\n",
-      variable, function, matlab(t.bias), matlab(of_each_axis(t, &AxisNoise::white)),
-      matlab(of_each_axis(t, &AxisNoise::walk)), matlab(of_each_axis(t, &AxisNoise::instability)));
+      variable, function, writing::matlab(t.bias), writing::matlab(of_each_axis(t, &AxisNoise::white)),
+      writing::matlab(of_each_axis(t, &AxisNoise::walk)), writing::matlab(of_each_axis(t, &AxisNoise::instability)));
 }
 
 /// An imuSensor gives SI.
@@ -56,8 +56,8 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
   text += fmt::format(
       "calibration.K_a = {};\ncalibration.b_a = {};\ncalibration.K_g = {};\ncalibration.b_g = {};\n"
       "calibration.G = {};\n",
-      matlab(c.accelerometers.response), matlab(c.accelerometers.bias), matlab(c.gyros.response), matlab(c.gyros.bias),
-      matlab(c.gyros.by_force));
+      writing::matlab(c.accelerometers.response), writing::matlab(c.accelerometers.bias),
+      writing::matlab(c.gyros.response), writing::matlab(c.gyros.bias), writing::matlab(c.gyros.by_force));
   text +=
       "% acc and gyr: one row for each sample\n"
       "calibration.force = @(acc) (acc - calibration.b_a)/calibration.K_a';\n"
@@ -94,4 +94,4 @@ extern const Export matlab{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::matlab

@@ -7,7 +7,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::navego {
 namespace {
 
 using namespace writing;
@@ -83,4 +83,4 @@ extern const Export navego{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::navego

@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::openvins {
 namespace {
 
 using namespace writing;
@@ -87,4 +87,4 @@ extern const Export openvins{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::openvins

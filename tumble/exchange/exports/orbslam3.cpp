@@ -3,7 +3,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::orbslam3 {
 namespace {
 
 using namespace writing;
@@ -38,4 +38,4 @@ extern const Export orbslam3{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::orbslam3

@@ -6,7 +6,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::psins {
 namespace {
 
 using namespace writing;
@@ -78,4 +78,4 @@ extern const Export psins{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::psins

@@ -7,7 +7,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::px4 {
 namespace {
 
 using namespace writing;
@@ -109,4 +109,4 @@ extern const Export px4{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::px4

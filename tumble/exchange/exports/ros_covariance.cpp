@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::ros_covariance {
 namespace {
 
 using namespace writing;
@@ -44,4 +44,4 @@ extern const Export ros_covariance{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::ros_covariance

@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/writing/text.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::ros_imu_calib {
 namespace {
 
 using namespace writing;
@@ -46,4 +46,4 @@ extern const Export ros_imu_calib{.name = "ros_imu_calib",
                                   .options = options,
                                   .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::ros_imu_calib

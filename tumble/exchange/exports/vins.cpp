@@ -5,7 +5,7 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
 
-namespace tumble::exports {
+namespace tumble::exports::vins {
 namespace {
 
 using namespace writing;
@@ -48,4 +48,4 @@ extern const Export vins{
     .options = options,
     .write = write};
 
-}  // namespace tumble::exports
+}  // namespace tumble::exports::vins

@@ -84,7 +84,9 @@ Consumed imu_tk(const std::string& file, const ImuSample& raw, bool gyros) {
   const Matrix3 t{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
   const Matrix3 k{{n[9], n[10], n[11]}, {n[12], n[13], n[14]}, {n[15], n[16], n[17]}};
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(t(i, i), 1.0);
-  if (!gyros) EXPECT_TRUE(t(1, 0) == 0.0 && t(2, 0) == 0.0 && t(2, 1) == 0.0);
+  if (!gyros) {
+    EXPECT_TRUE(t(1, 0) == 0.0 && t(2, 0) == 0.0 && t(2, 1) == 0.0);
+  }
   const Matrix3 back = transposed(matrix_after(file, "# rotation "));
   const Vector3 u = back * (t * (k * ((gyros ? raw.rate : raw.force) - Vector3{n[18], n[19], n[20]})));
   Consumed out{raw, !gyros, gyros};

@@ -1,5 +1,4 @@
 // The functions of SHA-256 themselves: EVP_DigestInit would need all of libcrypto, a fifth of the wheel (decision 068).
-#define OPENSSL_SUPPRESS_DEPRECATED
 #include "tumble/formats/sha256.hpp"
 
 #include <openssl/sha.h>
@@ -10,6 +9,9 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
 
 namespace tumble {
 
@@ -65,3 +67,5 @@ std::function<std::string()> sha256_in_background(const std::string& path) {
 }
 
 }  // namespace tumble
+
+#pragma GCC diagnostic pop

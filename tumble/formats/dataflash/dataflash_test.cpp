@@ -10,7 +10,7 @@
 #include "tumble/formats/testing/log_files.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble {
+namespace tumble::dataflash_test {
 namespace {
 
 std::string reference(const char* name) { return std::string(TUMBLE_SOURCE_DIR "/tests/reference/dataflash/") + name; }
@@ -222,4 +222,4 @@ TEST(DataFlash, AMultiplierThatChangesMakesMessagesUnreadable) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::dataflash_test

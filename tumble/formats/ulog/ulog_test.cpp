@@ -66,8 +66,9 @@ TEST(ULog, ATopicIsPickedByName) {
   ASSERT_NE(current, nullptr);
   EXPECT_EQ(current->values.at(2), 16.0);
   EXPECT_NE(said(nested.findings, "unit_unknown").find("esc_status:0.count"), std::string::npos);
-  EXPECT_NE(refusal_of(reference("flight.ulg"), {.topics = {"sensor_giro"}}).find("did you mean 'sensor_gyro:0'"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal_of(reference("flight.ulg"), ReadOptions{.topics = {"sensor_giro"}}).find("did you mean 'sensor_gyro:0'"),
+      std::string::npos);
 }
 
 TEST(ULog, CorrectedSamplesAreReadOnlyWithAWarning) {

@@ -8,7 +8,7 @@
 #include "tumble/formats/testing/log_files.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble {
+namespace tumble::wav_test {
 namespace {
 
 std::string reference(const std::string& name) { return TUMBLE_SOURCE_DIR "/tests/reference/wav/" + name; }
@@ -117,4 +117,4 @@ TEST(Wav, CompressedSamplesAreRefused) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::wav_test

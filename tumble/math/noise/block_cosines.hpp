@@ -75,7 +75,8 @@ class BlockCosines {
 class ScaleSums {
  public:
   ScaleSums() = default;
-  /// Those of a part, whose groups are those of the whole: number of its first block among `blocks` of the scale.
+  /// Sums of one part of a record. first: index of its first block; blocks: blocks of the whole record. Both define the
+  /// groups.
   ScaleSums(std::size_t first, std::size_t blocks);
 
   /// Given     values  whole blocks [u]. NaN: missing

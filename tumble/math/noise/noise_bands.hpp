@@ -14,8 +14,8 @@ namespace tumble {
 constexpr std::array<NoiseTerm, 4> power_law_terms{NoiseTerm::quantization, NoiseTerm::white, NoiseTerm::flicker,
                                                    NoiseTerm::random_walk};
 
-/// What missing samples add to the variance of means: the weights of a mean of those present, less those of the mean of
-/// all, on average over the record. Nothing is missing where there are no scales.
+/// Extra variance of block means caused by missing samples: a mean over the present samples has other weights than a
+/// mean over all. Averaged over the record, by scale. Nothing is missing where there are no scales.
 struct LostSamples {
   struct Scale {
     double unit = 1.0;             ///< [samples] of the values that are missing

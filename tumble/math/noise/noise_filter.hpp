@@ -8,7 +8,8 @@
 
 namespace tumble {
 
-/// What a sensor does to its white noise before it is sampled: the shape of a filter, at gain one for frequency zero.
+/// Shape of the filter through which a sensor passes its white noise before it is sampled, at gain one for frequency
+/// zero.
 enum class FilterShape {
   none,
   first_order,         ///< low pass of one pole, sampled at instants

@@ -84,7 +84,7 @@ void require_vectors(std::span<const ShownOfUnit> units) {
 }
 
 /// What one unit contributes at a spread T.
-struct Weighed {
+struct WeighedUnit {
   Matrix precision;          ///< A' S^-1 A
   std::vector<double> pull;  ///< A' S^-1 (y - A mean - B errors)
   Matrix passed;             ///< A' S^-1 [A | B]
@@ -92,7 +92,7 @@ struct Weighed {
 
 /// Mean and shared errors of all units at a spread T: unknowns are [mean; shared errors].
 struct MeanOfUnits {
-  std::vector<Weighed> weighed;
+  std::vector<WeighedUnit> weighed;
   std::vector<double> unknowns;
   Matrix covariance;
 

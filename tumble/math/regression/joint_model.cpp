@@ -21,7 +21,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// One output: its compressed rows over the sd of its white noise, and where they stand among those of all.
-struct Part {
+struct PartOfUnit {
   mixed_model::Compressed rows;
   VectorXd start, residuals;  ///< ordinary least squares
   double unit = 1.0;          ///< sd that the rows were divided by
@@ -59,11 +59,11 @@ double unit_of(const mixed_model::Compressed& rows, const MixedData& data, const
   return variance > 0.0 ? std::sqrt(variance) : 1.0;
 }
 
-std::vector<Part> parts_of(std::span<const MixedData> outputs, std::span<const MixedFit> alone) {
-  std::vector<Part> parts;
+std::vector<PartOfUnit> parts_of(std::span<const MixedData> outputs, std::span<const MixedFit> alone) {
+  std::vector<PartOfUnit> parts;
   Index row = 0, parameter = 0;
   for (std::size_t c = 0; c < outputs.size(); ++c) {
-    Part part;
+    PartOfUnit part;
     part.rows = mixed_model::compress(outputs[c], std::sqrt(alone[c].white_variance));
     std::tie(part.start, part.residuals) = mixed_model::ordinary(part.rows);
     part.unit = unit_of(part.rows, outputs[c], alone[c]);
@@ -80,7 +80,7 @@ std::vector<Part> parts_of(std::span<const MixedData> outputs, std::span<const M
   return parts;
 }
 
-void add_draws(const MixedData& data, const Part& part, std::size_t output, Index rows, Draws& draws) {
+void add_draws(const MixedData& data, const PartOfUnit& part, std::size_t output, Index rows, Draws& draws) {
   for (std::size_t k = 0; k < data.effects.size(); ++k) {
     const auto& effect = data.effects[k];
     const auto name = [&](std::size_t segment) {
@@ -103,7 +103,7 @@ void add_draws(const MixedData& data, const Part& part, std::size_t output, Inde
 
 /// V over the rows of all outputs: their noise is their own, the draws are common.
 MatrixXd covariance_of(std::span<const MixedData> outputs, std::span<const MixedFit> alone,
-                       const std::vector<Part>& parts, const MatrixXd& draws) {
+                       const std::vector<PartOfUnit>& parts, const MatrixXd& draws) {
   MatrixXd v = draws * draws.transpose();
   v.diagonal().array() += 1.0;
   for (std::size_t c = 0; c < parts.size(); ++c) {
@@ -125,8 +125,8 @@ void add_source(const std::string& source, const MatrixXd& covariance, MixedFit&
 }
 
 /// Noise and slow noise of every output, in the order in which the likelihood found their variances.
-void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alone, const std::vector<Part>& parts,
-               const MatrixXd& gain, MixedFit& fit) {
+void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alone,
+               const std::vector<PartOfUnit>& parts, const MatrixXd& gain, MixedFit& fit) {
   const auto add = [&](const std::string& source, const MatrixXd& of_unit, double variance) {
     add_source(source, variance * of_unit, fit);
     fit.component_sensitivity.push_back(plain(of_unit));

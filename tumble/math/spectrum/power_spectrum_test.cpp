@@ -9,7 +9,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::power_spectrum_test {
 namespace {
 
 constexpr double rate = 10.0;
@@ -190,4 +190,4 @@ TEST(PowerSpectrum, RefusesWhatItCannotUse) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::power_spectrum_test

@@ -7,7 +7,7 @@
 
 #include "tumble/math/noise_model.hpp"
 
-namespace tumble {
+namespace tumble::sines_test {
 namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
@@ -156,4 +156,4 @@ TEST(Sines, ReturnsWhatItTookOfTheNoise) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::sines_test

@@ -11,14 +11,16 @@ namespace tumble {
 /// Squared transfer function from a rate signal sampled at 1/T to a stability variance at averaging factor m, with
 /// x = pi f T:
 ///
-///   Allan      2 sin^4(m x)/(m sin x)^2                                         (continuous: 2 sin^4(pi f tau)/(pi f
-///   tau)^2) modified   2 sin^6(m x)/(m sin x)^4 Hadamard   8 sin^6(m x)/(3 (m sin x)^2)
+///   Allan      2 sin^4(m x)/(m sin x)^2        (continuous: 2 sin^4(pi f tau)/(pi f tau)^2)
+///   modified   2 sin^6(m x)/(m sin x)^4
+///   Hadamard   8 sin^6(m x)/(3 (m sin x)^2)
 ///
 /// Exact for samples, whatever lies between them: the spectrum is that of the samples, aliases included.
 ///
-/// Given     measure  Allan, modified Allan or Hadamard, overlapping or not; frequency  f T [cycles a sample], 0 ...
-/// 1/2 Throws    Error::unsupported for a measure that is no mean of squared differences of averages See       NIST SP
-/// 1065 (2008), 7.5; W. F. Egan in IEEE Std 1139 for the modified one
+/// Given     measure    Allan, modified Allan or Hadamard, overlapping or not
+///           frequency  f T [cycles a sample], 0 ... 1/2
+/// Throws    Error::unsupported for a measure that is no mean of squared differences of averages
+/// See       NIST SP 1065 (2008), 7.5; W. F. Egan in IEEE Std 1139 for the modified one
 double stability_transfer(Stability measure, double frequency, std::size_t factor);
 
 /// Stability variance [u^2] of a signal with the one-sided density S(f) [u^2/Hz]: integral of S times the transfer

@@ -11,7 +11,7 @@
 #include "tumble/math/stability/allan_edf.hpp"
 #include "tumble/math/stability/allan_family.hpp"
 
-namespace tumble {
+namespace tumble::allan_coverage_test {
 namespace {
 
 constexpr int seeds = 500;
@@ -132,4 +132,4 @@ TEST(AllanCoverage, EdfOfTotalDeviationsAgreesWithRepetition) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_coverage_test

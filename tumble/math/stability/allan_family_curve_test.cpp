@@ -8,7 +8,7 @@
 
 #include "tumble/math/noise_model.hpp"
 
-namespace tumble {
+namespace tumble::allan_family_curve_test {
 namespace {
 
 constexpr Stability measures[] = {Stability::allan,
@@ -112,4 +112,4 @@ TEST(StabilityCurve, GapsLeaveOutWhatTheyCut) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_family_curve_test

@@ -51,12 +51,16 @@ TEST(DifferenceKernels, OfEveryProcessorGiveTheSameBits) {
       const auto expected = lag_sums_of(last, from, count), found = lag_sums_of(kernels, from, count);
       for (std::size_t g = 0; g < lags.size(); ++g)
         for (std::size_t lane = 0; lane < 8; ++lane) {
-          if (kernels.fused == last.fused) EXPECT_EQ(found[g].values[lane], expected[g].values[lane]) << count;
+          if (kernels.fused == last.fused) {
+            EXPECT_EQ(found[g].values[lane], expected[g].values[lane]) << count;
+          }
           expect_near(found[g].values[lane], expected[g].values[lane]);
         }
       for (const std::size_t m : lags) {
         const double one = kernels.second_differences(from, m, count), two = last.second_differences(from, m, count);
-        if (kernels.fused == last.fused) EXPECT_EQ(one, two) << m;
+        if (kernels.fused == last.fused) {
+          EXPECT_EQ(one, two) << m;
+        }
         expect_near(one, two);
       }
     }

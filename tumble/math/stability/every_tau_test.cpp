@@ -14,6 +14,7 @@
 #include "tumble/math/stability/lagged_products.hpp"
 #include "tumble/units/error.hpp"
 
+namespace every_tau_test {
 namespace {
 
 using tumble::every_overlapping_allan;
@@ -230,3 +231,5 @@ TEST(LaggedProducts, OfThirdDifferencesAreTheSumsTheyAreDefinedAs) {
     }
   }
 }
+
+}  // namespace every_tau_test

@@ -77,16 +77,6 @@ Estimate predict(const Plan& plan) {
   return answer_of({free, {}, {}}, expected(free));
 }
 
-/// The radius belongs to the arm, not to the instrument.
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  const Settings settings = settings_of(estimate, options());
-  auto terms = problem_of(settings).columns;
-  std::erase_if(terms, [](const Term& term) {
-    return term.name == "scale_factor_error" || term.name == "effective_radius" || term.name == "centre_offset";
-  });
-  return accelerometer::compensated(estimate, recording, plan, settings, std::move(terms));
-}
-
 }  // namespace
 
 extern const Method accelerometer_centrifuge{
@@ -100,7 +90,7 @@ extern const Method accelerometer_centrifuge{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .takes_prior = true,
     .second_trial = second_trial};

@@ -175,18 +175,32 @@ std::vector<Option> options() {
 
 bool scale_factor_is_known(const Settings& settings) { return settings.has("scale_factor_sd"); }
 
+namespace {
+
+/// The radius belongs to the arm, not to the instrument.
+std::vector<std::string> terms_of_the_instrument() {
+  return {"bias",
+          "second_order_coefficient",
+          "third_order_coefficient",
+          "odd_quadratic_coefficient",
+          "cross_coupling_ip",
+          "cross_coupling_io",
+          "misalignment_o",
+          "misalignment_p",
+          "second_order_pp",
+          "second_order_oo"};
+}
+
+}  // namespace
+
 linear::Problem problem_of(const Settings& settings, double centre) {
   linear::Problem problem;
   linear::set_options(settings, problem);
   problem.role = "accelerometer";
   problem.input = [centre](const Felt& felt) { return felt_at(felt, centre).specific_force.x; };
   problem.even_averages = true;  // the arm turns many times in a sample
-  std::vector<std::string> names{"bias"};
-  if (!scale_factor_is_known(settings)) names.emplace_back("scale_factor_error");
-  for (const char* name :
-       {"second_order_coefficient", "third_order_coefficient", "odd_quadratic_coefficient", "cross_coupling_ip",
-        "cross_coupling_io", "misalignment_o", "misalignment_p", "second_order_pp", "second_order_oo"})
-    names.emplace_back(name);
+  std::vector<std::string> names = terms_of_the_instrument();
+  if (!scale_factor_is_known(settings)) names.insert(names.begin() + 1, "scale_factor_error");
   problem.columns = accelerometer::terms_of(names);
   for (auto& term : geometry(settings.flag("centre_offset"))) problem.columns.push_back(std::move(term));
   if (centre != 0.0)
@@ -244,6 +258,7 @@ Estimate answer_of(const Evidence& evidence, Normalised fit, double centre) {
   add_stretch(estimate);
   estimate.tables.insert(estimate.tables.begin(), levels(fit.solution, centre));
   add_departures(fit.solution, centre, estimate);
+  accelerometer::set_model(evidence, fit.solution, terms_of_the_instrument(), estimate);
   return estimate;
 }
 

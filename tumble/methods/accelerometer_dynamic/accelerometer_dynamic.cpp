@@ -49,7 +49,7 @@ Settings constants_with_tilt(double tilt) {
 linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   linear::Problem problem;
   problem.role = "accelerometer";
-  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  problem.input = Input::specific_force_x;
   if (channel) problem.scale = accelerometer::scale_of(settings, *channel);
   linear::set_options(settings, problem);
   linear::set_loop(settings, "pendulous_accelerometer", problem);
@@ -121,11 +121,6 @@ Trial second_trial(std::uint64_t seed) {
   return trial;
 }
 
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  const Settings settings = settings_of(estimate, options());
-  return accelerometer::compensated(estimate, recording, plan, settings, problem_of(settings, nullptr).columns);
-}
-
 }  // namespace
 
 extern const Method accelerometer_dynamic = linear_method<accelerometer::roles, problem_of, finished>({
@@ -134,7 +129,6 @@ extern const Method accelerometer_dynamic = linear_method<accelerometer::roles, 
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-46",
     .options = options,
     .trial = trial,
-    .compensate = compensate,
     .takes_prior = true,
     .second_trial = second_trial,
 });

@@ -1,4 +1,3 @@
-#include "tumble/methods/accelerometer_four_position/compensate.hpp"
 #include "tumble/methods/accelerometer_four_position/report.hpp"
 #include "tumble/methods/accelerometer_four_position/trial.hpp"
 #include "tumble/methods/method.hpp"
@@ -54,7 +53,10 @@ Estimate reduced(const Bench& bench, const Settings& settings, const Expected* e
 }
 
 Estimate identify(const Evidence& evidence, const Progress&) {
-  return reduced(bench_of(evidence, "accelerometer"), evidence.plan.settings, nullptr);
+  const Bench bench = bench_of(evidence, "accelerometer");
+  Estimate estimate = reduced(bench, evidence.plan.settings, nullptr);
+  estimate.models = {model_of(bench, evidence, estimate)};
+  return estimate;
 }
 
 /// Sets the output that the model of [truth] gives in each position.
@@ -95,7 +97,7 @@ extern const Method accelerometer_four_position{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .takes_prior = true,
     .second_trial = second_trial};

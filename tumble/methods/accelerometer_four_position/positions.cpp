@@ -23,7 +23,7 @@ constexpr double one_row = 1e9;     ///< [s] longer than any segment: one row fo
 linear::Problem problem_of(const Settings& settings, const std::string& role) {
   linear::Problem problem;
   problem.role = role;
-  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  problem.input = Input::specific_force_x;
   problem.settling = settings.number("settling");
   problem.averaging = one_row;
   return problem;

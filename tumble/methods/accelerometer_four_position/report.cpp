@@ -231,16 +231,6 @@ void add_residuals(const Bench& bench, const Reduced& reduced, Quantity quantity
   estimate.curves.push_back(std::move(dots));
 }
 
-/// Range for `compensate`.
-Table calibrated_range(const Bench& bench) {
-  Table table{"calibrated_range", "temperatures of the test", {}, {}};
-  const Unit celsius = Unit::parse("degC");
-  table.columns = {{"lowest", celsius}, {"highest", celsius}};
-  table.rows = {{bench.group_temperature.front(), bench.group_temperature.back()}};
-  table.for_programs = true;
-  return table;
-}
-
 }  // namespace
 
 std::size_t order_of(const Settings& settings, const Bench& bench) {
@@ -268,7 +258,6 @@ Estimate described(const Bench& bench, const Reduced& reduced, const Settings& s
     for (const Quantity quantity : reduced.active)
       add_residuals(bench, reduced, quantity, face_of(quantity, two, bench.cells.front().o_level), estimate);
   }
-  estimate.tables.push_back(calibrated_range(bench));
   estimate.findings = bench.findings;
   add_findings(bench, reduced, settings, measured, estimate.findings);
   return estimate;

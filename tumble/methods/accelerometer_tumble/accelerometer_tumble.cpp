@@ -19,10 +19,6 @@ Estimate predict(const Plan& plan) {
   return answer_of({plan, {}, {}}, accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings)));
 }
 
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  return accelerometer::compensated(estimate, recording, plan, settings_of(estimate, options()), all_terms());
-}
-
 }  // namespace
 
 extern const Method accelerometer_tumble{
@@ -36,7 +32,7 @@ extern const Method accelerometer_tumble{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .takes_prior = true,
     .second_trial = second_trial};

@@ -13,10 +13,11 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::accelerometer_tumble_test {
 namespace {
 
 using namespace testing;
+using testing::Position;
 
 const Method& method() { return find_method("accelerometer_tumble"); }
 
@@ -610,4 +611,4 @@ TEST(AccelerometerTumble, PositionsTooFewAreRefused) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::accelerometer_tumble_test

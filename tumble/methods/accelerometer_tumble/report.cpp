@@ -155,16 +155,10 @@ std::vector<Option> options() {
   return options;
 }
 
-std::vector<Term> all_terms() {
-  auto names = all_names();
-  std::erase(names, "scale_factor_error");
-  return accelerometer::terms_of(names);
-}
-
 linear::Problem problem_of(const Settings& settings) {
   linear::Problem problem;
   linear::set_options(settings, problem);
-  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  problem.input = Input::specific_force_x;
   const auto& word = settings.word("terms");
   problem.columns = accelerometer::terms_of(word == "simple" ? simple_terms()
                                             : word == "all"  ? all_names()
@@ -203,6 +197,9 @@ Estimate answer_of(const Evidence& evidence, Normalised fit) {
   add_zero_of_head(evidence.plan, estimate);
   if (evidence.plan.site) estimate.tables.push_back(accelerometer::in_local_g(estimate, gravity(*evidence.plan.site)));
   add_residuals(fit.solution, estimate);
+  auto names = all_names();
+  std::erase(names, "scale_factor_error");
+  accelerometer::set_model(evidence, fit.solution, names, estimate);
   return estimate;
 }
 

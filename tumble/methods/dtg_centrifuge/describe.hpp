@@ -30,4 +30,8 @@ struct Outcome {
 void describe(const Outcome& outcome, const std::vector<Measured>& measured, const Reduction& reduction, Ledger& ledger,
               Estimate& estimate);
 
+/// The error models of the outputs whose D_x and D_y the result has: the drift over specific force, without D_xy, which
+/// a rate of the table gives too.
+std::vector<OutputModel> models_of(const Estimate& estimate, const std::vector<Level>& levels);
+
 }  // namespace tumble::dtg_centrifuge

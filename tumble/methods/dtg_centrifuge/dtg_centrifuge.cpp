@@ -4,7 +4,6 @@
 #include <tuple>
 
 #include "tumble/math/parallel.hpp"
-#include "tumble/methods/dtg_centrifuge/compensate.hpp"
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
 #include "tumble/methods/dtg_centrifuge/fourier.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
@@ -307,6 +306,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     describe(outcome, measured, reduction, ledger, estimate);
   }
   ledger.settle(estimate);
+  estimate.models = models_of(estimate, reduction.levels);
   report(progress, 1.0, "done");
   return estimate;
 }
@@ -328,7 +328,7 @@ extern const Method dtg_centrifuge{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate,
+    .compensates = true,
     .second_trial = second_trial_of};
 
 }  // namespace tumble::dtg_centrifuge

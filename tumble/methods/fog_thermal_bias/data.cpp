@@ -10,61 +10,13 @@
 #include "tumble/core/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/regression/smoothing.hpp"
 #include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/reduce/thermal/thermal.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
-
-/// The samples of a channel between two times, with their stamps.
-struct Slice {
-  std::vector<double> time, value;
-};
-
-Slice slice(const Channel& channel, double begin, double end) {
-  Slice out;
-  const SampleRange range = samples_between(channel, begin, end);
-  for (std::size_t k = range.begin; k < range.end; ++k) {
-    out.time.push_back(channel.time(k));
-    out.value.push_back(channel.values[k]);
-  }
-  return out;
-}
-
-}  // namespace
-
-void refuse_backward(const Channel& channel) {
-  if (channel.timeline.uniform()) return;
-  const auto& stamps = *channel.timeline.stamps;
-  const auto back = std::ranges::adjacent_find(stamps, [](double a, double b) { return b <= a; });
-  if (back != stamps.end())
-    throw Error(Error::Kind::bad_data,
-                say("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
-                    "before the test is reduced",
-                    channel.name, *back, *std::next(back)));
-}
-
-namespace {
-
-/// Linear interpolation of a smoothed sensor onto other stamps.
-double between(const std::vector<double>& time, const std::vector<double>& value, double at) {
-  const auto upper = std::ranges::lower_bound(time, at);
-  if (upper == time.begin()) return value.front();
-  if (upper == time.end()) return value.back();
-  const auto k = static_cast<std::size_t>(upper - time.begin());
-  const double weight = (at - time[k - 1]) / (time[k] - time[k - 1]);
-  return value[k - 1] + weight * (value[k] - value[k - 1]);
-}
-
-std::vector<double> onto(const std::vector<double>& from, const std::vector<double>& value,
-                         const std::vector<double>& to) {
-  if (from == to) return value;
-  std::vector<double> out(to.size());
-  for (std::size_t k = 0; k < to.size(); ++k) out[k] = between(from, value, to[k]);
-  return out;
-}
 
 double mean_of(const Slice& s, double until, const std::string& what) {
   double sum = 0.0;
@@ -115,12 +67,6 @@ std::vector<double> add_output(RunData& run, const Slice& gyro, const Intervals&
     samples[i] += 1.0;
   }
   return samples;
-}
-
-/// Mean time between readings [s]; infinite: one reading.
-double reading_spacing(const std::vector<double>& times) {
-  return times.size() > 1 ? (times.back() - times.front()) / static_cast<double>(times.size() - 1)
-                          : std::numeric_limits<double>::infinity();
 }
 
 /// Which part of the gyro's samples about each thermal reading was measured: where the gyro has a gap, its mean is that
@@ -202,7 +148,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   if (gyro.time.size() < 2)
     throw Error(Error::Kind::bad_data, say("{}: fewer than two samples of {}", where, role.gyro->name));
   const double begin = std::isfinite(run.begin) ? run.begin : gyro.time.front();
-  const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, settings, lag);
+  const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, reading_of(settings, lag));
   RunData out;
   out.number = run.number;
   out.label = run.label;
@@ -224,75 +170,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   return out;
 }
 
-/// A local quadratic within a gap of the readings extrapolates: where the gap is longer than half a window, there is no
-/// temperature in it.
-void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
-  double before = readings.time.front();
-  std::size_t last = 0;
-  for (std::size_t k = 0; k < readings.time.size(); ++k) {
-    if (std::isnan(readings.value[k])) continue;
-    if (readings.time[k] - before > std::max(half, 3.0 * reading_spacing(readings.time)))
-      for (std::size_t i = last + 1; i < k; ++i) smooth.value[i] = smooth.slope[i] = smooth.curvature[i] = std::nan("");
-    before = readings.time[k];
-    last = k;
-  }
-}
-
 }  // namespace
-
-Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag) {
-  const double half = 0.5 * settings.number("smoothing");
-  const Slice top = slice(*sensors.top, begin, end);
-  if (top.time.empty()) throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.top->name));
-  Smoothed smooth = local_quadratic(top.time, top.value, half);
-  blank_gaps(top, half, smooth);
-  Smoothed other = smooth;
-  if (sensors.side != nullptr) {
-    const Slice side = slice(*sensors.side, begin, end);
-    if (side.time.empty())
-      throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.side->name));
-    Smoothed s = local_quadratic(side.time, side.value, half);
-    blank_gaps(side, half, s);
-    other = {onto(side.time, s.value, top.time), onto(side.time, s.slope, top.time),
-             onto(side.time, s.curvature, top.time)};
-  }
-  Thermal out{top.time, std::vector<Felt>(top.time.size()), 0.0};
-  const double from = std::isfinite(begin) ? begin : top.time.front();
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < out.time.size(); ++k) {
-    Felt& felt = out.felt[k];
-    felt.temperature_rate = 0.5 * (smooth.slope[k] + other.slope[k] + lag * (smooth.curvature[k] + other.curvature[k]));
-    felt.temperature = 0.5 * (smooth.value[k] + other.value[k] + lag * (smooth.slope[k] + other.slope[k]));
-    felt.temperature_gradient = smooth.value[k] - other.value[k] + lag * (smooth.slope[k] - other.slope[k]);
-    felt.since_power_on = out.time[k] - from;
-    if (felt.since_power_on < settings.number("start_window") - stamp_slack(out.time[k], 0.0) &&
-        !std::isnan(felt.temperature)) {
-      sum += felt.temperature;
-      ++count;
-    }
-  }
-  if (count == 0)
-    throw Error(Error::Kind::bad_data, say("channel {}: no temperature in the start window", sensors.top->name));
-  out.start_temperature = sum / static_cast<double>(count);
-  for (auto& felt : out.felt) felt.start_temperature = out.start_temperature;
-  return out;
-}
-
-Felt felt_at(const Thermal& thermal, double time) {
-  const auto upper = std::ranges::lower_bound(thermal.time, time);
-  if (upper == thermal.time.end()) return thermal.felt.back();
-  const auto k = static_cast<std::size_t>(upper - thermal.time.begin());
-  if (k == 0 || *upper == time) return thermal.felt[k];
-  const Felt &a = thermal.felt[k - 1], &b = thermal.felt[k];
-  const double w = (time - thermal.time[k - 1]) / (thermal.time[k] - thermal.time[k - 1]);
-  Felt felt = a;
-  felt.temperature += w * (b.temperature - a.temperature);
-  felt.temperature_gradient += w * (b.temperature_gradient - a.temperature_gradient);
-  felt.temperature_rate += w * (b.temperature_rate - a.temperature_rate);
-  felt.since_power_on += w * (b.since_power_on - a.since_power_on);
-  return felt;
-}
 
 std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval) {
   const auto runs = runs_of(evidence.recordings);
@@ -304,6 +182,10 @@ std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>&
     out[r] = data_of(evidence, runs[r], terms, lag, interval, spacing[runs[r].recording]);
   });
   return out;
+}
+
+ThermalReading reading_of(const Settings& settings, double lag) {
+  return {settings.number("smoothing"), lag, settings.number("start_window")};
 }
 
 Settings constants_of(const Settings& settings) {

@@ -6,26 +6,17 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/thermal/thermal.hpp"
 
 namespace tumble::fog_thermal_bias {
 
-/// Temperatures of one power-up as the gyro felt them: smoothed, freed of the sensors' lag.
-struct Thermal {
-  std::vector<double> time;  ///< [s]
-  std::vector<Felt> felt;
-  double start_temperature = 0.0;  ///< [K], mean over the start window
-};
-
-/// The temperature channels of a recording. `side` is null where there is one sensor.
-struct Sensors {
-  const Channel* top = nullptr;
-  const Channel* side = nullptr;
-};
-
-/// Smooths the readings between `begin` and `end` [s] and fills T, gradient, rate and start temperature.
-///   T = mean of the sensors + lag dT/dt,  gradient = top - side + lag d(top - side)/dt,  rate = dT/dt + lag d2T/dt2
-/// Throws Error::bad_data where the start window holds no temperature.
-Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag);
+using thermal::reading_spacing;
+using thermal::refuse_backward;
+using thermal::Sensors;
+using thermal::Slice;
+using thermal::slice;
+using thermal::Thermal;
+using thermal::thermal_of;
 
 /// One power-up, averaged over intervals: what is regressed.
 struct RunData {
@@ -55,11 +46,8 @@ void each_average(const std::vector<RunData>& runs, Visit visit) {
 /// sensors. Throws Error::bad_data for a run shorter than an interval or a clock that runs backwards.
 std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval);
 
-/// Error::bad_data where the stamps of a channel do not increase.
-void refuse_backward(const Channel& channel);
-
-/// One value per sample time [s], linear between the thermal samples and constant beyond them.
-Felt felt_at(const Thermal& thermal, double time);
+/// How the temperatures are read, by these settings and the `lag` [s] of the sensors.
+ThermalReading reading_of(const Settings& settings, double lag);
 
 /// The constants of the gyro's table of terms that go with these settings.
 Settings constants_of(const Settings& settings);

@@ -6,7 +6,6 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
-#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::fog_thermal_bias {
@@ -284,12 +283,6 @@ Table misfit_table(const Misfit& misfit) {
   table.rows.push_back(
       {std::string("all, since the start of a run that the others predict"), misfit.predicted, std::nan("")});
   return table;
-}
-
-double misfit_in(const Estimate& estimate) {
-  const Table* table = find_table(estimate, "misfit");
-  if (table == nullptr || table->columns.size() != 3 || table->rows.empty()) return 0.0;
-  return compensation::number_in(*table, table->rows.back().at(1));
 }
 
 }  // namespace tumble::fog_thermal_bias

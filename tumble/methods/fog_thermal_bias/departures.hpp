@@ -60,9 +60,7 @@ double predicted_misfit(const Factors& factors, const std::vector<std::size_t>& 
                         const std::vector<RunData>& runs, const std::vector<std::size_t>& columns,
                         const std::vector<std::size_t>& chosen, const std::vector<std::size_t>& departures);
 
-/// Table `misfit`: one row a departure, one for all, and last the predicted one, which `compensate` reads.
+/// Table `misfit`: one row a departure, one for all, and last the predicted one.
 Table misfit_table(const Misfit& misfit);
-/// Sd [rad/s] of the last row of the table of a result; 0 where it has none.
-double misfit_in(const Estimate& estimate);
 
 }  // namespace tumble::fog_thermal_bias

@@ -11,6 +11,7 @@
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/sim/simulate.hpp"
 
 // Tests that real tests and independent simulators broke: what the trial has not.
@@ -305,7 +306,7 @@ TEST(FogThermalBias, ACoilThatConductsHeatIsWithinItsCompensationSd) {
     estimate.provenance.settings = evidence.plan.settings.texts();
     for (std::uint64_t run = 100; run < 104; ++run) {
       const Session later = session(coil, -20.0 + 25.0 * static_cast<double>(run % 4), random.split(run));
-      const Compensation done = fog().compensate(estimate, later.recording, nullptr);
+      const Compensation done = compensate(estimate, later.recording, nullptr);
       const auto& sd = find_channel(done.recording, "gyro.compensation_sd")->values;
       const auto& outside = find_channel(done.recording, "gyro.extrapolated")->values;
       std::vector<double> error = later.drift;

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "tumble/math/linear_algebra.hpp"
-#include "tumble/methods/fog_thermal_bias/compensate.hpp"
 #include "tumble/methods/fog_thermal_bias/describe.hpp"
 #include "tumble/methods/fog_thermal_bias/findings.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
@@ -11,6 +10,7 @@
 #include "tumble/methods/fog_thermal_bias/surface.hpp"
 #include "tumble/methods/fog_thermal_bias/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -92,6 +92,21 @@ void refuse_impossible(const Evidence& evidence) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "fog_thermal_bias needs at least one recording");
 }
 
+/// L_c = L - sum a_i(T_0) phi_i, docs/equations (5.4): the level at power-on stays, and each power-up has its own T_0.
+OutputModel model_of(const std::vector<Term>& terms, const Answer& answer, const Settings& settings,
+                     const Estimate& estimate) {
+  std::vector<Term> drift = terms;
+  std::erase_if(drift, [](const Term& term) { return term.name.starts_with("bias_"); });
+  std::vector<Felt> felt;
+  each_average(answer.runs, [&](const RunData& run, std::size_t k) { felt.push_back(run.felt[k]); });
+  OutputModel model = output_model(estimate, "gyro", Input::rate_x, "deg/h", ranges_over(std::move(drift), felt));
+  model.misfit = answer.misfit.predicted;
+  model.thermal = reading_of(settings, settings.number("sensor_lag"));
+  model.covered = covered(answer.runs);
+  model.reference_temperature = settings.number("start_temperature_reference");
+  return model;
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   refuse_impossible(evidence);
   const Settings& settings = evidence.plan.settings;
@@ -102,7 +117,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate = describe(evidence, terms, answer);
   estimate.tables = {models_table(answer.candidates, answer.chosen, estimate),
                      runs_table(answer.runs, answer.columns, answer.fit), noise_table(answer.noise),
-                     misfit_table(answer.misfit), calibrated_range(answer.runs)};
+                     misfit_table(answer.misfit)};
+  estimate.models = {model_of(terms, answer, settings, estimate)};
   const std::size_t coefficients = answer.columns.size();
   for (auto& table : thermal_surface(terms, answer, block(estimate.covariance, 0, coefficients, 0, coefficients),
                                      settings.number("start_temperature_reference")))
@@ -133,7 +149,7 @@ extern const Method fog_thermal_bias{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .second_trial = second_trial};
 

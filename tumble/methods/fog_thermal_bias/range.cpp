@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-
-#include "tumble/reduce/compensation/outputs.hpp"
+#include <tuple>
 
 namespace tumble::fog_thermal_bias {
 namespace {
@@ -20,6 +19,14 @@ struct Span {
   /// 1 over half the width; a width of nothing leaves the direction out.
   double weight() const { return high > low ? 2.0 / (high - low) : 0.0; }
 };
+
+using Weights = std::vector<std::pair<Input, double>>;
+
+double value_of(const Weights& weights, const Felt& felt) {
+  double sum = 0.0;
+  for (const auto& [input, weight] : weights) sum += weight * Regressor(input)(felt);
+  return sum;
+}
 
 /// Directions with whole components up to 2, one of each opposite pair, no multiples: 49.
 std::vector<std::array<int, 3>> directions() {
@@ -35,7 +42,7 @@ std::vector<std::array<int, 3>> directions() {
 
 }  // namespace
 
-Table calibrated_range(const std::vector<RunData>& runs) {
+std::vector<Covered> covered(const std::vector<RunData>& runs) {
   Span temperature, gradient, rate, start;
   each_average(runs, [&](const RunData& run, std::size_t k) {
     const Felt& felt = run.felt[k];
@@ -44,48 +51,41 @@ Table calibrated_range(const std::vector<RunData>& runs) {
     rate.add(felt.temperature_rate);
     start.add(felt.start_temperature);
   });
-  Table table{"calibrated_range",
-              "weighted sums of temperature, gradient, rate and start temperature that the fitted runs covered",
-              {{"temperature_weight", Unit::parse("1/K")},
-               {"gradient_weight", Unit::parse("1/K")},
-               {"rate_weight", Unit::parse("s/K")},
-               {"start_weight", Unit::parse("1/K")},
-               {"lower", Unit{}},
-               {"upper", Unit{}}},
-              {},
-              true};
-  const auto add_row = [&](double t, double g, double r, double s) {
+  std::vector<Covered> all;
+  const auto add = [&](const Weights& weights) {
     Span sum;
-    each_average(runs, [&](const RunData& run, std::size_t k) {
-      const Felt& felt = run.felt[k];
-      sum.add(t * felt.temperature + g * felt.temperature_gradient + r * felt.temperature_rate +
-              s * felt.start_temperature);
-    });
-    table.rows.push_back({t, g, r, s, sum.low, sum.high});
+    each_average(runs, [&](const RunData& run, std::size_t k) { sum.add(value_of(weights, run.felt[k])); });
+    all.push_back({weights, sum.low, sum.high});
   };
   for (const auto& d : directions()) {
-    const double t = d[0] * temperature.weight(), g = d[1] * gradient.weight(), r = d[2] * rate.weight();
-    if ((d[0] != 0 && t == 0.0) || (d[1] != 0 && g == 0.0) || (d[2] != 0 && r == 0.0)) continue;
-    add_row(t, g, r, 0.0);
+    Weights weights;
+    bool shown = true;
+    for (const auto& [part, span, input] :
+         {std::tuple{d[0], temperature, Input::temperature}, std::tuple{d[1], gradient, Input::temperature_gradient},
+          std::tuple{d[2], rate, Input::temperature_rate}}) {
+      if (part == 0) continue;
+      weights.emplace_back(input, part * span.weight());
+      shown = shown && span.weight() != 0.0;
+    }
+    if (shown) add(weights);
   }
-  add_row(0.0, 0.0, 0.0, start.weight() > 0.0 ? start.weight() : 1.0);
-  return table;
+  add({{Input::start_temperature, start.weight() > 0.0 ? start.weight() : 1.0}});
+  return all;
 }
 
-InRange::InRange(const Table& table) {
-  for (const auto& row : table.rows) {
-    const auto cell = [&](std::size_t c) { return compensation::number_in(table, row.at(c)); };
+InRange::InRange(std::vector<Covered> covered) : slabs_(std::move(covered)) {
+  for (Covered& slab : slabs_) {
     // Two per cent of the width: unrest of the air moves the extremes of equal runs by about that much.
-    const double slack = 0.02 * (cell(5) - cell(4)) + 1e-12 * std::abs(cell(5));
-    slabs_.push_back({cell(0), cell(1), cell(2), cell(3), cell(4) - slack, cell(5) + slack});
+    const double slack = 0.02 * (slab.greatest - slab.least) + 1e-12 * std::abs(slab.greatest);
+    slab.least -= slack;
+    slab.greatest += slack;
   }
 }
 
 bool InRange::operator()(const Felt& felt) const {
-  return std::ranges::all_of(slabs_, [&](const Slab& slab) {
-    const double sum = slab.temperature * felt.temperature + slab.gradient * felt.temperature_gradient +
-                       slab.rate * felt.temperature_rate + slab.start * felt.start_temperature;
-    return sum >= slab.lower && sum <= slab.upper;
+  return std::ranges::all_of(slabs_, [&](const Covered& slab) {
+    const double sum = value_of(slab.weights, felt);
+    return sum >= slab.least && sum <= slab.greatest;
   });
 }
 

@@ -93,7 +93,7 @@ Table map_table(const Surface& surface, const Answer& answer, const Matrix& cova
       {in("temperature", "degC"), in("temperature_rate", "K/min"), in("drift", "deg/h"), in("drift_sd", "deg/h")},
       {},
       true};
-  const InRange in_range(calibrated_range(answer.runs));
+  const InRange in_range(covered(answer.runs));
   for (std::size_t row = 0; row < rate.count; ++row)
     for (std::size_t column = 0; column < temperature.count; ++column) {
       const double t = temperature.middle(column), r = rate.middle(row);

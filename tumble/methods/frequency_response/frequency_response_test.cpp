@@ -20,7 +20,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/sentence.hpp"
 
-namespace tumble {
+namespace tumble::frequency_response_test {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -489,4 +489,4 @@ TEST(FrequencyResponse, WithoutAReferenceASegmentThatTookLongerDoesNotTurnPhases
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::frequency_response_test

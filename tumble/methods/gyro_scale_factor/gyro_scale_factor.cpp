@@ -10,8 +10,8 @@
 #include "tumble/methods/gyro_scale_factor/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 // Output E of a gyro whose input axis feels w (the table, and what the Earth gives along it), W the greatest rate:
@@ -65,17 +65,14 @@ std::vector<OddPower> odd_powers(const Plan& plan, int order) {
 
 std::vector<Term> terms_of(const std::vector<OddPower>& powers) {
   std::vector<Term> terms{
-      {"bias", "B", "1", "output at rest, as a rate", [](const Felt&) { return 1.0; }},
-      {"scale_factor", "K", "1", "slope of the least-squares line", [](const Felt& felt) { return felt.rate.x; }},
+      {"bias", "B", "1", "output at rest, as a rate", 1.0},
+      {"scale_factor", "K", "1", "slope of the least-squares line", Input::rate_x},
       {"scale_factor_asymmetry", "A", "1", "scale factor of positive less that of negative rates, over their mean",
-       [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }}};
+       0.5 * magnitude(Input::rate_x)}};
   for (const auto& [n, range, own] : powers)
     terms.push_back({n == 3 ? "third_order_coefficient" : "fifth_order_coefficient", fmt::format("k_{}", n), "1",
                      fmt::format("power {} of rate over full range, less its own slope", n),
-                     [range, own, n](const Felt& felt) {
-                       const double u = felt.rate.x / range;
-                       return range * (power_of(u, n) - own * u);
-                     }});
+                     std::pow(range, 1 - n) * power(Input::rate_x, n) - own * Regressor(Input::rate_x)});
   return terms;
 }
 
@@ -284,44 +281,23 @@ Curve residuals_curve(const Line& line) {
   return curve;
 }
 
-Table powers_table(const std::vector<OddPower>& powers) {
-  Table table{"odd_powers",
-              "powers of the rate in the model: full range, and the slope that is part of the scale factor",
-              {{"power", Unit()}, {"range", Unit::parse("deg/s")}, {"slope", Unit()}},
-              {},
-              true};
-  for (const auto& [n, range, slope] : powers) table.rows.push_back({static_cast<double>(n), range, slope});
-  return table;
-}
-
-/// The line of which `residuals` are the departures.
-Table line_table(const Line& line, const Unit& scale_unit) {
-  Table table{"line",
-              "least-squares line of the segment means, from which the residuals depart; full range",
-              {{"slope", scale_unit}, {"bias", Unit::parse("deg/h")}, {"range", Unit::parse("deg/s")}},
-              {},
-              true};
-  table.rows.push_back({line.slope, line.offset / line.slope, line.range});
-  return table;
-}
-
 /// y = K (w + B + A |w|/2 + ...)
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  ErrorModel model;
-  model.role = "gyro";
-  model.unit = "deg/s";
-  model.scale_factor = "scale_factor";
-  model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
-  std::vector<OddPower> powers;
-  if (const Table* table = find_table(estimate, "odd_powers"))
-    for (const auto& row : table->rows)
-      powers.push_back(
-          {static_cast<int>(std::get<double>(row[0])), std::get<double>(row[1]), std::get<double>(row[2])});
-  model.terms = terms_of(powers);
-  std::erase_if(model.terms, [&](const Term& term) { return term.name == model.scale_factor; });
-  std::ranges::find(model.terms, "bias", &Term::name)->unit = "deg/h";  // after K, where the fit has it before
-  if (const Channel* channel = channel_of(estimate, recording, model.role)) model.scale = per_second_of(*channel);
-  return tumble::compensate(model, estimate, recording, plan);
+OutputModel model_of(const Estimate& estimate, const linear::Solution& solution, const Line& line) {
+  OutputModel model =
+      output_model(estimate, "gyro", Input::rate_x, "deg/s", {solution.columns, solution.least, solution.greatest});
+  set_scale(estimate, "scale_factor", model);
+  for (std::size_t j = 0; j < solution.columns.size(); ++j)
+    if (solution.columns[j].name == "scale_factor")
+      model.covered = {{{{Input::rate_x, 1.0}}, solution.least[j], solution.greatest[j]}};
+  if (line.departures.size() < 3) return model;
+  MeasuredDepartures& measured = model.measured.emplace();
+  measured.slope = line.slope;
+  measured.offset = line.offset;
+  for (const Departure& departure : line.departures) {
+    measured.input.push_back(departure.rate);
+    measured.departure.push_back(line.slope * line.range * departure.value);
+  }
+  return model;
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -338,10 +314,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   judge_segments(solution, line, estimate);
   for (auto& finding : about_drift(solution, line)) estimate.findings.push_back(std::move(finding));
   add_shape(solution, line, estimate);
-  estimate.tables = {residuals_table(line), line_table(line, unit),
-                     powers_table(odd_powers(evidence.plan, evidence.plan.settings.integer("order"))),
-                     regressors_table(solution.columns, solution.least, solution.greatest)};
+  estimate.tables = {residuals_table(line)};
   estimate.curves = {residuals_curve(line)};
+  estimate.models = {model_of(estimate, solution, line)};
   estimate.method = "gyro_scale_factor";
   estimate.title = evidence.plan.title;
   report(progress, 1.0, "done");
@@ -379,7 +354,7 @@ extern const Method gyro_scale_factor{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .takes_prior = true,
     .second_trial = second_trial_of};

@@ -11,7 +11,7 @@
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble {
+namespace tumble::gyro_scale_factor_test {
 namespace {
 
 const Method& method() { return find_method("gyro_scale_factor"); }
@@ -307,4 +307,4 @@ TEST(GyroScaleFactor, LostSamplesDoNotChangeIt) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::gyro_scale_factor_test

@@ -2,7 +2,6 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/reduce/compensate.hpp"
 
 namespace tumble::imu_channel_calibration {
 
@@ -26,11 +25,7 @@ void add_comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Estima
 /// Table `terms`: whole, split and difference side by side.
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate);
 
-/// Table `regressors` of the calibrations of the whole unit, for `compensate`.
-Table covered(const std::vector<Pair>& pairs);
-
-/// (3.4) of the whole unit applied to the channels of a recording.
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan,
-                        const std::vector<Option>& options);
+/// (3.4) of the calibrations of the whole unit, for channels as those of its recordings.
+std::vector<OutputModel> models_of(const std::vector<Pair>& pairs, const Evidence& whole, const Estimate& estimate);
 
 }  // namespace tumble::imu_channel_calibration

@@ -86,13 +86,10 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add(all.findings, estimate);
   add_parameters(pairs, estimate);
   add_comparison(pairs, all, estimate);
-  estimate.tables.insert(estimate.tables.end(), {side_by_side(pairs, estimate), covered(pairs)});
+  estimate.tables.insert(estimate.tables.end(), {side_by_side(pairs, estimate)});
+  estimate.models = models_of(pairs, all.whole, estimate);
   add_agreement(pairs, evidence.plan.settings, estimate);
   return estimate;
-}
-
-Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  return compensate(estimate, recording, plan, options());
 }
 
 }  // namespace
@@ -108,7 +105,7 @@ extern const Method imu_channel_calibration{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensated,
+    .compensates = true,
     .several_instruments = true,
     .takes_prior = true,
     .second_trial = second_trial};

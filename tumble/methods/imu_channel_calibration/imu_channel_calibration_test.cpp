@@ -10,7 +10,7 @@
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::imu_channel_calibration_test {
 namespace {
 
 const Method& method() { return find_method("imu_channel_calibration"); }
@@ -161,4 +161,4 @@ TEST(ImuChannels, WithoutGyrosTheAccelerometersStand) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::imu_channel_calibration_test

@@ -61,7 +61,7 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
 }
 
 /// Input of the model of the channel's own plan.
-std::function<double(const Felt&)> input_of(const Plan& plan, const std::string& channel) {
+Regressor input_of(const Plan& plan, const std::string& channel) {
   if (!plan.instrument_model.empty()) {
     const Model& model = find_model(plan.instrument_model);
     const Settings constants = plan.truth.texts().empty() ? defaults(model.constants()) : plan.truth;

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "tumble/math/linear_algebra.hpp"
-#include "tumble/methods/imu_ferraris/compensate.hpp"
 #include "tumble/methods/imu_ferraris/report.hpp"
 #include "tumble/methods/imu_ferraris/trial.hpp"
 #include "tumble/methods/method.hpp"
@@ -161,6 +160,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_uncertainty(causes(plan, means, calibration, data, estimate.findings), means, estimate);
   estimate.fit.observations = data.gyros ? 45 : 18;  // means of sections, three outputs each
   estimate.tables = {matrices(calibration, data), pose_table(means, calibration, data), covered(calibration, data)};
+  estimate.models = models_of(estimate, calibration, data);
   return estimate;
 }
 
@@ -177,7 +177,7 @@ extern const Method imu_ferraris{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .second_trial = second_trial};
 
 }  // namespace tumble::imu_ferraris

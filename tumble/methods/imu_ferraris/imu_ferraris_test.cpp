@@ -9,9 +9,9 @@
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/units/sentence.hpp"
+#include "tumble/reduce/compensate.hpp"
 
-namespace tumble {
+namespace tumble::imu_ferraris_test {
 namespace {
 
 using imu_ferraris::labels;
@@ -298,8 +298,8 @@ TEST(ImuFerraris, CompensatesByTheParametersAndMarksWhatTheSessionDidNotCover) {
     if (parameter.name == "accelerometer_z_bias") parameter.value += 0.5;
   Recording fast = evidence.recordings[0];
   for (double& v : fast.channels[5].values) v = 2.0 * v;
-  const auto before = method().compensate(identified(evidence), fast, nullptr).recording;
-  const auto after = method().compensate(estimate, fast, nullptr).recording;
+  const auto before = compensate(identified(evidence), fast, nullptr).recording;
+  const auto after = compensate(estimate, fast, nullptr).recording;
   EXPECT_NEAR(find_channel(after, "accelerometer_z")->values[7],
               find_channel(before, "accelerometer_z")->values[7] - 0.5, 0.01);
   const auto& marked = *find_channel(after, "gyro_z.extrapolated");
@@ -310,4 +310,4 @@ TEST(ImuFerraris, CompensatesByTheParametersAndMarksWhatTheSessionDidNotCover) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::imu_ferraris_test

@@ -114,12 +114,8 @@ Table pose_table(const Means& means, const Calibration& calibration, const Recor
   return table;
 }
 
-Table covered(const Calibration& c, const Recorded& recorded) {
-  Table table{"covered",
-              "the greatest rates and specific forces of the session: beyond them a compensation is extrapolated",
-              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
-              {}};
-  Vector3 force, rate;
+Extremes greatest(const Calibration& c, const Recorded& recorded) {
+  Extremes out;
   const Matrix3 of_force = inverse(response(c.k_a, c.r_a));
   const Matrix3 of_rate = c.gyros ? inverse(response(c.k_g, c.r_g)) : Matrix3{};
   const auto widen = [](Vector3& by, Vector3 with) {
@@ -128,9 +124,18 @@ Table covered(const Calibration& c, const Recorded& recorded) {
   for (std::size_t s = 0; s < (c.gyros ? sections : poses); ++s)
     for (const auto* extremes : {&recorded.section[s].least, &recorded.section[s].greatest}) {
       const auto& v = *extremes;
-      widen(force, of_force * (Vector3{v[0], v[1], v[2]} - c.b_a));
-      if (c.gyros) widen(rate, of_rate * (Vector3{v[3], v[4], v[5]} - c.b_g));
+      widen(out.force, of_force * (Vector3{v[0], v[1], v[2]} - c.b_a));
+      if (c.gyros) widen(out.rate, of_rate * (Vector3{v[3], v[4], v[5]} - c.b_g));
     }
+  return out;
+}
+
+Table covered(const Calibration& c, const Recorded& recorded) {
+  Table table{"covered",
+              "the greatest rates and specific forces of the session: beyond them a compensation is extrapolated",
+              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
+              {}};
+  const auto [rate, force] = greatest(c, recorded);
   for (std::size_t i = 0; i < 3; ++i) table.rows.push_back({std::string(1, letters[i]), rate[i], force[i]});
   return table;
 }

@@ -331,7 +331,7 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   if (!fit.moves.empty()) estimate.tables.push_back(moves_table(fit));
   estimate.tables.push_back(std::move(guidance.poses));
   if (!guidance.turns.rows.empty()) estimate.tables.push_back(std::move(guidance.turns));
-  estimate.tables.push_back(covered(sessions, rests, fit, estimate));
+  estimate.models = models_of(sessions, rests, fit, estimate);
   add_curves(rests, fit, surroundings.gravity, estimate);
   add_rejections(rests, fit, estimate.findings);
   std::ranges::move(turning_rests(sessions, rests, fit), std::back_inserter(estimate.findings));

@@ -163,7 +163,7 @@ extern const Method imu_multi_position{
     .options = options,
     .identify = identify,
     .trial = first_trial,
-    .compensate = compensate,
+    .compensates = true,
     .second_trial = other_trial};
 
 }  // namespace tumble::imu_multi_position

@@ -7,6 +7,7 @@
 #include "tumble/core/budget.hpp"
 #include "tumble/math/matrix3.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/reduce/imu/error_models.hpp"
 #include "tumble/reduce/linear/words.hpp"
 
 namespace tumble::imu_turntable {
@@ -223,6 +224,24 @@ Matrix3 sensitivity_of(const Estimate& estimate, Kind kind) {
   return s;
 }
 
+std::vector<OutputModel> models_of(const Task& task, const JointSolution& solution, const Estimate& estimate) {
+  const auto range = [&](const Term& term, Kind) {
+    for (const auto& alone : solution.outputs)
+      for (std::size_t j = 0; j < alone.columns.size(); ++j)
+        if (alone.columns[j].name == term.name) return std::pair{alone.least[j], alone.greatest[j]};
+    return std::pair{0.0, 0.0};
+  };
+  auto models = imu::models_of(estimate, range);
+  for (OutputModel& model : models) {
+    const auto output = std::ranges::find(solution.outputs, model.role,
+                                          [](const linear::Solution& alone) { return alone.output.role; });
+    model.recorded = output->output.recorded;
+    model.nominal = output->output.nominal;
+    model.covered = imu::covered(task.look.fastest, task.look.strongest);
+  }
+  return models;
+}
+
 Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
   estimate.method = "imu_turntable";
@@ -240,6 +259,7 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
   estimate.tables.push_back(positions(task, solution));
   if (auto errors = linear::rig_errors(solution); !errors.rows.empty()) estimate.tables.push_back(std::move(errors));
   estimate.tables.push_back(covered(task.look));
+  estimate.models = models_of(task, solution, estimate);
   return estimate;
 }
 

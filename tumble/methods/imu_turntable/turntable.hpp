@@ -59,8 +59,6 @@ double value_of(const Estimate& estimate, const std::string& name);
 /// 1 + S [1]: the response of a triad by its scale factor errors and misalignments.
 Matrix3 sensitivity_of(const Estimate& estimate, Kind kind);
 
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
-
 /// An IMU on a three-axis table: six faces in two headings, turning both ways with faces and edges up.
 Plan trial_plan();
 Trial trial(std::uint64_t seed);

@@ -16,7 +16,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::random_vibration_test {
 namespace {
 
 using namespace random_vibration;
@@ -301,4 +301,4 @@ TEST(RandomVibration, ValuesOfNoAccelerometerAreRefused) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::random_vibration_test

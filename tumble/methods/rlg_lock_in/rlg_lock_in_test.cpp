@@ -18,7 +18,7 @@
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::methods {
+namespace tumble::methods::rlg_lock_in_test {
 namespace {
 
 using namespace rlg_lock_in;
@@ -228,4 +228,4 @@ TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace tumble::methods
+}  // namespace tumble::methods::rlg_lock_in_test

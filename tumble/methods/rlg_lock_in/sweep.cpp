@@ -12,7 +12,7 @@ namespace {
 linear::Problem problem_of(const Settings& settings) {
   linear::Problem problem;
   problem.role = "gyro";
-  problem.input = [](const Felt& felt) { return felt.rate.x; };
+  problem.input = Input::rate_x;
   problem.settling = settings.number("settling");
   problem.averaging = 1e9;  // a segment is one count, except where a tilted axis turns
   return problem;

@@ -10,13 +10,7 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
-double one(const Felt&) { return 1.0; }
-double w_x(const Felt& felt) { return felt.rate.x; }
-double w_y(const Felt& felt) { return felt.rate.y; }
-double w_z(const Felt& felt) { return felt.rate.z; }
-double f_x(const Felt& felt) { return felt.specific_force.x; }
-double f_y(const Felt& felt) { return felt.specific_force.y; }
-double f_z(const Felt& felt) { return felt.specific_force.z; }
+using Input::w_x, Input::w_y, Input::w_z, Input::f_x, Input::f_y, Input::f_z;
 
 constexpr const char *gyro_prefix = "gyro_", *accelerometer_prefix = "accelerometer_";
 constexpr const char* pulses_per_angle = "pulse/arcsec";
@@ -27,25 +21,29 @@ constexpr const char* per_velocity = "pulse/(m/s)";
 const std::array<Wanted, outputs * per_output>& wanted() {
   static const std::array<Wanted, outputs * per_output> all{{
       {gyro, "gyro.scale_factor", "K", pulses_per_angle, pulses_per_angle, "pulses for an angle about x", w_x},
-      {gyro, "gyro.bias", "eps", "deg/h", "pulse/s", "of the gyro, as a rate", one},
+      {gyro, "gyro.bias", "eps", "deg/h", "pulse/s", "of the gyro, as a rate", {}},
       {gyro, "gyro.misalignment_y", "gamma_y", "arcsec", pulses_per_angle, "of the gyro's axis towards y", w_y},
       {gyro, "gyro.misalignment_z", "gamma_z", "arcsec", pulses_per_angle, "of the gyro's axis towards z", w_z},
       {accelerometer_x, "accelerometer_x.scale_factor", "K_x", per_velocity, per_velocity,
        "pulses for a velocity along x", f_x},
-      {accelerometer_x, "accelerometer_x.bias", "b_x", "ug", "pulse/s", "of the x accelerometer", one},
+      {accelerometer_x, "accelerometer_x.bias", "b_x", "ug", "pulse/s", "of the x accelerometer", {}},
       {accelerometer_x, "accelerometer_x.misalignment_y", "a_xy", "arcsec", per_velocity,
        "of the x accelerometer's axis towards y", f_y},
       {accelerometer_x, "accelerometer_x.misalignment_z", "a_xz", "arcsec", per_velocity,
        "of the x accelerometer's axis towards z", f_z},
       {accelerometer_y, "accelerometer_y.scale_factor", "K_y", per_velocity, per_velocity,
        "pulses for a velocity along y", f_y},
-      {accelerometer_y, "accelerometer_y.bias", "b_y", "ug", "pulse/s", "of the y accelerometer", one},
+      {accelerometer_y, "accelerometer_y.bias", "b_y", "ug", "pulse/s", "of the y accelerometer", {}},
       {accelerometer_y, "accelerometer_y.misalignment_x", "a_yx", "arcsec", per_velocity,
        "of the y accelerometer's axis towards x", f_x},
       {accelerometer_y, "accelerometer_y.misalignment_z", "a_yz", "arcsec", per_velocity,
        "of the y accelerometer's axis towards z", f_z},
   }};
   return all;
+}
+
+Regressor regressor_of(const Wanted& parameter) {
+  return parameter.input ? Regressor(*parameter.input) : Regressor(1.0);
 }
 
 const char* role_of(Which output) {
@@ -104,8 +102,8 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
     problem.advice = {output == gyro ? "distinguish_gyro_by_path" : "distinguish_accelerometer_by_path"};
     for (const auto& parameter : wanted())
       if (parameter.output == output)
-        problem.columns.push_back(
-            {parameter.name, parameter.symbol, parameter.coefficient_unit, parameter.description, parameter.regressor});
+        problem.columns.push_back({parameter.name, parameter.symbol, parameter.coefficient_unit, parameter.description,
+                                   regressor_of(parameter)});
   }
   return problems;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,10 @@ namespace tumble::rlg_north_finder {
 
 enum Which : std::size_t { gyro, accelerometer_x, accelerometer_y, outputs };
 
+/// What the coefficient of a parameter multiplies.
+struct Wanted;
+Regressor regressor_of(const Wanted& parameter);
+
 /// One parameter as the result has it, and the coefficient it comes from: the scale factor itself, the others times it.
 struct Wanted {
   Which output;
@@ -27,7 +32,7 @@ struct Wanted {
   const char* unit;
   const char* coefficient_unit;
   const char* description;
-  double (*regressor)(const Felt& felt);
+  std::optional<Input> input;  ///< that the coefficient multiplies; absent: 1
 };
 
 constexpr std::size_t per_output = 4;  ///< scale factor, bias, two misalignments

@@ -36,7 +36,7 @@ double indicated(const Participant& instrument, const Output& output, Vector3 ra
 
 Vector3 axis(int i) { return {i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0}; }
 
-linear::Truth truth_of(const Participant& instrument, std::size_t number, Which which) {
+linear::Truth truths_of_unit(const Participant& instrument, std::size_t number, Which which) {
   const Output output = instrument.model.outputs(instrument.truth)[number];
   const double pulses = pulses_per_unit(instrument, number);
   const double size = which == gyro ? 0.1 : standard_gravity;
@@ -83,7 +83,7 @@ std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
             instrument.model.record(instrument.truth, k, 1.0, RandomStream(0)).kind != QuantityKind::count)
           problems.push_back(say("'{}' does not count: let its truth say output = \"count\"", channel));
         else
-          truths[which] = truth_of(instrument, k, which);
+          truths[which] = truths_of_unit(instrument, k, which);
       }
     }
     if (!found)

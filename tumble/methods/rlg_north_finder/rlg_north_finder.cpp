@@ -3,13 +3,13 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
-#include "tumble/methods/rlg_north_finder/compensate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/predict.hpp"
 #include "tumble/methods/rlg_north_finder/report.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -91,6 +91,19 @@ Estimate estimate_of(const Evidence& evidence, const std::array<linear::Problem,
   }
 }
 
+/// Counts become the angular rate about x and the specific forces along x and y.
+std::vector<OutputModel> models_of(const Estimate& estimate, const linear::JointSolution& solution) {
+  std::vector<OutputModel> models;
+  for (const Which output : {gyro, accelerometer_x, accelerometer_y}) {
+    const linear::Solution& alone = solution.outputs[output];
+    const Wanted& scale = wanted()[output * per_output];
+    models.push_back(output_model(estimate, role_of(output), *scale.input, output == gyro ? "deg/h" : "g",
+                                  {alone.columns, alone.least, alone.greatest}));
+    set_scale(estimate, scale.name, models.back());
+  }
+  return models;
+}
+
 Estimate answer(const Prepared& prepared) {
   const Plan& plan = prepared.evidence.plan;
   const auto problems = problems_of(plan);
@@ -116,7 +129,7 @@ Estimate answer(const Prepared& prepared) {
   }
   estimate.tables.push_back(tilts_table(tilts, plan.rig));
   estimate.tables.push_back(linear::rig_errors(solution));
-  estimate.tables.push_back(covered(solution));
+  estimate.models = models_of(estimate, solution);
   if (!prepared.angles.stands.empty()) estimate.tables.push_back(table::angles_table(prepared.angles));
   return estimate;
 }
@@ -153,7 +166,7 @@ extern const Method rlg_north_finder{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .predict = predict,
     .takes_prior = true,
     .second_trial = second_trial};

@@ -114,10 +114,6 @@ Trial second_trial(std::uint64_t seed) {
   return trial;
 }
 
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  return sdof_gyro_support::compensated(estimate, recording, plan, options());
-}
-
 }  // namespace
 
 extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, problem_of, finished>({
@@ -126,7 +122,6 @@ extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, 
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 35-41",
     .options = options,
     .trial = trial,
-    .compensate = compensate,
     .takes_prior = true,
     .second_trial = second_trial,
 });

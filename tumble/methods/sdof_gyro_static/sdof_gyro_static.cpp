@@ -19,8 +19,7 @@ std::vector<Option> options() {
 }
 
 Term drift_rate() {
-  return {"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on",
-          [](const Felt& felt) { return felt.since_power_on; }};
+  return {"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on", Input::since_power_on};
 }
 
 /// y - w_I = row(f) . D, docs/equations (4.6); Earth rate along the input axis is the known input.
@@ -95,10 +94,6 @@ Trial second_trial(std::uint64_t seed) {
   return trial;
 }
 
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
-  return sdof_gyro_support::compensated(estimate, recording, plan, options(), {drift_rate()});
-}
-
 }  // namespace
 
 extern const Method sdof_gyro_static = linear_method<sdof_gyro_support::roles, problem_of, finished>({
@@ -107,7 +102,6 @@ extern const Method sdof_gyro_static = linear_method<sdof_gyro_support::roles, p
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 28-34",
     .options = options,
     .trial = trial,
-    .compensate = compensate,
     .takes_prior = true,
     .second_trial = second_trial,
 });

@@ -12,11 +12,11 @@
 #include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
-#include "tumble/methods/static_bias/compensate.hpp"
 #include "tumble/methods/static_bias/power_on.hpp"
 #include "tumble/methods/static_bias/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
@@ -363,8 +363,20 @@ void finish(const std::vector<RunBias>& runs, const Reference& reference, Builde
   for (const auto& run : runs)
     table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean, run.file});
   estimate.tables.push_back(std::move(table));
-  estimate.tables.push_back(covered());
   estimate.curves = averages_of(runs, builder.unit);
+}
+
+/// The bias of one attitude, or where the test changed it that of all; without its change from power-up to power-up
+/// where there was one.
+OutputModel model_of(const Estimate& estimate, QuantityKind kind, std::size_t runs, const Settings& settings) {
+  const bool rate = kind == QuantityKind::angular_rate;
+  const std::vector<Term> terms{{"bias", "b", "", "constant output", 1.0}};
+  OutputModel model = output_model(estimate, "signal", rate ? Input::rate_x : Input::specific_force_x,
+                                   rate ? "deg/h" : "ug", {terms, {1.0}, {1.0}});
+  model.spread = parameter_index(estimate, "turn_on_repeatability");
+  if (runs == 1) model.caveats.emplace_back("turn_on_change_not_included");
+  if (!settings.has("axis") || settings.word("axis") == "none") model.caveats.emplace_back("bias_of_one_attitude");
+  return model;
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -379,6 +391,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_bias(runs, noise, subtracted.along, builder);
   add_scatter(runs, noise, builder);
   finish(runs, subtracted, builder);
+  builder.estimate.models = {model_of(builder.estimate, kind, runs.size(), evidence.plan.settings)};
   builder.estimate.method = "static_bias";
   builder.estimate.title = evidence.plan.title;
   report(progress, 1.0, "bias");
@@ -396,7 +409,7 @@ extern const Method static_bias{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
+    .compensates = true,
     .takes_prior = true,
     .second_trial = second_trial};
 

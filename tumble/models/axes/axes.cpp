@@ -11,30 +11,28 @@ namespace tumble::axes {
 namespace {
 
 using namespace given;
+using Input::w_x, Input::a_x, Input::f_x;
 
 constexpr std::array<char, 3> letters{'x', 'y', 'z'};
 
-double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-using Field = Vector3 Felt::*;
-
-/// Bias, scale factor and misalignments of axis i of a triad that measures `field`.
-std::vector<Term> linear_terms(const std::string& channel, std::size_t i, Field field, const char* bias_unit) {
-  std::vector<Term> terms{{channel + "_bias", "b", bias_unit, "constant output", [](const Felt&) { return 1.0; }},
-                          {channel + "_scale_factor_error", "k", "ppm", "relative error of the scale factor",
-                           [=](const Felt& felt) { return component(felt.*field, i); }}};
+/// Bias, scale factor and misalignments of axis i of a triad that measures the field that begins with `field`.
+std::vector<Term> linear_terms(const std::string& channel, std::size_t i, Input field, const char* bias_unit) {
+  std::vector<Term> terms{
+      {channel + "_bias", "b", bias_unit, "constant output", 1.0},
+      {channel + "_scale_factor_error", "k", "ppm", "relative error of the scale factor", along(field, i)}};
   for (std::size_t j = 0; j < 3; ++j)
     if (j != i)
       terms.push_back({fmt::format("{}_misalignment_{}", channel, letters[j]), fmt::format("m_{}", letters[j]),
-                       "arcsec", fmt::format("the input axis leans toward {}", letters[j]),
-                       [=](const Felt& felt) { return component(felt.*field, j); }});
+                       "arcsec", fmt::format("the input axis leans toward {}", letters[j]), along(field, j)});
   return terms;
 }
 
 /// Component i of a x r + w x (w x r) for a unit vector r along j.
-double lever_effect(const Felt& felt, std::size_t i, std::size_t j) {
-  const Vector3 r{j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0};
-  return component(cross(felt.angular_acceleration, r) + cross(felt.rate, cross(felt.rate, r)), i);
+Regressor lever_effect(std::size_t i, std::size_t j) {
+  const std::size_t next = (i + 1) % 3, last = (i + 2) % 3;
+  if (i == j) return -power(along(w_x, next), 2) - power(along(w_x, last), 2);
+  const Regressor turning = along(w_x, i) * along(w_x, j);
+  return j == last ? along(a_x, next) + turning : turning - along(a_x, last);
 }
 
 std::string prefix_of(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "gyro_" : "accelerometer_"; }
@@ -45,14 +43,12 @@ std::vector<Output> gyros() {
   std::vector<Output> outputs;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string channel = fmt::format("gyro_{}", letters[i]);
-    auto terms = linear_terms(channel, i, &Felt::rate, "deg/h");
+    auto terms = linear_terms(channel, i, w_x, "deg/h");
     for (std::size_t j = 0; j < 3; ++j)
       terms.push_back({fmt::format("{}_acceleration_sensitivity_{}", channel, letters[j]),
                        fmt::format("g_{}", letters[j]), "deg/h/g",
-                       fmt::format("drift with the specific force along {}", letters[j]),
-                       [=](const Felt& felt) { return component(felt.specific_force, j); }});
-    outputs.push_back({channel, QuantityKind::angular_rate, "deg/s",
-                       [=](const Felt& felt) { return component(felt.rate, i); }, std::move(terms),
+                       fmt::format("drift with the specific force along {}", letters[j]), along(f_x, j)});
+    outputs.push_back({channel, QuantityKind::angular_rate, "deg/s", along(w_x, i), std::move(terms),
                        prefix_of(QuantityKind::angular_rate)});
   }
   return outputs;
@@ -62,18 +58,14 @@ std::vector<Output> accelerometers() {
   std::vector<Output> outputs;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string channel = fmt::format("accelerometer_{}", letters[i]);
-    auto terms = linear_terms(channel, i, &Felt::specific_force, "mg");
-    terms.push_back(
-        {channel + "_second_order_coefficient", "K_2", "ug/g^2", "square of the specific force", [=](const Felt& felt) {
-           const double f = component(felt.specific_force, i);
-           return f * f;
-         }});
+    auto terms = linear_terms(channel, i, f_x, "mg");
+    terms.push_back({channel + "_second_order_coefficient", "K_2", "ug/g^2", "square of the specific force",
+                     power(along(f_x, i), 2)});
     for (std::size_t j = 0; j < 3; ++j)
       terms.push_back({fmt::format("{}_lever_{}", channel, letters[j]), fmt::format("r_{}", letters[j]), "mm",
                        fmt::format("position of this accelerometer along {} from the reference point", letters[j]),
-                       [=](const Felt& felt) { return lever_effect(felt, i, j); }});
-    outputs.push_back({channel, QuantityKind::specific_force, "m/s^2",
-                       [=](const Felt& felt) { return component(felt.specific_force, i); }, std::move(terms),
+                       lever_effect(i, j)});
+    outputs.push_back({channel, QuantityKind::specific_force, "m/s^2", along(f_x, i), std::move(terms),
                        prefix_of(QuantityKind::specific_force)});
   }
   return outputs;

@@ -9,6 +9,7 @@ namespace tumble::dynamically_tuned_gyro {
 namespace {
 
 using namespace given;
+using Input::w_x, Input::w_y, Input::w_z, Input::f_x, Input::f_y, Input::f_z;
 
 std::vector<Option> constants() {
   std::vector<Option> options{quantity("time_constant", "s")
@@ -25,60 +26,45 @@ std::vector<Term> drift_terms(const std::string& axis, const std::string& prefix
     const char* letters;  ///< one for each factor
     const char* unit;
     const char* description;
-    double (*regressor)(Vector3 f);
+    Regressor regressor;
   };
-  const Row rows[] = {{"x", "deg/h/g", "per f_X (mass unbalance on the X axis, quadrature on the Y axis)",
-                       [](Vector3 f) { return f.x; }},
-                      {"y", "deg/h/g", "per f_Y (quadrature on the X axis, mass unbalance on the Y axis)",
-                       [](Vector3 f) { return f.y; }},
-                      {"z", "deg/h/g", "per f_Z", [](Vector3 f) { return f.z; }},
-                      {"xz", "deg/h/g^2", "per f_X f_Z (anisoelasticity)", [](Vector3 f) { return f.x * f.z; }},
-                      {"yz", "deg/h/g^2", "per f_Y f_Z (anisoelasticity)", [](Vector3 f) { return f.y * f.z; }},
-                      {"xx", "deg/h/g^2", "per f_X^2", [](Vector3 f) { return f.x * f.x; }},
-                      {"yy", "deg/h/g^2", "per f_Y^2", [](Vector3 f) { return f.y * f.y; }},
-                      {"xy", "deg/h/g^2", "per f_X f_Y", [](Vector3 f) { return f.x * f.y; }},
-                      {"xxx", "deg/h/g^3", "per f_X^3", [](Vector3 f) { return f.x * f.x * f.x; }},
-                      {"xyy", "deg/h/g^3", "per f_X f_Y^2", [](Vector3 f) { return f.x * f.y * f.y; }},
-                      {"yyy", "deg/h/g^3", "per f_Y^3", [](Vector3 f) { return f.y * f.y * f.y; }},
-                      {"yxx", "deg/h/g^3", "per f_Y f_X^2", [](Vector3 f) { return f.y * f.x * f.x; }}};
+  const Row rows[] = {{"x", "deg/h/g", "per f_X (mass unbalance on the X axis, quadrature on the Y axis)", f_x},
+                      {"y", "deg/h/g", "per f_Y (quadrature on the X axis, mass unbalance on the Y axis)", f_y},
+                      {"z", "deg/h/g", "per f_Z", f_z},
+                      {"xz", "deg/h/g^2", "per f_X f_Z (anisoelasticity)", f_x * f_z},
+                      {"yz", "deg/h/g^2", "per f_Y f_Z (anisoelasticity)", f_y * f_z},
+                      {"xx", "deg/h/g^2", "per f_X^2", power(f_x, 2)},
+                      {"yy", "deg/h/g^2", "per f_Y^2", power(f_y, 2)},
+                      {"xy", "deg/h/g^2", "per f_X f_Y", f_x * f_y},
+                      {"xxx", "deg/h/g^3", "per f_X^3", power(f_x, 3)},
+                      {"xyy", "deg/h/g^3", "per f_X f_Y^2", f_x * f_y * f_y},
+                      {"yyy", "deg/h/g^3", "per f_Y^3", power(f_y, 3)},
+                      {"yxx", "deg/h/g^3", "per f_Y f_X^2", f_y * f_x * f_x}};
   const std::string symbol = "D(" + axis + ")_", what = "drift of the " + axis + " output ";
-  std::vector<Term> terms{
-      {prefix + "D_F", symbol + "F", "deg/h", what + "independent of specific force", [](const Felt&) { return 1.0; }}};
+  std::vector<Term> terms{{prefix + "D_F", symbol + "F", "deg/h", what + "independent of specific force", 1.0}};
   for (const auto& row : rows)
-    terms.push_back({prefix + "D_" + row.letters, symbol + row.letters, row.unit, what + row.description,
-                     [regressor = row.regressor](const Felt& felt) { return regressor(felt.specific_force); }});
+    terms.push_back(
+        {prefix + "D_" + row.letters, symbol + row.letters, row.unit, what + row.description, row.regressor});
   return terms;
 }
 
 /// scale factor and misalignments of docs/equations (1.5); `other` is the second input axis
 void append_input_terms(std::vector<Term>& terms, const std::string& axis, const std::string& prefix, char other,
-                        double (*along)(Vector3), double (*across)(Vector3)) {
-  const auto rate = [](double (*component)(Vector3)) {
-    return [component](const Felt& felt) { return component(felt.rate); };
-  };
+                        Input along, Input across) {
   terms.push_back({prefix + "scale_factor_error", "dS(" + axis + ")", "ppm",
-                   "relative error of the nominal scale factor of the " + axis + " output", rate(along)});
+                   "relative error of the nominal scale factor of the " + axis + " output", along});
   const auto upper = static_cast<char>(other - 'a' + 'A');
   terms.push_back({prefix + "gamma_" + other, "gamma(" + axis + ")_" + upper, "arcsec",
-                   "angle of the " + axis + " input axis toward " + upper, rate(across)});
-  terms.push_back({prefix + "gamma_z", "gamma(" + axis + ")_Z", "arcsec",
-                   "angle of the " + axis + " input axis toward Z", [](const Felt& felt) { return felt.rate.z; }});
+                   "angle of the " + axis + " input axis toward " + upper, across});
+  terms.push_back(
+      {prefix + "gamma_z", "gamma(" + axis + ")_Z", "arcsec", "angle of the " + axis + " input axis toward Z", w_z});
 }
 
 std::vector<Output> outputs(const Settings&) {
-  const auto x = [](Vector3 v) { return v.x; };
-  const auto y = [](Vector3 v) { return v.y; };
-  Output first{
-      "gyro", QuantityKind::angular_rate, "deg/h", [](const Felt& felt) { return felt.rate.x; }, drift_terms("X", ""),
-      ""};
-  append_input_terms(first.terms, "X", "", 'y', x, y);
-  Output second{"gyro_y",
-                QuantityKind::angular_rate,
-                "deg/h",
-                [](const Felt& felt) { return felt.rate.y; },
-                drift_terms("Y", "y_"),
-                ""};
-  append_input_terms(second.terms, "Y", "y_", 'x', y, x);
+  Output first{"gyro", QuantityKind::angular_rate, "deg/h", w_x, drift_terms("X", ""), ""};
+  append_input_terms(first.terms, "X", "", 'y', w_x, w_y);
+  Output second{"gyro_y", QuantityKind::angular_rate, "deg/h", w_y, drift_terms("Y", "y_"), ""};
+  append_input_terms(second.terms, "Y", "y_", 'x', w_y, w_x);
   return {first, second};
 }
 

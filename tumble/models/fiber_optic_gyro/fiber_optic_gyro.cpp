@@ -13,6 +13,7 @@ namespace tumble::fiber_optic_gyro {
 namespace {
 
 using namespace given;
+using Input::w_x, Input::w_y, Input::w_z, Input::f_x, Input::f_y, Input::f_z;
 
 constexpr int highest_power = 4;  ///< of T, source test
 constexpr int highest_pair = 2;   ///< of gradient and rate
@@ -45,9 +46,8 @@ std::string in_words(const std::string& what, int i, int j) {
 }
 
 /// coefficient i of a power series in x, power j of the start temperature
-template <class Variable>
 void append_series(std::vector<Term>& terms, char letter, int highest, const std::string& unit_of_x,
-                   const std::string& what, double reference, Variable x) {
+                   const std::string& what, double reference, const Regressor& x) {
   for (int i = 1; i <= highest; ++i)
     for (int j = 0; j < start_powers; ++j) {
       std::string unit = "deg/h";
@@ -56,29 +56,18 @@ void append_series(std::vector<Term>& terms, char letter, int highest, const std
       if (kelvins == 1) unit += "/K";
       if (kelvins > 1) unit += fmt::format("/K^{}", kelvins);
       terms.push_back({fmt::format("{}{}_{}", letter, i, j), symbol_of(letter, i, j), unit, in_words(what, i, j),
-                       [=](const Felt& felt) {
-                         double value = 1.0;
-                         for (int k = 0; k < i; ++k) value *= x(felt);
-                         for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
-                         return value;
-                       }});
+                       power(x, i) * power(from(Input::start_temperature, reference), j)});
     }
 }
 
 /// scale factor, misalignments and sensitivity to specific force: x = the input axis, y and z across it
 void append_input_terms(std::vector<Term>& table) {
-  table.push_back({"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor",
-                   [](const Felt& felt) { return felt.rate.x; }});
-  table.push_back({"gamma_y", "gamma_y", "arcsec", "angle of the input axis toward y",
-                   [](const Felt& felt) { return felt.rate.y; }});
-  table.push_back({"gamma_z", "gamma_z", "arcsec", "angle of the input axis toward z",
-                   [](const Felt& felt) { return felt.rate.z; }});
-  table.push_back({"D_x", "D_x", "deg/h/g", "drift per specific force along the input axis",
-                   [](const Felt& felt) { return felt.specific_force.x; }});
-  table.push_back({"D_y", "D_y", "deg/h/g", "drift per specific force along y",
-                   [](const Felt& felt) { return felt.specific_force.y; }});
-  table.push_back({"D_z", "D_z", "deg/h/g", "drift per specific force along z",
-                   [](const Felt& felt) { return felt.specific_force.z; }});
+  table.push_back({"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor", w_x});
+  table.push_back({"gamma_y", "gamma_y", "arcsec", "angle of the input axis toward y", w_y});
+  table.push_back({"gamma_z", "gamma_z", "arcsec", "angle of the input axis toward z", w_z});
+  table.push_back({"D_x", "D_x", "deg/h/g", "drift per specific force along the input axis", f_x});
+  table.push_back({"D_y", "D_y", "deg/h/g", "drift per specific force along y", f_y});
+  table.push_back({"D_z", "D_z", "deg/h/g", "drift per specific force along z", f_z});
 }
 
 std::vector<Term> terms(const Settings& constants) {
@@ -93,19 +82,13 @@ std::vector<Term> terms(const Settings& constants) {
                      : j == 1 ? "deg/h/K"
                               : fmt::format("deg/h/K^{}", j),
                      "bias at power-on" + (j == 0 ? std::string() : ", " + power("start temperature", j)),
-                     [=](const Felt& felt) {
-                       double value = 1.0;
-                       for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
-                       return value;
-                     }});
+                     power(from(Input::start_temperature, reference), j)});
   append_series(table, 'A', highest_power, "K", raw ? "T" : "T - T_0", reference,
-                [=](const Felt& felt) { return felt.temperature - (raw ? zero_celsius : felt.start_temperature); });
-  append_series(table, 'B', highest_pair, "K", "temperature gradient", reference,
-                [](const Felt& felt) { return felt.temperature_gradient; });
-  append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference,
-                [](const Felt& felt) { return felt.temperature_rate; });
+                raw ? from(Input::temperature, zero_celsius) : from_start(Input::temperature));
+  append_series(table, 'B', highest_pair, "K", "temperature gradient", reference, Input::temperature_gradient);
+  append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference, Input::temperature_rate);
   table.push_back({"startup_transient", "E", "deg/h", "exp(-t/startup_time) since power-on",
-                   [=](const Felt& felt) { return std::exp(-felt.since_power_on / startup_time); }});
+                   decay(Input::since_power_on, startup_time)});
   append_input_terms(table);
   return table;
 }
@@ -114,7 +97,7 @@ std::vector<Output> outputs(const Settings& constants) {
   return {{.channel = "gyro",
            .kind = QuantityKind::angular_rate,
            .unit = "deg/h",
-           .input = [](const Felt& felt) { return felt.rate.x; },
+           .input = w_x,
            .terms = terms(constants)}};
 }
 

@@ -48,7 +48,9 @@ class CoilHeat {
   CoilHeat(const Coil& coil, double outer, double inner);
 
   /// Goes on by `step` [s] to face temperatures `outer`, `inner` [K]; with an insulated inner face `inner` is not
-  /// looked at. Returned  mean apparent rate over the step [rad/s]
+  /// looked at.
+  ///
+  /// Returned  mean apparent rate over the step [rad/s]
   double advance(double step, double outer, double inner);
 
   /// Mean temperature of each layer [K].

@@ -14,6 +14,7 @@ namespace tumble::pendulous_accelerometer {
 namespace {
 
 using namespace given;
+using Input::w_x, Input::w_y, Input::w_z, Input::a_x, Input::a_y, Input::a_z, Input::f_x, Input::f_y, Input::f_z;
 
 std::vector<Option> constants() {
   std::vector<Option> options{
@@ -35,11 +36,9 @@ std::vector<Option> constants() {
 
 /// K_0 and K_1 over temperature, per K and K^2 from T_ref.
 std::vector<Term> temperature_terms(double reference) {
-  const auto scaled = [reference](int power, bool by_force) {
-    return [=](const Felt& felt) {
-      const double from = felt.temperature - reference;
-      return (power == 1 ? from : from * from) * (by_force ? felt.specific_force.x : 1.0);
-    };
+  const auto scaled = [reference](int n, bool by_force) {
+    const Regressor warmed = power(from(Input::temperature, reference), n);
+    return by_force ? warmed * f_x : warmed;
   };
   return {
       {"bias_temperature_coefficient", "K_0T", "ug/K", "bias per kelvin from reference_temperature", scaled(1, false)},
@@ -52,30 +51,19 @@ std::vector<Term> temperature_terms(double reference) {
 /// docs/equations (4.19), then the terms that GJB 2504 does not have; a in the axes i, p, o
 std::vector<Term> static_terms() {
   const std::string second = "ug/g^2", third = "ug/g^3";
-  return {{"bias", "K_0", "mg", "bias", [](const Felt&) { return 1.0; }},
-          {"scale_factor_error", "dK_1", "ppm", "relative error of the nominal scale factor",
-           [](const Felt& felt) { return felt.specific_force.x; }},
-          {"second_order_coefficient", "K_2", second, "per a_i^2",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.x; }},
-          {"third_order_coefficient", "K_3", third, "per a_i^3",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.x * felt.specific_force.x; }},
-          {"cross_coupling_ip", "K_ip", second, "per a_i a_p",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.y; }},
-          {"cross_coupling_io", "K_io", second, "per a_i a_o",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.z; }},
-          {"misalignment_o", "delta_o", "arcsec", "turn of the input axis about o, per a_p",
-           [](const Felt& felt) { return felt.specific_force.y; }},
-          {"misalignment_p", "delta_p", "arcsec", "turn of the input axis about p, per -a_o",
-           [](const Felt& felt) { return -felt.specific_force.z; }},
+  return {{"bias", "K_0", "mg", "bias", 1.0},
+          {"scale_factor_error", "dK_1", "ppm", "relative error of the nominal scale factor", f_x},
+          {"second_order_coefficient", "K_2", second, "per a_i^2", power(f_x, 2)},
+          {"third_order_coefficient", "K_3", third, "per a_i^3", power(f_x, 3)},
+          {"cross_coupling_ip", "K_ip", second, "per a_i a_p", f_x * f_y},
+          {"cross_coupling_io", "K_io", second, "per a_i a_o", f_x * f_z},
+          {"misalignment_o", "delta_o", "arcsec", "turn of the input axis about o, per a_p", f_y},
+          {"misalignment_p", "delta_p", "arcsec", "turn of the input axis about p, per -a_o", -f_z},
           // beyond GJB 2504
-          {"cross_coupling_po", "K_po", second, "per a_p a_o",
-           [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.z; }},
-          {"second_order_pp", "K_pp", second, "per a_p^2 (not observable in a 1 g tumble)",
-           [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.y; }},
-          {"second_order_oo", "K_oo", second, "per a_o^2 (not observable in a 1 g tumble)",
-           [](const Felt& felt) { return felt.specific_force.z * felt.specific_force.z; }},
-          {"odd_quadratic_coefficient", "K_oq", second, "per a_i |a_i|",
-           [](const Felt& felt) { return felt.specific_force.x * std::abs(felt.specific_force.x); }}};
+          {"cross_coupling_po", "K_po", second, "per a_p a_o", f_y * f_z},
+          {"second_order_pp", "K_pp", second, "per a_p^2 (not observable in a 1 g tumble)", power(f_y, 2)},
+          {"second_order_oo", "K_oo", second, "per a_o^2 (not observable in a 1 g tumble)", power(f_z, 2)},
+          {"odd_quadratic_coefficient", "K_oq", second, "per a_i |a_i|", f_x * magnitude(f_x)}};
 }
 
 /// docs/equations (4.18). The pendulum tilts with f_I + a_c, so K_IP f_I f_P comes with tilt f_P a_c: each regressor of
@@ -85,39 +73,28 @@ std::vector<Term> motion_terms(double tilt) {
     const char* name;
     const char* description;
     bool acceleration;
-    double (*regressor)(Vector3 w, Vector3 w_dot);  ///< in the axes I, O, P as x, y, z
+    Regressor regressor;
   };
-  const Row rows[] = {
-      {"C_I", "per angular acceleration about I", true, [](Vector3, Vector3 w_dot) { return w_dot.x; }},
-      {"C_O", "per angular acceleration about O = -o", true, [](Vector3, Vector3 w_dot) { return w_dot.y; }},
-      {"C_P", "per angular acceleration about P", true, [](Vector3, Vector3 w_dot) { return w_dot.z; }},
-      {"C_IP", "per w_I w_P (unequal inertias)", false, [](Vector3 w, Vector3) { return w.x * w.z; }},
-      {"C_OP", "per w_O w_P, O = -o", false, [](Vector3 w, Vector3) { return w.y * w.z; }},
-      {"C_IO", "per w_I w_O, O = -o", false, [](Vector3 w, Vector3) { return w.x * w.y; }},
-      {"C_II", "per w_I^2", false, [](Vector3 w, Vector3) { return w.x * w.x; }},
-      {"C_PP", "per w_P^2", false, [](Vector3 w, Vector3) { return w.z * w.z; }}};
+  const Regressor w_I = w_x, w_O = -w_z, w_P = w_y;
+  const Row rows[] = {{"C_I", "per angular acceleration about I", true, a_x},
+                      {"C_O", "per angular acceleration about O = -o", true, -a_z},
+                      {"C_P", "per angular acceleration about P", true, a_y},
+                      {"C_IP", "per w_I w_P (unequal inertias)", false, w_I * w_P},
+                      {"C_OP", "per w_O w_P, O = -o", false, w_O * w_P},
+                      {"C_IO", "per w_I w_O, O = -o", false, w_I * w_O},
+                      {"C_II", "per w_I^2", false, w_I * w_I},
+                      {"C_PP", "per w_P^2", false, w_P * w_P}};
   std::vector<Term> terms;
   for (const auto& row : rows)
     terms.push_back({row.name, row.name, row.acceleration ? "ug/(rad/s^2)" : "ug/(rad/s)^2", row.description,
-                     [tilt, regressor = row.regressor](const Felt& felt) {
-                       const Vector3 w{felt.rate.x, -felt.rate.z, felt.rate.y};
-                       const Vector3 a = felt.angular_acceleration;
-                       return (1.0 + tilt * felt.specific_force.y) * regressor(w, {a.x, -a.z, a.y});
-                     }});
-  terms.push_back({"C_III", "C_III", "ppm/(rad/s)^2", "per f_I w_I^2 (tilt of the pendulum)",
-                   [](const Felt& felt) { return felt.specific_force.x * felt.rate.x * felt.rate.x; }});
-  terms.push_back({"C_IPP", "C_IPP", "ppm/(rad/s)^2", "per f_I w_P^2 (tilt of the pendulum)",
-                   [](const Felt& felt) { return felt.specific_force.x * felt.rate.y * felt.rate.y; }});
+                     (1.0 + Regressor(tilt) * f_y) * row.regressor});
+  terms.push_back({"C_III", "C_III", "ppm/(rad/s)^2", "per f_I w_I^2 (tilt of the pendulum)", f_x * w_x * w_x});
+  terms.push_back({"C_IPP", "C_IPP", "ppm/(rad/s)^2", "per f_I w_P^2 (tilt of the pendulum)", f_x * w_y * w_y});
   return terms;
 }
 
 std::vector<Output> outputs(const Settings& constants) {
-  Output output{"accelerometer",
-                QuantityKind::specific_force,
-                "g",
-                [](const Felt& felt) { return felt.specific_force.x; },
-                static_terms(),
-                ""};
+  Output output{"accelerometer", QuantityKind::specific_force, "g", f_x, static_terms(), ""};
   for (auto& term : temperature_terms(constants.number("reference_temperature")))
     output.terms.push_back(std::move(term));
   for (auto& term : motion_terms(tilt_per_specific_force(constants))) output.terms.push_back(std::move(term));

@@ -13,7 +13,7 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::pendulous_accelerometer_test {
 namespace {
 
 using namespace testing;
@@ -309,4 +309,4 @@ TEST(PendulousAccelerometer, BiasAndScaleFactorFollowTheTemperature) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::pendulous_accelerometer_test

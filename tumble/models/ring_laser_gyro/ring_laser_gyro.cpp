@@ -11,6 +11,8 @@
 namespace tumble::ring_laser_gyro {
 namespace {
 
+using Input::w_x, Input::w_y, Input::w_z;
+
 std::vector<Option> constants() {
   return {
       quantity("scale_factor", "pulse/arcsec").above(0).says("K: fringes for each angle; default: 4 A/(lambda L)"),
@@ -50,15 +52,11 @@ std::vector<Output> outputs(const Settings& truth) {
   return {{.channel = "gyro",
            .kind = QuantityKind::angular_rate,
            .unit = "deg/h",
-           .input = [](const Felt& felt) { return felt.rate.x; },
-           .terms = {{"bias", "B", "deg/h", "output rate at rest: null shift of the two beams",
-                      [](const Felt&) { return 1.0; }},
-                     {"scale_factor_error", "dK/K", "ppm", "departure of the scale factor from K",
-                      [](const Felt& felt) { return felt.rate.x; }},
-                     {"misalignment_y", "M_y", "arcsec", "angle of the input axis toward y",
-                      [](const Felt& felt) { return felt.rate.y; }},
-                     {"misalignment_z", "M_z", "arcsec", "angle of the input axis toward z",
-                      [](const Felt& felt) { return felt.rate.z; }}},
+           .input = w_x,
+           .terms = {{"bias", "B", "deg/h", "output rate at rest: null shift of the two beams", 1.0},
+                     {"scale_factor_error", "dK/K", "ppm", "departure of the scale factor from K", w_x},
+                     {"misalignment_y", "M_y", "arcsec", "angle of the input axis toward y", w_y},
+                     {"misalignment_z", "M_z", "arcsec", "angle of the input axis toward z", w_z}},
            .noise_prefix = ""}};
 }
 

@@ -7,7 +7,7 @@
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble {
+namespace tumble::ring_laser_gyro_test {
 namespace {
 
 const Model& model() { return find_model("ring_laser_gyro"); }
@@ -108,4 +108,4 @@ TEST(RingLaserGyro, RefusesWhatCannotBeAllAtOnce) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::ring_laser_gyro_test

@@ -13,6 +13,7 @@ namespace tumble::sdof_gyro {
 namespace {
 
 using namespace given;
+using Input::w_x, Input::w_y, Input::w_z, Input::a_x, Input::a_y, Input::a_z, Input::f_x, Input::f_y, Input::f_z;
 
 std::vector<Option> constants() {
   std::vector<Option> options{
@@ -28,66 +29,48 @@ std::vector<Option> constants() {
 /// docs/equations (4.6); f in the axes I, O, S
 std::vector<Term> drift_terms() {
   const std::string first = "deg/h/g", second = "deg/h/g^2";
-  return {{"D_F", "D_F", "deg/h", "drift independent of specific force", [](const Felt&) { return 1.0; }},
-          {"D_I", "D_I", first, "drift per f_I (mass offset along S)",
-           [](const Felt& felt) { return felt.specific_force.x; }},
-          {"D_O", "D_O", first, "drift per f_O (no known mechanism)",
-           [](const Felt& felt) { return felt.specific_force.y; }},
-          {"D_S", "D_S", first, "drift per f_S (mass offset along I)",
-           [](const Felt& felt) { return felt.specific_force.z; }},
-          {"D_IO", "D_IO", second, "drift per f_I f_O",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.y; }},
-          {"D_OS", "D_OS", second, "drift per f_O f_S",
-           [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.z; }},
-          {"D_IS", "D_IS", second, "drift per f_I f_S (unequal compliance along I and S)",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.z; }},
-          {"D_II", "D_II", second, "drift per f_I^2",
-           [](const Felt& felt) { return felt.specific_force.x * felt.specific_force.x; }},
+  return {{"D_F", "D_F", "deg/h", "drift independent of specific force", 1.0},
+          {"D_I", "D_I", first, "drift per f_I (mass offset along S)", f_x},
+          {"D_O", "D_O", first, "drift per f_O (no known mechanism)", f_y},
+          {"D_S", "D_S", first, "drift per f_S (mass offset along I)", f_z},
+          {"D_IO", "D_IO", second, "drift per f_I f_O", f_x * f_y},
+          {"D_OS", "D_OS", second, "drift per f_O f_S", f_y * f_z},
+          {"D_IS", "D_IS", second, "drift per f_I f_S (unequal compliance along I and S)", f_x * f_z},
+          {"D_II", "D_II", second, "drift per f_I^2", power(f_x, 2)},
           {"D_OO", "D_OO", second, "drift per f_O^2 (no known mechanism; not separable from D_F in a 1 g field)",
-           [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.y; }},
-          {"D_SS", "D_SS", second, "drift per f_S^2",
-           [](const Felt& felt) { return felt.specific_force.z * felt.specific_force.z; }}};
+           power(f_y, 2)},
+          {"D_SS", "D_SS", second, "drift per f_S^2", power(f_z, 2)}};
 }
 
 /// docs/equations (4.11); w in the axes I, O, S. The last term is of the order of K_III: angular acceleration about O
 /// tilts the gimbal by -I_O w_O'/k, and the momentum with it.
 std::vector<Term> motion_terms() {
   const std::string acceleration = "s", product = "s/rad", cube = "s^2/rad^2";
-  return {{"K_I", "K_I", acceleration, "per angular acceleration about I",
-           [](const Felt& felt) { return felt.angular_acceleration.x; }},
-          {"K_O", "K_O", acceleration, "per angular acceleration about O",
-           [](const Felt& felt) { return felt.angular_acceleration.y; }},
-          {"K_S", "K_S", acceleration, "per angular acceleration about S",
-           [](const Felt& felt) { return felt.angular_acceleration.z; }},
-          {"K_IO", "K_IO", product, "per w_I w_O", [](const Felt& felt) { return felt.rate.x * felt.rate.y; }},
-          {"K_OS", "K_OS", product, "per w_O w_S", [](const Felt& felt) { return felt.rate.y * felt.rate.z; }},
-          {"K_IS", "K_IS", product, "per w_I w_S (unequal inertias, and the tilt of the gimbal)",
-           [](const Felt& felt) { return felt.rate.x * felt.rate.z; }},
-          {"K_II", "K_II", product, "per w_I^2 (and second-order non-linearity of the torquer)",
-           [](const Felt& felt) { return felt.rate.x * felt.rate.x; }},
-          {"K_SS", "K_SS", product, "per w_S^2", [](const Felt& felt) { return felt.rate.z * felt.rate.z; }},
-          {"K_III", "K_III", cube, "per w_I^3 (and third-order non-linearity of the torquer)",
-           [](const Felt& felt) { return felt.rate.x * felt.rate.x * felt.rate.x; }},
-          {"K_ISS", "K_ISS", cube, "per w_I w_S^2",
-           [](const Felt& felt) { return felt.rate.x * felt.rate.z * felt.rate.z; }},
+  return {{"K_I", "K_I", acceleration, "per angular acceleration about I", a_x},
+          {"K_O", "K_O", acceleration, "per angular acceleration about O", a_y},
+          {"K_S", "K_S", acceleration, "per angular acceleration about S", a_z},
+          {"K_IO", "K_IO", product, "per w_I w_O", w_x * w_y},
+          {"K_OS", "K_OS", product, "per w_O w_S", w_y * w_z},
+          {"K_IS", "K_IS", product, "per w_I w_S (unequal inertias, and the tilt of the gimbal)", w_x * w_z},
+          {"K_II", "K_II", product, "per w_I^2 (and second-order non-linearity of the torquer)", power(w_x, 2)},
+          {"K_SS", "K_SS", product, "per w_S^2", power(w_z, 2)},
+          {"K_III", "K_III", cube, "per w_I^3 (and third-order non-linearity of the torquer)", power(w_x, 3)},
+          {"K_ISS", "K_ISS", cube, "per w_I w_S^2", w_x * w_z * w_z},
           {"tilt_coupling", "K_O'S", "s^2/rad", "per angular acceleration about O times w_S (not in the lecture)",
-           [](const Felt& felt) { return felt.angular_acceleration.y * felt.rate.z; }}};
+           a_y * w_z}};
 }
 
 /// scale factor and axis of the mounted instrument
 std::vector<Term> input_terms() {
-  return {{"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor",
-           [](const Felt& felt) { return felt.rate.x; }},
+  return {{"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor", w_x},
           {"scale_factor_asymmetry", "dS_a", "ppm", "scale factor for positive minus that for negative rates",
-           [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }},
-          {"misalignment_O", "m_O", "arcsec", "angle of the input axis from I toward O",
-           [](const Felt& felt) { return felt.rate.y; }},
-          {"misalignment_S", "m_S", "arcsec", "angle of the input axis from I toward S",
-           [](const Felt& felt) { return felt.rate.z; }}};
+           0.5 * magnitude(w_x)},
+          {"misalignment_O", "m_O", "arcsec", "angle of the input axis from I toward O", w_y},
+          {"misalignment_S", "m_S", "arcsec", "angle of the input axis from I toward S", w_z}};
 }
 
 std::vector<Output> outputs(const Settings&) {
-  Output output{"gyro", QuantityKind::angular_rate, "deg/h", [](const Felt& felt) { return felt.rate.x; }, {}, ""};
+  Output output{"gyro", QuantityKind::angular_rate, "deg/h", w_x, {}, ""};
   for (auto part : {drift_terms, motion_terms, input_terms})
     for (auto& term : part()) output.terms.push_back(std::move(term));
   return {output};

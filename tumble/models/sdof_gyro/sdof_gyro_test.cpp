@@ -12,7 +12,7 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::sdof_gyro_test {
 namespace {
 
 using namespace testing;
@@ -242,4 +242,4 @@ TEST(SdofGyro, ListsAllThatThePhysicsLacks) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::sdof_gyro_test

@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/core/clock.hpp"
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer {
@@ -73,18 +74,29 @@ std::optional<double> given_scale_factor(const Settings& settings, const Output&
   return scale;
 }
 
-Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
-                         const Settings& settings, std::vector<Term> terms) {
-  ErrorModel model;
-  model.role = "accelerometer";
-  model.unit = "g";
-  model.shown = [](Felt& felt) -> double& { return felt.specific_force.x; };
-  model.terms = std::move(terms);
-  const Channel* channel = channel_of(estimate, recording, model.role);
-  const bool estimated = find_parameter(estimate, "scale_factor") != nullptr;
-  if (estimated) model.scale_factor = "scale_factor";
-  if (channel) model.scale = estimated ? output_of(*channel).per_second : scale_of(settings, *channel);
-  return compensate(model, estimate, recording, plan);
+void set_model(const Evidence& evidence, const linear::Solution& solution, const std::vector<std::string>& names,
+               Estimate& estimate) {
+  TermRanges ranges;
+  for (const Term& term : terms_of(names)) {
+    const auto column = std::ranges::find(solution.columns, term.name, &Term::name);
+    if (column == solution.columns.end()) continue;
+    const auto j = static_cast<std::size_t>(column - solution.columns.begin());
+    ranges.terms.push_back(term);
+    ranges.least.push_back(solution.least[j]);
+    ranges.greatest.push_back(solution.greatest[j]);
+  }
+  OutputModel model = output_model(estimate, "accelerometer", Input::specific_force_x, "g", ranges);
+  set_scale(estimate, "scale_factor", model);
+  if (!model.scale && !evidence.recordings.empty()) {
+    const Channel& channel = require_channel(evidence, evidence.recordings.front(), "accelerometer");
+    set_reading(channel, scale_of(evidence.plan.settings, channel), model);
+  }
+  if (const auto own = std::ranges::find(solution.columns, std::string("scale_factor_error"), &Term::name);
+      own != solution.columns.end()) {
+    const auto j = static_cast<std::size_t>(own - solution.columns.begin());
+    model.covered = {{{{Input::specific_force_x, 1.0}}, solution.least[j], solution.greatest[j]}};
+  }
+  estimate.models = {std::move(model)};
 }
 
 double required_scale_factor(const Settings& settings, const Channel& channel) {

@@ -5,10 +5,11 @@
 #include <vector>
 
 #include "tumble/core/channel.hpp"
+#include "tumble/core/evidence.hpp"
 #include "tumble/core/role.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/reduce/compensate.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 /// What the methods for accelerometers share: how an output is read as specific force.
 namespace tumble::accelerometer {
@@ -38,10 +39,10 @@ Option scale_factor_option(const std::string& description);
 /// Its value [SI]; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
-/// The output as specific force, from which the terms are subtracted, by K_1 of the result where it has one, else of
-/// the settings. Throws as tumble::compensate; Error::bad_input where K_1 is not known.
-Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
-                         const Settings& settings, std::vector<Term> terms);
+/// The error model with the terms of these names that the fit has; K_1 is that of the result where it has one, else
+/// that of the settings.
+void set_model(const Evidence& evidence, const linear::Solution& solution, const std::vector<std::string>& names,
+               Estimate& estimate);
 
 /// The scale factor [SI] of the settings, which must give it unless the output is a specific force: 1.
 /// Throws Error::bad_input, bad_data.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -13,14 +15,22 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/reduce/compensate.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/reduce/thermal/thermal.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::compensation {
 namespace {
 
-constexpr std::size_t acceleration = 3, force = 6, temperature = 9, since_power_on = 13;
+constexpr auto index(Input input) { return static_cast<std::size_t>(input); }
+constexpr std::size_t acceleration = index(Input::angular_acceleration_x), force = index(Input::specific_force_x),
+                      temperature = index(Input::temperature), since_power_on = index(Input::since_power_on);
+
+bool is_acceleration(std::size_t slot) { return slot >= acceleration && slot < force; }
 
 const Channel* alone_after_dot(const Recording& recording, const std::string& name) {
   const Channel* match = nullptr;
@@ -32,34 +42,37 @@ const Channel* alone_after_dot(const Recording& recording, const std::string& na
   return match;
 }
 
-QuantityKind kind_of_input(std::size_t input) {
-  if (input < acceleration) return QuantityKind::angular_rate;
-  if (input >= force && input < temperature) return QuantityKind::specific_force;
-  return input == temperature ? QuantityKind::temperature : QuantityKind::other;
+QuantityKind kind_of_input(Input input) {
+  if (index(input) < acceleration) return QuantityKind::angular_rate;
+  if (index(input) >= force && index(input) < temperature) return QuantityKind::specific_force;
+  if (input == Input::angle) return QuantityKind::angle;
+  return input == Input::temperature ? QuantityKind::temperature : QuantityKind::other;
 }
 
 /// The channel that measures an input. Null where there is none, or what is so called is of another kind.
 const Channel* channel_of(const Estimate& estimate, const Recording& recording, const Channel& output,
-                          std::size_t input) {
-  const std::string role = inputs()[input].name;
+                          const Slot& slot) {
+  const bool other = slot.input == Input::channel;
+  const std::string role = other ? slot.role : name(slot.input);
   std::vector<std::string> names{role};
   if (const auto given = estimate.provenance.settings.find("channels." + role);
       given != estimate.provenance.settings.end())
     names.insert(names.begin(), given->second);
   const auto play = [&](const std::string& sensor) {
-    for (auto& name : names_of_role(sensor + role.substr(role.size() - 1))) names.push_back(std::move(name));
+    for (auto& one : names_of_role(sensor + role.substr(role.size() - 1))) names.push_back(std::move(one));
   };
-  if (input < acceleration) play("gyro_");
-  if (input >= force && input < temperature) play("accelerometer_");
-  for (const auto& name : names) {
-    const Channel* channel = find_channel(recording, name);
-    if (!channel) channel = alone_after_dot(recording, name);
-    if (channel && channel != &output && channel->kind == kind_of_input(input)) return channel;
+  if (index(slot.input) < acceleration) play("gyro_");
+  if (index(slot.input) >= force && index(slot.input) < temperature) play("accelerometer_");
+  for (const auto& one : names) {
+    const Channel* channel = find_channel(recording, one);
+    if (!channel) channel = alone_after_dot(recording, one);
+    if (channel && channel != &output && (other || channel->kind == kind_of_input(slot.input))) return channel;
   }
   return nullptr;
 }
 
-/// Between the samples on both sides; the first and last value beyond the ends.
+}  // namespace
+
 double value_at(const Channel& channel, double time) {
   if (channel.values.empty()) return std::nan("");
   const std::size_t i = index_at(channel, time);
@@ -70,7 +83,6 @@ double value_at(const Channel& channel, double time) {
   return (1.0 - share) * channel.values[i - 1] + share * channel.values[i];
 }
 
-/// Difference quotient over one sample to each side.
 double slope_at(const Channel& channel, double time) {
   const std::size_t n = channel.values.size();
   if (n < 2) return std::nan("");
@@ -78,6 +90,8 @@ double slope_at(const Channel& channel, double time) {
   const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
   return (channel.values[b] - channel.values[a]) / (channel.time(b) - channel.time(a));
 }
+
+namespace {
 
 constexpr double forever = std::numeric_limits<double>::infinity();
 
@@ -154,9 +168,9 @@ Planned planned_for(const Plan& plan, const Recording& recording, const Channel&
 
 /// No input is known: the sample cannot be compensated.
 Felt unknown() {
-  Felt felt;
-  for (const auto& input : inputs()) input.of(felt) = std::nan("");
-  return felt;
+  std::array<double, felt_inputs> all;
+  all.fill(std::nan(""));
+  return std::bit_cast<Felt>(all);
 }
 
 /// A time that lies in the segment of the stage [s since power-on]: a segment that took longer than planned goes on as
@@ -193,69 +207,89 @@ double power_on(const Recording& recording, const Channel& output, double time) 
   return begin;
 }
 
+/// Temperatures of every power-up by the sensors that a thermal model was found with.
+struct ThermalRuns {
+  std::vector<Run> runs;
+  std::vector<thermal::Thermal> felt;
+  std::string from;
+  bool two = false;  ///< sensors, whose difference is the gradient
+
+  void fill(double time, std::span<double> values) const {
+    std::size_t r = 0;
+    while (r + 1 < runs.size() && time >= runs[r].end) ++r;
+    const auto now = std::bit_cast<std::array<double, felt_inputs>>(thermal::felt_at(felt[r], time));
+    for (std::size_t k = temperature; k < felt_inputs; ++k) values[k] = now[k];
+  }
+};
+
+/// Null where the recording has no channel of temperature.
+std::shared_ptr<const ThermalRuns> thermal_runs(const Estimate& estimate, const Recording& recording,
+                                                const ThermalReading& reading) {
+  thermal::Sensors sensors{tumble::channel_of(estimate, recording, "temperature_top"),
+                           tumble::channel_of(estimate, recording, "temperature_side")};
+  if (!sensors.top || !sensors.side) sensors = {tumble::channel_of(estimate, recording, "temperature"), nullptr};
+  if (!sensors.top) return nullptr;
+  ThermalRuns all{runs_of({recording}), {}, "channel " + sensors.top->name, sensors.side != nullptr};
+  Problems problems;
+  for (const Channel* sensor : {sensors.top, sensors.side}) require_dimension(sensor, "degC", problems);
+  refuse(recording, problems);
+  for (const Channel* sensor : {sensors.top, sensors.side})
+    if (sensor) thermal::refuse_backward(*sensor);
+  if (sensors.side) all.from += ", channel " + sensors.side->name;
+  for (const Run& run : all.runs) all.felt.push_back(thermal::thermal_of(sensors, run.begin, run.end, reading));
+  return std::make_shared<const ThermalRuns>(std::move(all));
+}
+
+/// Everything that `Inputs::fill` asks.
+struct Sources {
+  const Recording* recording;
+  const Channel* output;
+  std::vector<const Channel*> channels;  ///< by slot
+  std::shared_ptr<const Planned> test;
+  std::shared_ptr<const ThermalRuns> warm;
+  double step = 0.0;
+
+  void operator()(std::size_t i, std::span<double> values) const {
+    const double time = output->time(i);
+    Felt felt = test ? felt_at(test->stages, time, step) : Felt{};
+    if (!test) felt.since_power_on = time - power_on(*recording, *output, time) + 0.5 * step;
+    std::ranges::copy(std::bit_cast<std::array<double, felt_inputs>>(felt), values.begin());
+    for (std::size_t k = 0; k < channels.size(); ++k)
+      if (channels[k]) values[k] = is_acceleration(k) ? slope_at(*channels[k], time) : value_at(*channels[k], time);
+    if (warm) warm->fill(time, values);
+  }
+};
+
 }  // namespace
 
-const std::array<Input, input_count>& inputs() {
-  static constexpr std::array<Input, input_count> all{
-      {{"rate_x", [](Felt& f) -> double& { return f.rate.x; }},
-       {"rate_y", [](Felt& f) -> double& { return f.rate.y; }},
-       {"rate_z", [](Felt& f) -> double& { return f.rate.z; }},
-       {"angular_acceleration_x", [](Felt& f) -> double& { return f.angular_acceleration.x; }},
-       {"angular_acceleration_y", [](Felt& f) -> double& { return f.angular_acceleration.y; }},
-       {"angular_acceleration_z", [](Felt& f) -> double& { return f.angular_acceleration.z; }},
-       {"specific_force_x", [](Felt& f) -> double& { return f.specific_force.x; }},
-       {"specific_force_y", [](Felt& f) -> double& { return f.specific_force.y; }},
-       {"specific_force_z", [](Felt& f) -> double& { return f.specific_force.z; }},
-       {"temperature", [](Felt& f) -> double& { return f.temperature; }},
-       {"temperature_gradient", [](Felt& f) -> double& { return f.temperature_gradient; }},
-       {"temperature_rate", [](Felt& f) -> double& { return f.temperature_rate; }},
-       {"start_temperature", [](Felt& f) -> double& { return f.start_temperature; }},
-       {"since_power_on", [](Felt& f) -> double& { return f.since_power_on; }}}};
+std::vector<Slot> common_slots() {
+  std::vector<Slot> all(common_slot_count);
+  for (std::size_t k = 0; k < all.size(); ++k) all[k].input = static_cast<Input>(k);
   return all;
 }
 
-std::array<bool, input_count> needs(const Term& term) {
-  constexpr double sizes[input_count] = {0.7, 0.5, 0.9, 1.1, 0.6, 0.8, 9.0, 7.0, 11.0, 300.0, 3.0, 0.02, 290.0, 400.0};
-  constexpr double signs[4][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
-  std::array<bool, input_count> needed{};
-  for (const auto& sign : signs) {
-    Felt felt;
-    for (std::size_t k = 0; k < input_count; ++k)
-      inputs()[k].of(felt) = sizes[k] * (k < temperature ? sign[k % 3] : 1.0);
-    const double before = term.regressor(felt);
-    for (std::size_t k = 0; k < input_count; ++k) {
-      Felt changed = felt;
-      inputs()[k].of(changed) *= 1.3;
-      if (term.regressor(changed) != before) needed[k] = true;
-    }
-  }
-  return needed;
-}
-
-Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Channel& output, const Plan* plan) {
+Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Channel& output, const Plan* plan,
+                 const std::vector<Slot>& slots, const std::optional<ThermalReading>& thermal) {
   Inputs out;
-  std::array<const Channel*, input_count> channels{};
-  for (std::size_t k = 0; k < input_count; ++k) {
-    channels[k] = channel_of(estimate, recording, output, k < acceleration || k >= force ? k : k - acceleration);
-    if (channels[k]) out.from[k] = "channel " + channels[k]->name;
-    if (channels[k] && k >= acceleration && k < force) out.from[k] = "slope of " + out.from[k];
-    if (!channels[k] && plan) out.from[k] = "schedule of the plan";
+  out.from.resize(slots.size());
+  Sources sources{&recording, &output, std::vector<const Channel*>(slots.size()),
+                  nullptr,    nullptr, 1.0 / sampling_rate(output)};
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    if (slots[k].base != SIZE_MAX) continue;
+    sources.channels[k] =
+        channel_of(estimate, recording, output, is_acceleration(k) ? slots[k - acceleration] : slots[k]);
+    if (sources.channels[k])
+      out.from[k] = (is_acceleration(k) ? "slope of channel " : "channel ") + sources.channels[k]->name;
+    if (!sources.channels[k] && plan && k < felt_inputs) out.from[k] = "schedule of the plan";
   }
   if (out.from[since_power_on].empty()) out.from[since_power_on] = "time of the samples";
-  std::shared_ptr<const Planned> test;
-  if (plan) test = std::make_shared<const Planned>(planned_for(*plan, recording, output));
-  const double step = 1.0 / sampling_rate(output);
-  out.fill = [channels, test, step, &recording, &output](std::size_t first, std::span<Felt> felt) {
-    for (std::size_t i = 0; i < felt.size(); ++i) {
-      const double time = output.time(first + i);
-      felt[i] = test ? felt_at(test->stages, time, step) : Felt{};
-      if (!test) felt[i].since_power_on = time - power_on(recording, output, time) + 0.5 * step;
-      for (std::size_t k = 0; k < input_count; ++k)
-        if (channels[k])
-          inputs()[k].of(felt[i]) =
-              k >= acceleration && k < force ? slope_at(*channels[k], time) : value_at(*channels[k], time);
-    }
-  };
+  if (plan) sources.test = std::make_shared<const Planned>(planned_for(*plan, recording, output));
+  if (thermal) sources.warm = thermal_runs(estimate, recording, *thermal);
+  for (std::size_t k = temperature; sources.warm && k < felt_inputs; ++k) out.from[k] = sources.warm->from;
+  if (sources.warm && !sources.warm->two) out.from[index(Input::temperature_gradient)].clear();
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (slots[k].base != SIZE_MAX) out.from[k] = out.from[slots[k].base];
+  out.fill = std::move(sources);
   return out;
 }
 

@@ -14,10 +14,10 @@
 /// the result, and writes beside each output how far it can be trusted.
 namespace tumble::compensation {
 
-/// Index of the channel that plays a role. Where the recording has none, or the channel is compensated already, this
-/// goes to `problems` and nothing is returned.
-std::optional<std::size_t> output_of(const Estimate& estimate, const Recording& recording, const std::string& role,
-                                     Problems& problems);
+/// Whether the channel of an output can be compensated. Where there is none (null), or it is compensated already, this
+/// goes to `problems`.
+bool usable_output(const Channel* channel, const Recording& recording, const std::string& role,
+                   Problems& problems);
 
 /// Adds a problem where a channel is there and its dimension is not that of `unit`.
 void require_dimension(const Channel* channel, const std::string& unit, Problems& problems);
@@ -27,26 +27,6 @@ double number_in(const Table& table, const Table::Cell& cell);
 
 /// Throws    Error::bad_data with all problems, each with the recording's file before it, where there are any
 void refuse(const Recording& recording, std::vector<std::string> problems);
-
-/// Terms that a result has coefficients for.
-struct KnownTerms {
-  std::vector<Term> terms;
-  std::vector<double> coefficients;  ///< [SI]
-  Matrix covariance;                 ///< [SI] n x n
-};
-
-/// Those of `candidates` that are parameters of the result, in the order of `candidates`.
-/// Throws    Error::bad_file where one has no value, or is in a unit of another dimension than its term
-KnownTerms known_terms(const Estimate& estimate, const std::vector<Term>& candidates);
-
-/// What terms with known coefficients give at one sample.
-struct Predicted {
-  double value = 0.0;  ///< [SI] sum of the terms
-  double sd = 0.0;     ///< [SI] its standard uncertainty by the covariance of the coefficients
-};
-/// Given     regressors  room for those of the n terms [SI], so that a loop over samples needs no memory of its own
-/// Returned  value and uncertainty [SI]
-Predicted predicted(const KnownTerms& known, const Felt& felt, std::vector<double>& regressors);
 
 /// What a compensated output is written with.
 struct Trust {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 
 namespace tumble::compensation {
@@ -18,11 +17,7 @@ std::string joined(const std::set<std::string>& words) { return fmt::format("{}"
 void say_staying(const Work& work, const std::string& channel, Findings& findings) {
   if (work.staying.empty()) return;
   std::map<std::set<std::string>, std::set<std::string>> terms;  // by the inputs that are missing
-  for (const auto& used : work.staying) {
-    std::set<std::string> missing;
-    for (const std::size_t k : used.missing) missing.insert(inputs()[k].name);
-    terms[missing].insert(used.term.name);
-  }
+  for (const auto& used : work.staying) terms[used.missing].insert(used.name);
   std::vector<std::string> parts;
   for (const auto& [missing, names] : terms) parts.push_back(joined(missing) + ": " + joined(names));
   findings.push_back({Finding::Severity::warning,
@@ -51,11 +46,11 @@ Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
   const double n = std::max(1.0, static_cast<double>(work.counts.samples));
   for (const auto& used : work.terms) {
     const double mean = used.sum / n;
-    table.rows.push_back({used.term.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest,
-                          joined(used.from)});
+    table.rows.push_back(
+        {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, joined(used.from)});
   }
   for (const auto& used : work.staying)
-    table.rows.push_back({used.term.name, std::nan(""), std::nan(""), std::nan(""), std::string("missing: remains")});
+    table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""), std::string("missing: remains")});
   return table;
 }
 

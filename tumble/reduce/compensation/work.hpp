@@ -1,23 +1,41 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tumble/reduce/compensate.hpp"
+#include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
 
 /// An error model while it is subtracted.
 namespace tumble::compensation {
 
+struct UsedFactor {
+  TermFactor factor;
+  std::size_t slot = 0;
+  std::size_t start = SIZE_MAX;                             ///< slot of the start temperature, where it is subtracted
+  double state = std::numeric_limits<double>::quiet_NaN();  ///< of a play, before the present sample
+};
+
+struct UsedProduct {
+  double weight = 1.0;
+  std::vector<UsedFactor> factors;
+};
+
 struct UsedTerm {
-  Term term;
-  std::size_t parameter = 0;
-  double coefficient = 0.0, least = 0.0, greatest = 0.0;
-  std::vector<std::size_t> missing;  ///< inputs
-  std::set<std::string> from;        ///< where the others come from
+  std::string name;
+  std::size_t parameter = SIZE_MAX;  ///< SIZE_MAX: the coefficient is no parameter
+  double coefficient = 1.0, least = 0.0, greatest = 0.0;
+  bool per_output = false;
+  std::vector<UsedProduct> products;
+  std::set<std::size_t> slots;    ///< that it needs
+  std::set<std::string> missing;  ///< inputs
+  std::set<std::string> from;     ///< where the others come from
   double sum = 0.0, squares = 0.0, largest = 0.0;
 };
 
@@ -28,12 +46,14 @@ struct Counts {
 
 /// A model with the numbers of a result, and its channel.
 struct Work {
-  const ErrorModel* model = nullptr;
+  const OutputModel* model = nullptr;
   const Estimate* estimate = nullptr;
-  std::vector<UsedTerm> terms, staying;  ///< subtracted, and those whose inputs are missing
-  double scale_factor = 1.0, offset = 0.0;
-  std::size_t scale_parameter = SIZE_MAX, offset_parameter = SIZE_MAX;
+  std::size_t shown = 0;                 ///< slot of u
+  std::vector<UsedTerm> terms, staying;  ///< subtracted, and those that stay in
+  double reading = 1.0;                  ///< [SI of K u per SI of the channel]
+  double scale_factor = 1.0, offset = 0.0, delay = 0.0;
   double staying_variance = 0.0, spread_variance = 0.0;  ///< [SI^2] of u
+  std::vector<Covered> covered;                          ///< whose inputs are known
   std::vector<std::size_t> others;                       ///< outputs that show an input of a term
   std::size_t place = 0;                                 ///< of the channel
   Trust trust;
@@ -41,6 +61,17 @@ struct Work {
   double y = 0.0, u = 0.0, slope = 0.0;           ///< of the present sample: (y - offset)/K, u, dE/du
   std::vector<std::pair<std::size_t, double>> d;  ///< of the present sample: derivatives of u by own parameters
 };
+
+using Values = std::vector<double>;  ///< [SI] of all slots at one sample
+
+/// The regressor [SI]; states of plays are not changed.
+double regressor_of(const UsedTerm& term, const Values& values);
+/// The states of plays after this sample.
+void advance(UsedTerm& term, const Values& values);
+
+/// The terms of a model with the coefficients of the result, whose factors are slots of `slots`: new ones are added.
+/// Throws    Error::bad_file where a parameter has no value
+std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estimate, std::vector<Slot>& slots);
 
 /// A finding for the terms that cannot be subtracted because an input is missing.
 void say_staying(const Work& work, const std::string& channel, Findings& findings);

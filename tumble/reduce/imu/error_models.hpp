@@ -1,34 +1,35 @@
 #pragma once
 
+#include <functional>
+#include <utility>
 #include <vector>
 
-#include "tumble/reduce/compensate.hpp"
+#include "tumble/core/estimate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 
 /// The channels of a calibrated unit as error models that depend on each other.
 namespace tumble::imu {
 
-struct CalibratedOutput {
-  Kind kind = Kind::accelerometer;
-  std::size_t axis = 0;
-  ErrorModel model;
-};
+/// Range [SI] of a term's regressor over the data.
+using RangeOf = std::function<std::pair<double, double>(const Term& term, Kind kind)>;
 
-struct CalibratedUnit {
-  std::vector<CalibratedOutput> outputs;  ///< triad by triad
-  Findings findings;                      ///< triads that were calibrated but not recorded
-};
-
-/// The triads that the result calibrated and the recording holds; all that were calibrated where it holds none.
+/// Of each triad that the result calibrated:
 ///
 ///   y_i = (1 + k_i) u_i + sum_j m_ij u_j + sum_j g_ij f_j + b_i            where k_i is a parameter
 ///   y_i = K_i (u_i + sum_j m_ij u_j + sum_j g_ij f_j) + b_i                where K_i is, of raw counts
 ///
-/// Terms are those of the model `imu`, by the names of the parameters. Scale [SI for one SI unit of the channel]: the
-/// sampling rate [Hz] of increments, else 1.
-CalibratedUnit error_models(const Estimate& estimate, const Recording& recording);
+/// Terms are those of the model `imu`, by the names of the parameters.
+std::vector<OutputModel> models_of(const Estimate& estimate, const RangeOf& range);
 
-/// Subtracts them together, with the findings of the unit first. Throws as tumble::compensate.
-Compensation compensate(CalibratedUnit unit, const Estimate& estimate, const Recording& recording, const Plan* plan);
+/// An output whose input axis is a row of direction cosines, with unit length and this sign [1] of its own cosine:
+///
+///   y_i = K_i R_i u + sum_j g_ij f_j + b_i
+///
+/// Given     rate, force  [rad/s], [m/s^2] greatest that the test covered
+OutputModel directed_model(const Estimate& estimate, Kind kind, std::size_t axis, double sign, const Vector3& rate,
+                           const Vector3& force);
+
+/// The specific forces or rates of a test lie within these [SI] on both sides of zero: both triads, as `covered`.
+std::vector<Covered> covered(const Vector3& rate, const Vector3& force);
 
 }  // namespace tumble::imu

@@ -13,6 +13,7 @@
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/linear/work.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
@@ -171,6 +172,12 @@ double white_variance(const NoiseModel& noise) { return noise.angle_random_walk 
 void prepare(const Evidence& evidence, const Problem& problem, Work& work) {
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
+  solution.output.role = problem.role;
+  if (const auto& input = problem.input.products(); input.size() == 1 && input[0].factors.size() == 1)
+    solution.output.shows = input[0].factors[0].input;
+  if (const Channel* channel =
+          evidence.recordings.empty() ? nullptr : channel_for(evidence, evidence.recordings.front(), problem.role))
+    set_reading(*channel, problem.scale, solution.output);
   work.used = observable(problem, work.rows, solution);
   if (!solution.dropped.empty()) solution.hidden_by_schedule = hidden_by_schedule(evidence.plan, problem);
   refuse_too_few(work.rows.weights.size(), work.used.size());

@@ -41,15 +41,15 @@ struct Problem {
   /// Output integrated over one pulse [SI s], where the channel counts pulses: rounding to whole ones is then a source
   /// of its own, since it grows neither with time nor with the number of samples. 0: no pulses.
   double pulse = 0.0;
-  std::function<double(const Felt&)> input;  ///< known part of the output [SI]; null: none
-  std::vector<Term> columns;                 ///< y - input = sum of coefficient x regressor
+  Regressor input;            ///< known part of the output [SI]; empty: none
+  std::vector<Term> columns;  ///< y - input = sum of coefficient x regressor
   std::vector<ReadingError> reading_errors;
   /// Linear response between the indicated quantity and the samples (the rebalance loop): input and columns
   /// pass through it, with a state of their own each. Null: nothing. See Response.
   std::function<Response(double step)> response;
   std::vector<ResponseError> response_errors;
-  /// Whole averages where the rig turns but what is felt hardly changes (about the vertical): many fewer rows, and what
-  /// goes round with the axis is one error of each segment. So with pulses in any case.
+  /// Whole averages where the rig turns but what is felt hardly changes (about the vertical): many fewer rows; an
+  /// error that turns with the axis is then one error per segment. Always on for pulse counters.
   bool even_averages = false;
   int oversampling = 1;                      ///< points in each sample at which a moving rig is asked
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
@@ -86,6 +86,7 @@ struct SegmentSummary {
 struct Solution {
   std::vector<Term> columns;  ///< those used, in the order of MixedFit::parameters
   MixedFit fit;
+  OutputModel output;                   ///< role, quantity and reading of the output, without terms
   std::vector<double> least, greatest;  ///< of each column's regressor over the data used [SI]
   std::vector<SegmentSummary> segments;
   std::vector<Dropped> dropped;                   ///< indices of Problem::columns
@@ -160,7 +161,7 @@ Estimate estimate_of(const Solution& solution);
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
 
-/// The solution as an estimate, with the method's name, the tables `positions` and `regressors` (for `compensate`) and,
+/// The solution as an estimate, with the method's name, the error model, the table `positions` and,
 /// of an identification, a warning where the segments differ from the model by 30 times what the white noise within
 /// them lets expect: a wrong scale factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound
 /// instrument stays within ten times.)

@@ -7,9 +7,9 @@
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/words.hpp"
+#include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
@@ -205,7 +205,11 @@ Estimate answer_of(const Solution& solution, const std::string& method, const st
   Estimate estimate = estimate_of(solution);
   estimate.method = method;
   estimate.tables.push_back(positions(solution, channel_unit, axes, rate_unit));
-  estimate.tables.push_back(regressors_table(solution.columns, solution.least, solution.greatest));
+  OutputModel model = output_model(estimate, solution.output.role, solution.output.shows, channel_unit,
+                                   {solution.columns, solution.least, solution.greatest});
+  model.recorded = solution.output.recorded;
+  model.nominal = solution.output.nominal;
+  if (model.terms.size() == estimate.parameters.size()) estimate.models = {std::move(model)};
   warn_of_misfit(solution, channel_unit, estimate.findings);
   return estimate;
 }

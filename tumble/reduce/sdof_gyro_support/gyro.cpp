@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/units/error.hpp"
 
@@ -49,7 +48,7 @@ double scale_of(const Settings& settings, const Channel& channel) {
 linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   linear::Problem problem;
   problem.role = "gyro";
-  problem.input = [](const Felt& felt) { return felt.rate.x; };
+  problem.input = Input::rate_x;
   linear::set_options(settings, problem);
   if (const double sd = settings.number("torquer_scale_factor_sd"); sd > 0.0)
     problem.reading_errors.push_back({"torquer scale factor", sd, [](const Felt&, double rate) { return rate; }});
@@ -65,20 +64,6 @@ std::vector<std::string> drift_terms() {
 
 std::vector<Term> terms(const std::vector<std::string>& names) {
   return linear::terms_of("sdof_gyro", defaults(find_model("sdof_gyro").constants()), names);
-}
-
-Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
-                         const std::vector<Option>& options, const std::vector<Term>& more) {
-  const Channel* channel = channel_of(estimate, recording, "gyro");
-  const auto& sdof_gyro = find_model("sdof_gyro");
-  ErrorModel model;
-  model.role = "gyro";
-  if (channel) model.scale = scale_of(settings_of(estimate, options), *channel);
-  model.unit = "deg/h";
-  model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
-  model.terms = sdof_gyro.outputs(defaults(sdof_gyro.constants())).front().terms;
-  model.terms.insert(model.terms.end(), more.begin(), more.end());
-  return tumble::compensate(model, estimate, recording, plan);
 }
 
 namespace {

@@ -6,7 +6,6 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/role.hpp"
-#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
 /// What the methods for single-degree-of-freedom gyros share.
@@ -32,11 +31,6 @@ std::vector<std::string> drift_terms();
 
 /// Terms of the model sdof_gyro.
 std::vector<Term> terms(const std::vector<std::string>& names);
-
-/// The output as the rate about the input axis, from which the terms of the model sdof_gyro that the result holds, and
-/// `more` of the method's own, are subtracted. Given: options of the method. Throws as tumble::compensate.
-Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
-                         const std::vector<Option>& options, const std::vector<Term>& more = {});
 
 /// Table `repeats` and a finding: scatter of the residuals of positions that were taken more than once.
 void add_repeats(const linear::Solution& solution, Estimate& estimate);

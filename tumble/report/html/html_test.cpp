@@ -11,7 +11,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
 
-namespace tumble {
+namespace tumble::html_test {
 
 namespace {
 
@@ -167,4 +167,4 @@ TEST(Html, InChineseHasNoPlusMinusAndNoEnglishHeading) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::html_test

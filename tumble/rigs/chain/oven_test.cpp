@@ -7,7 +7,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/sentence.hpp"
 
-namespace tumble {
+namespace tumble::oven_test {
 namespace {
 
 using Kind = Motion::Kind;
@@ -110,4 +110,4 @@ TEST(Oven, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::oven_test

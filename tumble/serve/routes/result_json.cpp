@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "tumble/core/said.hpp"
-#include "tumble/methods/method.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
@@ -161,13 +160,6 @@ Json texts_of_units(const std::vector<NamedResult>& results, const Figure& figur
   return texts;
 }
 
-/// Whether the result has an error model that can be subtracted from a recording.
-bool compensates(const Estimate& estimate) {
-  const auto& methods = method_catalogue();
-  const auto found = std::ranges::find(methods, estimate.method, [](const Method* method) { return method->name; });
-  return found != methods.end() && (*found)->compensate && !estimate.parameters.empty();
-}
-
 }  // namespace
 
 void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
@@ -211,7 +203,7 @@ Json json_of_result(const Estimate& original, Language language) {
               {"figures", figures},
               {"correlation", correlation_json(estimate)},
               {"covariance", covariance_json(estimate)},
-              {"compensates", compensates(estimate)},
+              {"compensates", !estimate.models.empty()},
               {"provenance", provenance_of(estimate.provenance)}};
   if (estimate.prior && estimate.prior->with_prior) {
     Estimate none = *estimate.prior->with_prior;

@@ -3,7 +3,7 @@ import { useState } from "preact/hooks";
 import { problemsOf } from "../api";
 import { t } from "../texts";
 import { Axis, Node } from "./ask";
-import { Field, field } from "./form";
+import { Field, field } from "./fields";
 import { change, lastSchedule, run, time } from "./state";
 
 const positionUnit = (axis: Axis) => axis.unit;

@@ -5,7 +5,7 @@ import { Channel, Finding, get, post, Plans, problemsOf, Recording, StatisticsRo
 import { fileOfJob, jobs } from "../jobs";
 import { seen, showPlace } from "./navigate";
 import { cursors, selection, sets } from "./view";
-import { spanQuery } from "./recording";
+import { spanQuery } from "./queries";
 import { count, language, t } from "../texts";
 import { timeText } from "./time_text";
 

@@ -7,28 +7,11 @@ import { jobs, listing } from "../jobs";
 import { follow, Live, LOOK_EVERY } from "./live";
 import { look, pan, pointed, pressKey, seen, setCursor, whole, zoom } from "./navigate";
 import { Drawn, GUTTER, Plot } from "./plot";
+import { fileQuery, spanQuery } from "./queries";
 import { cursors, hidden, selection, sets, span, units } from "./view";
 import { answered, forgetSpan, overview, showOverview, showSpan, viewProblems, views } from "./span_data";
 import { count, duration, language, t } from "../texts";
 import { Clock, clock, timeText } from "./time_text";
-
-export function fileQuery(file: string): URLSearchParams {
-  const query = new URLSearchParams({ file });
-  for (const text of sets.value) query.append("set", text);
-  return query;
-}
-
-/// Parameters of a question about a span, for the channels that are shown.
-export function spanQuery(recording: Recording, channels: Channel[], from: number, to: number): URLSearchParams {
-  const query = fileQuery(recording.name);
-  query.set("from", String(from));
-  query.set("to", String(to));
-  for (const channel of channels) {
-    query.append("channel", channel.name);
-    query.append("unit", units.value[channel.name] ?? channel.unit);
-  }
-  return query;
-}
 
 export function shownChannels(recording: Recording): Channel[] {
   return recording.channels.filter((channel) => !hidden.value.includes(channel.name) && channel.samples > 0);

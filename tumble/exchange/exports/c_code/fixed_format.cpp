@@ -151,8 +151,7 @@ FixedFormat fixed_format(const ImuCalibration& c, int force_passes, int rate_pas
     if (std::isnan(c.coldest))
       throw Error(Error::Kind::bad_input,
                   "the result does not say which temperatures it covers, which fixed point needs");
-    reach = std::max(std::abs(c.hottest - c.reference_temperature), std::abs(c.coldest - c.reference_temperature));
-    format.temperature_bits = std::clamp(exponent_above(reach), 0, 14);
+    format.temperature_bits = temperature_exponent(c);
     reach = std::ldexp(1.0, format.temperature_bits);
   }
   format.force = format_of(c.accelerometers, c, nullptr, force_passes, reach);

@@ -139,7 +139,7 @@ std::string triad_function(const TriadCalibration& t, bool gyro, int passes) {
                                  gyro ? ", const REAL force[3]" : "", temperature ? ", REAL d" : "");
   text += "  REAL straight[3];\n" + std::string(passes > 0 ? "  REAL rest[3];\n  uint32_t pass;\n" : "") +
           "  uint32_t i;\n\n";
-  std::string first = "    straight[i] = output[i] - KIND_bias[i];\n";
+  std::string first = "    straight[i] = limited(output[i], KIND_most[i]) - KIND_bias[i];\n";
   if (has(t, &AxisThermal::output))
     first += "    straight[i] = straight[i] - polynomial(KIND_thermal_output[i], KIND_thermal_output_POWERS, d);\n";
   if (gyro)
@@ -161,10 +161,23 @@ std::string triad_function(const TriadCalibration& t, bool gyro, int passes) {
   return text + (last.empty() ? "" : loop(last)) + "}\n";
 }
 
+/// Outputs beyond a million times those of the range [output] are taken as that, so that no product overflows.
+Vector3 most_output(const TriadCalibration& t) {
+  constexpr double times = 1e6;
+  Vector3 most;
+  for (std::size_t i = 0; i < 3; ++i) {
+    double size = std::abs(t.bias[i]);
+    for (std::size_t j = 0; j < 3; ++j) size += std::abs(t.response(i, j)) * t.range[j];
+    most[i] = times * size;
+  }
+  return most;
+}
+
 std::string triad_code(const TriadCalibration& t, bool gyro, const Plan& plan) {
   const Number n = plan.number;
   const int passes = gyro ? plan.rate_passes : plan.force_passes;
-  std::string text = matrix("KIND_inverse", inverse(t.response), n) + vector("KIND_bias", t.bias, n);
+  std::string text = matrix("KIND_inverse", inverse(t.response), n) + vector("KIND_bias", t.bias, n) +
+                     vector("KIND_most", most_output(t), n);
   if (gyro) text += matrix("gyro_by_force", t.by_force, n);
   text += polynomials("KIND_thermal_output", t, &AxisThermal::output, n) +
           polynomials("KIND_thermal_scale", t, &AxisThermal::scale, n) +
@@ -174,6 +187,12 @@ std::string triad_code(const TriadCalibration& t, bool gyro, const Plan& plan) {
 }
 
 constexpr const char* helpers = R"(
+static REAL limited(REAL value, REAL most)
+{
+  const REAL below = (value > most) ? most : value;
+  return (below < (-most)) ? (-most) : below;
+}
+
 static void multiply(const REAL matrix[3][3], const REAL vector[3], REAL product[3])
 {
   uint32_t i;
@@ -201,7 +220,7 @@ static REAL polynomial(const REAL coefficient[], uint32_t powers, REAL d)
 std::string body(const ImuCalibration& c) {
   const bool force = has_temperature(c.accelerometers), rate = has_temperature(c.gyros);
   std::string text = "\nvoid NAME(const REAL raw[6], REAL temperature, REAL compensated[6])\n{\n";
-  if (force || rate) text += "  const REAL d = temperature - reference_temperature;\n\n";
+  if (force || rate) text += "  const REAL d = limited(temperature - reference_temperature, temperature_reach);\n\n";
   if (!force && !rate) text += "  (void)temperature;\n";
   text += fmt::format(
       "  accelerometer_compensate(&raw[0]{0}, &compensated[0]);\n"
@@ -281,7 +300,10 @@ std::string floating_point(const ImuCalibration& c, const Plan& plan) {
       c.gyros.output.text() == "1" ? "rad/s" : c.gyros.output.text());
   if (temperature)
     text += fmt::format("static const REAL reference_temperature = {};\n",
-                        literal(c.reference_temperature - zero_celsius, plan.number));
+                        literal(c.reference_temperature - zero_celsius, plan.number)) +
+            "/* polynomials end there: one that nobody calibrated would outgrow the output itself */\n" +
+            fmt::format("static const REAL temperature_reach = {};\n",
+                        literal(std::ldexp(1.0, temperature_exponent(c)), plan.number));
   text += std::string(helpers) + (temperature ? polynomial_helper : "") + "\n" +
           triad_code(c.accelerometers, false, plan) + "\n" + triad_code(c.gyros, true, plan) + body(c) +
           test_code(c, plan.number);

@@ -65,6 +65,14 @@ TableRows table_rows(const TriadCalibration& triad) {
 
 int exponent_above(double value) { return static_cast<int>(std::ceil(std::log2(std::max(value, 1e-30)))); }
 
+int temperature_exponent(const ImuCalibration& c) {
+  constexpr int unknown = 10;  // 1024 K: the results do not say what they cover
+  if (std::isnan(c.coldest) || std::isnan(c.hottest)) return unknown;
+  const double reach =
+      std::max(std::abs(c.hottest - c.reference_temperature), std::abs(c.coldest - c.reference_temperature));
+  return std::clamp(exponent_above(reach), 0, 14);
+}
+
 int curve_exponent(const TriadCalibration& triad, std::size_t axis) { return exponent_above(1.1 * triad.range[axis]); }
 
 int passes_of(const TriadCalibration& triad, const char* what, double rounding) {

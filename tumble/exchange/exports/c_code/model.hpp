@@ -25,6 +25,9 @@ int passes_of(const TriadCalibration& triad, const char* what, double rounding);
 /// Least e [1] with 2^e >= value [1]; of what is not above 1e-30 that of 1e-30.
 int exponent_above(double value);
 
+/// d = T - T_r is limited to 2^e [K] on both sides, which holds the temperatures of the calibration. Returned e [1].
+int temperature_exponent(const ImuCalibration& calibration);
+
 /// The curve of an axis is that of the calibration to 2^e [u], at least a tenth beyond its range, and a constant
 /// beyond: a power of an output that nobody calibrated would outgrow the output itself. Returned e [1].
 int curve_exponent(const TriadCalibration& triad, std::size_t axis);

@@ -23,7 +23,9 @@ class BeatReference {
     for (int j = 0; j <= 2 * steps; ++j) cosine_.push_back(std::cos(0.5 * std::numbers::pi * j / steps));
   }
 
-  /// One half cycle on. Returned  psi/(2 pi) less the dither's own phase
+  /// One half cycle on.
+  ///
+  /// Returned  psi/(2 pi) less the dither's own phase
   double half_cycle() {
     const double before = turn_around(done_), after = turn_around(done_ + 1);
     const double middle = 0.5 * (before + after), half = 0.5 * (before - after);

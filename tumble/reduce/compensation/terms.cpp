@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/reduce/compensation/work.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::compensation {
+namespace {
+
+double value_of(const UsedFactor& used, const Values& values, double& state) {
+  double x = values[used.slot] - used.factor.origin;
+  if (used.start != SIZE_MAX) x -= values[used.start];
+  if (std::isnan(state)) state = x;
+  return tumble::value_of(used.factor, x, state);
+}
+
+/// Number of the slot of an input; added where there is none yet.
+std::size_t slot_of(const Slot& wanted, std::vector<Slot>& slots) {
+  const auto match = std::ranges::find_if(slots, [&](const Slot& slot) {
+    return slot.input == wanted.input && slot.role == wanted.role && slot.lag == wanted.lag && slot.base == wanted.base;
+  });
+  const auto index = static_cast<std::size_t>(match - slots.begin());
+  if (index == slots.size()) slots.push_back(wanted);
+  return index;
+}
+
+UsedFactor used_factor(const TermFactor& factor, const Estimate& estimate, std::vector<Slot>& slots) {
+  UsedFactor used{factor};
+  used.slot = slot_of({factor.input, factor.role}, slots);
+  if (factor.lag)
+    used.slot = slot_of({factor.input, factor.role, estimate.parameters.at(*factor.lag).value, used.slot}, slots);
+  if (factor.from_start) used.start = static_cast<std::size_t>(Input::start_temperature);
+  return used;
+}
+
+UsedTerm used_term(const ModelTerm& term, const Estimate& estimate, std::vector<Slot>& slots) {
+  UsedTerm used{.name = term.term, .least = term.least, .greatest = term.greatest, .per_output = term.per_output};
+  if (term.parameter) {
+    used.parameter = *term.parameter;
+    used.coefficient = estimate.parameters.at(used.parameter).value;
+  }
+  for (const Product& product : term.regressor) {
+    UsedProduct& out = used.products.emplace_back(UsedProduct{product.weight, {}});
+    for (const TermFactor& factor : product.factors) {
+      out.factors.push_back(used_factor(factor, estimate, slots));
+      used.slots.insert(out.factors.back().slot);
+      if (out.factors.back().start != SIZE_MAX) used.slots.insert(out.factors.back().start);
+    }
+  }
+  return used;
+}
+
+}  // namespace
+
+double regressor_of(const UsedTerm& term, const Values& values) {
+  double sum = 0.0;
+  for (const UsedProduct& product : term.products) {
+    double value = product.weight;
+    for (const UsedFactor& used : product.factors) {
+      double state = used.state;
+      value *= value_of(used, values, state);
+    }
+    sum += value;
+  }
+  return sum;
+}
+
+void advance(UsedTerm& term, const Values& values) {
+  for (UsedProduct& product : term.products)
+    for (UsedFactor& used : product.factors) value_of(used, values, used.state);
+}
+
+std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estimate, std::vector<Slot>& slots) {
+  std::vector<std::string> faults;
+  std::vector<UsedTerm> out;
+  for (const ModelTerm& term : model.terms) {
+    out.push_back(used_term(term, estimate, slots));
+    if (!std::isfinite(out.back().coefficient))
+      faults.push_back(fmt::format("the result's parameter '{}' has no value", term.term));
+  }
+  if (!faults.empty()) throw Error(Error::Kind::bad_file, faults);
+  return out;
+}
+
+}  // namespace tumble::compensation
