@@ -26,9 +26,8 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
   std::vector<std::string_view> able;
   for (const Method* method : method_catalogue())
     if (method->compensates) able.push_back(method->name);
-  throw Error(
-      Error::Kind::unsupported,
-      say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
+  throw Error(Error::Kind::unsupported,
+              say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
                   file, estimate.method, fmt::join(able, ", ")));
 }
 

@@ -207,8 +207,8 @@ void set_reading(Work& work, const Channel& channel, Problems& problems) {
   else if (const auto shown = each_second(channel, model.unit); shown && !model.scale)
     work.reading = *shown;
   else
-    problems.push_back(say("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(),
-                                   model.recorded.text()));
+    problems.push_back(
+        say("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(), model.recorded.text()));
 }
 
 /// The channel of an output. Where a result has one output and no channel plays its role, the only one of its kind.
@@ -268,8 +268,8 @@ void set_places(const Recording& recording, Works& works) {
     const Channel& first = recording.channels[works.front().place];
     set_reading(work, *own, problems);
     if (problems.empty() && !sampled_together(first, *own))
-      problems.push_back(say("channels {} and {} are not sampled together: bring them to one clock first",
-                                     first.name, own->name));
+      problems.push_back(
+          say("channels {} and {} are not sampled together: bring them to one clock first", first.name, own->name));
   }
   compensation::refuse(recording, problems);
 }
@@ -309,7 +309,7 @@ void finish(Works& works, Compensation& out) {
     for (const auto& code : work.model->caveats)
       out.findings.push_back({Finding::Severity::warning, code, {{"channel", channel.name}}, channel.name});
     say_staying(work, channel.name, out.findings);
-    say(work.counts, channel.name, out.findings);
+    tell(work.counts, channel.name, out.findings);
     out.tables.push_back(
         subtracted(work, works.size() > 1 ? "subtracted_" + work.model->role : "subtracted", channel.unit));
     out.recording.channels.push_back(std::move(work.trust.sd));

@@ -108,12 +108,12 @@ bool is_password(const std::string& password, const std::string& hash) {
 
 bool is_password_hash(const std::string& hash) { return parse(hash).has_value(); }
 
-std::vector<std::string> problems_of_password(const std::string& password, const std::string& user) {
+Problems problems_of_password(const std::string& password, const std::string& user) {
   if (password.size() < shortest)
-    return {fmt::format("the password is too short: {} characters or more are expected", shortest)};
-  if (password.size() > longest) return {fmt::format("the password has more than {} bytes", longest)};
-  if (!is_plain_name(password)) return {"the password has control characters, or is not in UTF-8"};
-  if (password == user) return {"the password is the name of the user"};
+    return {say("the password is too short: {} characters or more are expected", shortest)};
+  if (password.size() > longest) return {say("the password has more than {} bytes", longest)};
+  if (!is_plain_name(password)) return {Problem("the password has control characters, or is not in UTF-8")};
+  if (password == user) return {Problem("the password is the name of the user")};
   return {};
 }
 

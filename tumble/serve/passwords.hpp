@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// What is kept of a password: "scrypt:32768:8:3:SALT:KEY", salt and key in hex. Made by scrypt (RFC 7914) of OpenSSL
@@ -16,7 +18,7 @@ bool is_password(const std::string& password, const std::string& hash);
 bool is_password_hash(const std::string& hash);
 
 /// What is wrong with a new password; empty: nothing.
-std::vector<std::string> problems_of_password(const std::string& password, const std::string& user);
+Problems problems_of_password(const std::string& password, const std::string& user);
 
 /// 256 bits that nobody can guess, in hex.
 std::string random_secret();

@@ -48,15 +48,15 @@ Workplace workplace_for(const Provenance& provenance, const std::string& scratch
 
 /// Puts plans and recordings where they were. Throws with all that are missing.
 void lay_out(const Archive& archive, const Provenance& provenance, const Workplace& place) {
-  std::vector<std::string> missing;
+  Problems missing;
   const auto put = [&](const std::string& name, const std::string& sha256) {
     const std::string path = place.path_of(name);
     fs::create_directories(fs::path(path).parent_path());
     if (find_file(archive, sha256))
       write_stored(archive, sha256, path);
     else
-      missing.push_back(say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name,
-                                    sha256.substr(0, 12)));
+      missing.push_back(
+          say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name, sha256.substr(0, 12)));
   };
   for (const auto& plan : provenance.plans) {
     if (!plan.text) {

@@ -42,8 +42,8 @@ namespace {
 void read(Reader& reader, std::set<std::string>& claimed) {
   const Estimate& estimate = reader.estimate();
   if (!reader.input().axis.empty() && estimate.models.size() != 1)
-    return reader.problem(say(
-        "a result of {} names its axes itself: write the file without {}=", estimate.method, reader.input().axis));
+    return reader.problem(
+        say("a result of {} names its axes itself: write the file without {}=", estimate.method, reader.input().axis));
   read_models(reader, claimed);
   if (!read_noise(reader, claimed) && estimate.models.empty())
     reader.problem(say("a result of {} holds no error model and no noise of a sensor", estimate.method));
@@ -121,10 +121,10 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
     calibration.parameters.push_back(assembly::block_of(input.estimate));
   }
   if (calibration.coldest > calibration.hottest)
-    problems.push_back(say(
-        "no temperature is covered by all results: the highest of their lowest is {:.1f} "
-        "degC, the lowest of their highest {:.1f} degC; export them one by one",
-        Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
+    problems.push_back(
+        say("no temperature is covered by all results: the highest of their lowest is {:.1f} "
+            "degC, the lowest of their highest {:.1f} degC; export them one by one",
+            Unit::parse("degC").from_si(calibration.coldest), Unit::parse("degC").from_si(calibration.hottest)));
   assembly::fill_other_axes(calibration.accelerometers, false);
   assembly::fill_other_axes(calibration.gyros, true);
   assembly::check_response(calibration.accelerometers, "accelerometers", problems);

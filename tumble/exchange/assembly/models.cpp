@@ -275,7 +275,7 @@ void set_output(Reader& reader, const Placed& placed) {
   const bool only = std::ranges::count(t.axes, true) == 1;
   if (!only && !(t.output.dimension() == unit.dimension()))
     reader.problem(say("its output is in {}, that of another {} in {}", unit.text(),
-                               placed.gyro ? "gyro" : "accelerometer", t.output.text()));
+                       placed.gyro ? "gyro" : "accelerometer", t.output.text()));
   t.output = unit;
   if (const std::string text = reading_of(placed.model); !text.empty()) t.reading = text;
 }
@@ -288,8 +288,8 @@ std::string name_of(Reader& reader, const OutputModel& model, bool gyro, bool al
   const char* kind = gyro ? "gyro" : "accelerometer";
   for (std::size_t i = 0; i < 3; ++i)
     if (named == role(gyro, i)) return named;
-  reader.problem(say("it is of one {0}, so that it cannot be {1}; write {0}_x=FILE, {0}_y=FILE or {0}_z=FILE",
-                             kind, named));
+  reader.problem(
+      say("it is of one {0}, so that it cannot be {1}; write {0}_x=FILE, {0}_y=FILE or {0}_z=FILE", kind, named));
   return own;
 }
 

@@ -301,7 +301,8 @@ class Maker {
   void find_units() {
     std::erase_if(vectors_, [&](const Vector& vector) { return !wanted(vector.name); });
     if (vectors_.empty()) refuse("has no channel of that name to read");
-    std::vector<std::string> without_unit, without_time, problems;
+    std::vector<std::string> without_unit, without_time;
+    Problems problems;
     for (Vector& vector : vectors_) {
       vector.unit = unit_of(vector);
       if (!vector.unit) without_unit.push_back(vector.name);

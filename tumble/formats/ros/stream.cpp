@@ -119,7 +119,8 @@ Topics read_by_default(Log& log) {
 
 Topics named(Log& log, const std::vector<std::string>& names) {
   const Topics topics = topics_of(log);
-  std::vector<std::string> known, problems;
+  std::vector<std::string> known;
+  Problems problems;
   for (const Topic& topic : topics) known.push_back(topic.name);
   Topics chosen;
   for (const std::string& name : names) {

@@ -71,7 +71,8 @@ class Reader {
   std::set<std::string> names_;
   std::set<long> other_datasets_;
   std::size_t other_functions_ = 0, read_ = 0;
-  std::vector<std::string> problems_, without_unit_;
+  Problems problems_;
+  std::vector<std::string> without_unit_;
   file::Gathered gathered_;
   std::shared_ptr<file::Spool> spool_;
   std::vector<double> of_line_;

@@ -147,8 +147,9 @@ std::string family_names() {
   return text + "or all";
 }
 
-std::vector<std::string> family_problems(const std::string& asked) {
-  std::vector<std::string> names{"all"}, problems;
+Problems family_problems(const std::string& asked) {
+  std::vector<std::string> names{"all"};
+  Problems problems;
   for (const auto& member : members) names.emplace_back(member.name);
   for (const auto& word : words_of(asked))
     if (std::find(names.begin(), names.end(), word) == names.end())

@@ -7,6 +7,7 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::allan_noise {
 
@@ -14,7 +15,7 @@ namespace tumble::allan_noise {
 std::string family_names();
 
 /// Problems of the text of option `deviations`.
-std::vector<std::string> family_problems(const std::string& asked);
+Problems family_problems(const std::string& asked);
 
 /// The deviations that option `deviations` asks for. What stands in their way becomes a finding.
 void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);

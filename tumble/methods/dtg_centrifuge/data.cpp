@@ -58,7 +58,7 @@ Channels channels_of(const Evidence& evidence, std::size_t r, Problems& problems
   out.table = channel_for(evidence, recording, "table_angle");
   const std::array all{out.signal[gyro], out.signal[gyro_y], out.signal[reference], out.arm, out.table};
   const std::array steps{&out.step[gyro], &out.step[gyro_y], &out.step[reference], &out.arm_step, &out.table_step};
-  std::array<std::vector<std::string>, all.size()> faults;
+  std::array<Problems, all.size()> faults;
   parallel_for(all.size(), [&](std::size_t k) {
     if (all[k] != nullptr) *steps[k] = examined(*all[k], recording.origin.file, faults[k]);
   });

@@ -87,8 +87,8 @@ Surroundings surroundings_of(const Plan& plan) {
     surroundings.latitude = settings.number("latitude");
   else if (plan.site)
     surroundings.latitude = plan.site->latitude, surroundings.latitude_sd = latitude_sd(*plan.site);
-  surroundings.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
-  surroundings.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
+  surroundings.gyro_instability = linear::stated_bias_instability(settings, "gyro_");
+  surroundings.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
   return surroundings;
 }

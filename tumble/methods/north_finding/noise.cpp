@@ -66,10 +66,8 @@ double step_of(const Signal& signal) { return signal.evidence.test.stretches.fro
 
 /// Bias instability of a signal by the settings [SI of the channel]; 0: not stated.
 double stated_for(const Bench& bench, const Signal& signal, const State& state) {
-  Problems problems;
-  const double stated = linear::stated_bias_instability(bench.plan->settings,
-                                                        signal.channel == gyro ? "gyro_" : "accelerometer_", problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const double stated =
+      linear::stated_bias_instability(bench.plan->settings, signal.channel == gyro ? "gyro_" : "accelerometer_");
   return stated * std::abs(state[scale_of(signal.channel)]);
 }
 

@@ -192,7 +192,8 @@ using Groups = std::map<Key, std::vector<std::size_t>>;
 /// one instant. Throws Error::bad_data with everything that is missing.
 Groups groups_of(const Data& data) {
   Groups groups;
-  std::vector<std::string> problems, without;
+  Problems problems;
+  std::vector<std::string> without;
   for (std::size_t i = 0; i < data.series.size(); ++i) {
     const Series& series = data.series[i];
     if (series.shake.kind != Motion::Kind::random) continue;

@@ -12,7 +12,8 @@ namespace tumble::random_vibration {
 
 std::vector<Type> types_of(const std::string& text, const std::vector<vibration::UnitUnderTest>& units) {
   std::vector<Type> types;
-  std::vector<std::string> problems, names;
+  Problems problems;
+  std::vector<std::string> names;
   for (const auto& unit : units) names.push_back(unit.name);
   if (text.empty()) {
     for (std::size_t u = 0; u < units.size(); ++u) types.push_back({units[u].name, {u}});

@@ -84,10 +84,8 @@ std::vector<Option> options() {
 
 std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
   std::array<linear::Problem, outputs> problems;
-  std::vector<std::string> wrong;
-  const double gyro_instability = linear::stated_bias_instability(plan.settings, gyro_prefix, wrong);
-  const double other_instability = linear::stated_bias_instability(plan.settings, accelerometer_prefix, wrong);
-  if (!wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
+  const double gyro_instability = linear::stated_bias_instability(plan.settings, gyro_prefix);
+  const double other_instability = linear::stated_bias_instability(plan.settings, accelerometer_prefix);
   for (const Which output : {gyro, accelerometer_x, accelerometer_y}) {
     linear::Problem& problem = problems[output];
     problem.role = role_of(output);

@@ -29,6 +29,6 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
                   Problems& problems);
 
 /// Throws Error::bad_input that lists the problems of [truth]; nothing if there is none.
-void refuse(std::vector<std::string> problems);
+void refuse(Problems problems);
 
 }  // namespace tumble::given

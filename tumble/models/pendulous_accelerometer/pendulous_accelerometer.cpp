@@ -116,8 +116,8 @@ double scale_factor(const Settings& truth, const std::string& word) {
   double scale = number_or(truth, name, 0.0);
   if (!truth.has(name) && word == "current") scale = current_scale_factor(truth);
   if (scale == 0.0)
-    refuse({"output = \"" + word + "\" needs " + name + ", not zero" +
-            (word == "current" ? ", or pendulosity and torquer_constant" : "")});
+    refuse({say("output = \"{}\" needs {}, not zero{}", word, Name{name},
+                word == "current" ? ", or pendulosity and torquer_constant" : "")});
   return scale;
 }
 

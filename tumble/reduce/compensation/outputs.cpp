@@ -10,8 +10,7 @@
 
 namespace tumble::compensation {
 
-bool usable_output(const Channel* channel, const Recording& recording, const std::string& role,
-                   Problems& problems) {
+bool usable_output(const Channel* channel, const Recording& recording, const std::string& role, Problems& problems) {
   if (!channel) {
     problems.push_back(say("the recording has no channel for the role {}", role));
     return false;
@@ -35,7 +34,7 @@ double number_in(const Table& table, const Table::Cell& cell) {
               say("the result's table {} holds '{}' where a number belongs", table.name, std::get<std::string>(cell)));
 }
 
-void refuse(const Recording& recording, std::vector<std::string> problems) {
+void refuse(const Recording& recording, Problems problems) {
   if (problems.empty()) return;
   if (!recording.origin.file.empty())
     for (auto& problem : problems)

@@ -16,8 +16,7 @@ namespace tumble::compensation {
 
 /// Whether the channel of an output can be compensated. Where there is none (null), or it is compensated already, this
 /// goes to `problems`.
-bool usable_output(const Channel* channel, const Recording& recording, const std::string& role,
-                   Problems& problems);
+bool usable_output(const Channel* channel, const Recording& recording, const std::string& role, Problems& problems);
 
 /// Adds a problem where a channel is there and its dimension is not that of `unit`.
 void require_dimension(const Channel* channel, const std::string& unit, Problems& problems);
@@ -26,7 +25,7 @@ void require_dimension(const Channel* channel, const std::string& unit, Problems
 double number_in(const Table& table, const Table::Cell& cell);
 
 /// Throws    Error::bad_data with all problems, each with the recording's file before it, where there are any
-void refuse(const Recording& recording, std::vector<std::string> problems);
+void refuse(const Recording& recording, Problems problems);
 
 /// What a compensated output is written with.
 struct Trust {

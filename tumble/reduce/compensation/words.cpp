@@ -26,7 +26,7 @@ void say_staying(const Work& work, const std::string& channel, Findings& finding
                       channel});
 }
 
-void say(const Counts& counts, const std::string& channel, Findings& findings) {
+void tell(const Counts& counts, const std::string& channel, Findings& findings) {
   const auto add = [&](std::string code, std::size_t count, Place first = {}, std::vector<FindingValue> values = {}) {
     if (count > 0)
       findings.push_back(

@@ -77,7 +77,7 @@ std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estim
 void say_staying(const Work& work, const std::string& channel, Findings& findings);
 
 /// Findings for samples outside of the calibration, without an input, without a solution.
-void say(const Counts& counts, const std::string& channel, Findings& findings);
+void tell(const Counts& counts, const std::string& channel, Findings& findings);
 
 /// Table of each term's mean, sd and greatest size, and of where its inputs come from.
 Table subtracted(const Work& work, const std::string& name, const Unit& unit);

@@ -107,9 +107,6 @@ std::vector<Option> options(const std::string& settling, const std::string& aver
 Option bias_instability_option(const std::string& unit, const std::string& prefix = "");
 /// Its value [SI]; 0: it is absent.
 double stated_bias_instability(const Settings& settings, const std::string& prefix);
-inline double stated_bias_instability(const Settings& settings, const std::string& prefix, std::vector<std::string>&) {
-  return stated_bias_instability(settings, prefix);
-}
 /// Puts them into a problem.
 void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix = "");
 

@@ -30,8 +30,8 @@ void refuse_backward(const Channel& channel) {
   if (back != stamps.end())
     throw Error(Error::Kind::bad_data,
                 say("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
-                            "before the test is reduced",
-                            channel.name, *back, *std::next(back)));
+                    "before the test is reduced",
+                    channel.name, *back, *std::next(back)));
 }
 
 /// Mean time between readings [s]; infinite: one reading.

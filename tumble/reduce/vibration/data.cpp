@@ -129,7 +129,7 @@ struct Test {
   std::vector<std::vector<MarkedSegment>> marks = marked_segments(evidence);
   StillPowerUps still{evidence};
   std::map<std::size_t, std::vector<Draft>> drafts = {};  ///< by unit
-  std::vector<std::string> problems = {};
+  Problems problems = {};
 };
 
 /// One marked segment of a unit, or a finding why it cannot be used.

@@ -22,7 +22,7 @@ std::string shown(double value, const char* unit) {
 /// Lays the pieces of one axis segment after segment.
 class Planner {
  public:
-  Planner(const AxisLimits& limits, const DriveErrors& errors, std::vector<std::string>* problems)
+  Planner(const AxisLimits& limits, const DriveErrors& errors, Problems* problems)
       : limits_(limits), errors_(errors), problems_(problems) {}
 
   void start(const Motion* first) {
@@ -66,8 +66,8 @@ class Planner {
     return number < errors_.positioning.size() ? errors_.positioning[number] : 0.0;
   }
   bool endless() const { return limits_.lowest == -infinity && limits_.highest == infinity; }
-  void problem(const std::string& text) {
-    if (problems_) problems_->push_back(fmt::format("segment '{}': {}", segment_->label, text));
+  void problem(const Sentence& said) {
+    if (problems_) problems_->push_back(within(say("segment '{}'", Name{segment_->label}), said));
   }
 
   void command(const Motion& motion) {
@@ -226,7 +226,7 @@ class Planner {
 
   const AxisLimits& limits_;
   const DriveErrors& errors_;
-  std::vector<std::string>* problems_;
+  Problems* problems_;
   Profile profile_;
   const Segment* segment_ = nullptr;
   std::size_t number_ = 0;
@@ -241,8 +241,7 @@ class Planner {
 
 }  // namespace
 
-Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors,
-                   std::vector<std::string>* problems) {
+Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors, Problems* problems) {
   const auto commands = commands_to(run, limits.axis);
   Planner planner(limits, errors, problems);
   planner.start(commands.empty() ? nullptr : commands.front().motion);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tumble/core/schedule.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::chain {
 
@@ -75,8 +76,7 @@ struct Profile {
 /// * not mentioned: what was to be held stays so; what turned or oscillated comes to rest.
 ///
 /// Problems (limits, motions not reached within their segment) are appended to `problems` unless it is null.
-Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors,
-                   std::vector<std::string>* problems);
+Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors, Problems* problems);
 
 /// State at `time` [s]; `piece` is where to look first and is left where it was found.
 Turn at(const Profile& profile, double time, std::size_t& piece);

@@ -139,8 +139,9 @@ bool excited(const Term& term, const std::vector<Felt>& felt) {
   return largest(term, felt) > least_excitation * largest(term, strong_motions());
 }
 
-std::vector<std::string> problems_of_terms(const Plan& plan, const std::vector<std::string>& names) {
-  std::vector<std::string> known, problems;
+Problems problems_of_terms(const Plan& plan, const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  Problems problems;
   for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
     for (const auto& term : output.terms) known.push_back(term.name);
   for (const auto& name : names)

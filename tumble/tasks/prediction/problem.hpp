@@ -5,6 +5,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/reduce/terms.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::prediction {
 
@@ -26,7 +27,7 @@ std::vector<Felt> felt_over(const Plan& plan);
 bool excited(const Term& term, const std::vector<Felt>& felt);
 
 /// A sentence for each name that is no term of the plan's model.
-std::vector<std::string> problems_of_terms(const Plan& plan, const std::vector<std::string>& names);
+Problems problems_of_terms(const Plan& plan, const std::vector<std::string>& names);
 
 /// The outputs with the terms that `felt` excites. `only` limits the terms to these names; empty: all.
 std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<Felt>& felt,
