@@ -24,7 +24,7 @@ import tomllib
 
 import check_tools
 
-LEAST_SHARE = 0.214  # of the sentences that refuse, those that have Chinese: it may only grow
+LEAST_SHARE = 0.95  # of the sentences that refuse, those that have Chinese: it may only grow
 SECTIONS = ["finding", "phrase", "certificate", "report", "terminal", "archive", "list"]
 NEED_NO_HAN = {"finding.parameter_not_summarised", "phrase.axis_x", "phrase.axis_y", "report.next_pair", "report.findings_note",
                "certificate.coverage_factor", "certificate.colon", "certificate.comma", "certificate.rule_named",
@@ -44,7 +44,7 @@ TYPOGRAPHY = {
     "a plus-minus sign": re.compile(r"\+-|±(?! U)"),
 }
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((.*?)\)"|"((?:[^"\\\n]|\\.)*)"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
-REFUSES = re.compile(r"throw|Error[({]|problem|refus|complain|\bfail\(|missing\.push")
+REFUSES = re.compile(r"throw|Error[({]|problem|refus|complain|\bfail\(|missing\.push|\bsay\($|\badd\($")
 VERB = re.compile(r'Verb \w+_verb\([^)]*\) \{.*?return \{\s*"([a-z-]+)"', re.DOTALL)
 
 
@@ -126,7 +126,7 @@ def sentences_of_sources(root):
                 continue
             for said, before in literals_of(path.read_text(encoding="utf-8")):
                 every.append(said)
-                if REFUSES.search(before) and len(re.findall(r"[A-Za-z]{2,}", " ".join(pieces_of(said)))) > 2:
+                if REFUSES.search(before) and len(re.findall(r"(?<![^ (\"'])[A-Za-z]{2,}", " ".join(pieces_of(said)))) > 2:
                     refusals.add(said)
     titles = [line for path in sorted((root / "plans").glob("*.toml")) for line in path.read_text(encoding="utf-8").splitlines()
               if line.startswith("title")]
@@ -185,7 +185,8 @@ def faults_of_said(root, chinese):
         for key, text in chinese.get(section, {}).items():
             faults += faults_of_values(section, key, text)
     keys = {key_of(key) for section in ("said", "said_by_libraries") for key in chinese.get(section, {})}
-    done = sum(has_chinese(key_of(said), keys) for said in refusals)
+    # Words without values stand with their braces as they are: in a pattern these are doubled.
+    done = sum(has_chinese(key_of(said), keys) or said.replace("{", "{{").replace("}", "}}") in keys for said in refusals)
     if done < LEAST_SHARE * len(refusals):
         faults.append(f"tests/check_chinese.py: {done} of {len(refusals)} sentences that refuse have Chinese, fewer than {LEAST_SHARE:.1%}")
     return faults, f"{done} of {len(refusals)} sentences that refuse ({done / max(len(refusals), 1):.1%}) have Chinese"
@@ -230,6 +231,7 @@ TAMPERED = {
     "a name that is there twice": (*changed('"file over {}" =', '"file_over {}" = "文件随 {0}"\n"file over {}" ='), "is the same as"),
     "a value of a result that is lost": (*changed("文件随 {0}", "文件"), "other values than its key"),
     "a verb without its line": ("apps/cli/init.cpp", 'Verb init_verb() {\n  return {"init", "Write"};\n}\n', "[verb] lacks init"),
+    "a refusal without Chinese": ("tumble/core/write.cpp", 'throw Error("there is no room");\n', "0 of 1 sentences that refuse have Chinese"),
     "a line without its verb": (*changed("[verb]", '[verb]\ninit = "写"'), "no verb init"),
 }
 

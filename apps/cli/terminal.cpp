@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -103,19 +104,22 @@ void complain(const Terminal& terminal, const Problems& problems) {
 
 namespace {
 
-/// The descriptor that the environment variable TUMBLE_PROGRESS names: lines "0.25 reading" are written to it, at most
-/// ten a second, in place of what a terminal shows. -1: none.
-int progress_descriptor() {
-  const char* text = std::getenv("TUMBLE_PROGRESS");
+/// The descriptor that an environment variable names. -1: none.
+int descriptor_of(const char* variable) {
+  const char* text = std::getenv(variable);
   const int descriptor = text ? std::atoi(text) : -1;
   return descriptor > STDERR_FILENO && fcntl(descriptor, F_GETFD) >= 0 ? descriptor : -1;
 }
 
+/// Lines "0.25 reading" are written to it, at most ten a second, in place of what a terminal shows.
+int progress_descriptor() { return descriptor_of("TUMBLE_PROGRESS"); }
+
 }  // namespace
 
 void hand_on(Error::Kind kind, const Problems& problems) {
-  const int descriptor = progress_descriptor();
+  const int other = descriptor_of("TUMBLE_PROBLEMS"), descriptor = other >= 0 ? other : progress_descriptor();
   if (descriptor < 0) return;
+  std::signal(SIGPIPE, SIG_IGN);  // who has started this one may have ended
   const std::string line = "problems " + problems_to_json(code_of(kind), problems, Language::english) + "\n";
   for (std::size_t done = 0; done < line.size();) {
     const auto count = write(descriptor, line.data() + done, line.size() - done);

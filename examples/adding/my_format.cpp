@@ -29,8 +29,7 @@ std::vector<double> numbers_of(const std::string& path) {
   while (const std::size_t count = file.read(bytes.data() + size, bytes.size() - size)) size += count;
   if (size < signature.size() + sizeof(double) || (size - signature.size()) % sizeof(double) != 0)
     throw Error(Error::Kind::bad_file,
-                say("'{}': {} bytes; the signature of 8 bytes and 8 bytes for each number were expected", path,
-                    std::to_string(size)));
+                say("'{}': {} bytes; the signature of 8 bytes and 8 bytes for each number were expected", path, size));
   std::vector<double> numbers((size - signature.size()) / sizeof(double));
   std::memcpy(numbers.data(), bytes.data() + signature.size(), numbers.size() * sizeof(double));
   return numbers;

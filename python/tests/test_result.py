@@ -153,6 +153,12 @@ def test_a_wrong_plan_is_refused_with_all_lines(tmp_path):
     assert (refused.value.file, refused.value.line, refused.value.status) == (str(plan), 3, 2)
     copy = pickle.loads(pickle.dumps(refused.value))
     assert (type(copy), copy.problems, copy.line) == (tumble.UsageError, refused.value.problems, 3)
+    first = refused.value.errors[0]
+    assert (first["code"], first["message"]) == ("bad_input", refused.value.problems[0])
+    assert first["pattern"] == "unknown key '{}'{}"
+    assert first["values"][0] == {"text": "confidense"}
+    assert (first["where"]["file"], first["where"]["line"]) == (str(plan), 3)
+    assert copy.errors == refused.value.errors
 
 
 def test_limits_that_fail_are_an_error_on_request(tree):

@@ -19,8 +19,8 @@ class TumbleError(Exception):
 
     `problems` holds every problem found, not only the first. `file`, `line` and `time` [s] say where the first of them
     is; each is None where the message does not say it. `status` is the exit status of the command for such an error.
-    `errors` holds each problem as values: a dictionary with `code`, `message`, `pattern`, `values` and `where`; empty where
-    the package itself has refused.
+    `errors` holds each problem as values: a dictionary with `code`, `message`, `pattern`, `values` and `where`; empty
+    where the package itself has refused.
     """
 
     status = 4
@@ -37,13 +37,9 @@ class TumbleError(Exception):
         self.file: str | None = file["file"] if file else None
         self.line: int | None = int(line["line"]) if line else None
         self.time: float | None = float(time["time"]) if time else None
-
         where = self.errors[0]["where"] if self.errors else {}
-        self.file, self.line, self.time = (
-            where.get("file", self.file),
-            where.get("line", self.line),
-            where.get("time", self.time),
-        )
+        self.file, self.line = where.get("file", self.file), where.get("line", self.line)
+        self.time = where.get("time", self.time)
 
     def __reduce__(self) -> tuple[type[TumbleError], tuple[tuple[str, ...], tuple[dict[str, Any], ...]]]:
         return type(self), (self.problems, self.errors)

@@ -101,7 +101,7 @@ std::string sentence(const Finding& finding);
 /// Throws Error::internal if it names an absent value.
 std::string filled(const std::string& sentence, const Finding& finding);
 
-/// What a finding says as a sentence of its pattern and its values.
+/// The message of a finding as a sentence of its pattern and its values.
 Sentence said_of(const Finding& finding);
 
 /// The errors among them as the problems of a refusal: "where: message".

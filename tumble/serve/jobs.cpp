@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/problem_json.hpp"
@@ -83,22 +82,6 @@ Job::Step in_folder(Job::Step step, const std::string& folder) {
   for (std::string& word : step)
     if (word.starts_with(mark)) word.replace(0, mark.size(), folder);
   return step;
-}
-
-}  // namespace
-
-namespace {
-
-/// Why a program has failed: what it has handed on, or else all that it said (a fault of memory, a signal).
-Problems problems_of(const jobs::Outcome& outcome, const std::string& root) {
-  Problems problems;
-  if (!outcome.problems.empty())
-    for (const Problem& problem : problems_from_json(outcome.problems)) problems.push_back(named_from(root, problem));
-  else if (!outcome.messages.empty())
-    problems.push_back(
-        named_from(root, Problem(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1))));
-  if (problems.empty()) problems.push_back("the program ended without a message");
-  return problems;
 }
 
 }  // namespace
@@ -328,7 +311,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    job.problems = problems_of(outcome, options_.root);
+    job.problems = jobs::problems_of(outcome, options_.root);
   }
   if (!ended_) settle(jobs_[id]);
 }

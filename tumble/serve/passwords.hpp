@@ -17,7 +17,7 @@ bool is_password(const std::string& password, const std::string& hash);
 /// Whether a text is one that hash_of_password() makes.
 bool is_password_hash(const std::string& hash);
 
-/// What is wrong with a new password; empty: nothing.
+/// Problems of a new password; empty: none.
 Problems problems_of_password(const std::string& password, const std::string& user);
 
 /// 256 bits that nobody can guess, in hex.

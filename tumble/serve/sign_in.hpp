@@ -11,7 +11,7 @@
 
 namespace tumble {
 
-/// What a check of a password gave.
+/// Outcome of the check of a password.
 struct PasswordCheck {
   enum class State { right, wrong, paused };
   State state = State::wrong;

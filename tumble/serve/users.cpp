@@ -21,7 +21,7 @@
 namespace tumble {
 namespace {
 
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 constexpr std::size_t longest_name = 100;  ///< bytes
@@ -57,7 +57,7 @@ User user_in(Section& section) {
 
 std::vector<User> users_of(const std::string& text, const std::string& path) {
   const auto document = tables::document_of(text, path);
-  Problems problems{.file = path, .all = {}};
+  FileProblems problems{.file = path, .all = {}};
   Section root(document, "", problems);
   std::vector<User> users;
   const auto* list = root.find("user");

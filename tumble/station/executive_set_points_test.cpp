@@ -104,7 +104,7 @@ TEST(SetPoint, OfAPlanThatRampsFasterIsRefused) {
   const auto chamber = std::ranges::find(station.axes, StationAxis::Kind::temperature, &StationAxis::kind);
   ASSERT_NE(chamber, station.axes.end());
   chamber->max_rate = si(0.01, "K/min");
-  const auto problems = check_station(plan, station, {.rehearsed = true});
+  const auto problems = texts_of(check_station(plan, station, {.rehearsed = true}));
   EXPECT_TRUE(std::ranges::any_of(problems, [](const std::string& problem) {
     return problem.find("K/min is beyond the station's 0.01 K/min") != std::string::npos;
   }));

@@ -27,11 +27,11 @@ std::vector<NamedDevice> names_of(const Station& station) {
   return names;
 }
 
-std::string said_in_use(const StationDevice& device, const lease::Holder& holder) {
+Problem said_in_use(const StationDevice& device, const lease::Holder& holder) {
   if (holder.run.empty() && holder.process == 0)
-    return fmt::format("{} at {} is in use by another process of this machine", device.name, device.link);
-  return fmt::format("{} at {} is in use by the run '{}' (process {}); tumble stop ends it", device.name, device.link,
-                     holder.run, holder.process);
+    return say("{} at {} is in use by another process of this machine", device.name, device.link);
+  return say("{} at {} is in use by the run '{}' (process {}); tumble stop ends it", device.name, device.link,
+             holder.run, holder.process);
 }
 
 }  // namespace

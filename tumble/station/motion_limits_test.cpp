@@ -99,7 +99,7 @@ TEST(MotionLimits, PeaksOfARandomVibrationAreComparedWithTheAcceleration) {
   axis.lowest.reset(), axis.highest.reset(), axis.max_rate.reset();
   const Segment segment{"shake", 60.0, 1, {}};
   axis.max_acceleration = 1.7;  // 3 times 0.548 m/s^2 is 1.64
-  const auto problems = beyond_limits(segment, axis, small_random(), {});
+  const auto problems = texts_of(beyond_limits(segment, axis, small_random(), {}));
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find("standard deviations"), std::string::npos) << problems[0];
   EXPECT_NE(problems[0].find("`clips_at`"), std::string::npos) << problems[0];

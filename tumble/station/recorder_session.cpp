@@ -241,8 +241,8 @@ class Session {
         return seal(folder_, disk);
       } catch (const Error& error) {
         throw Error(error.kind,
-                    {outcome_.whole ? "the recording cannot be sealed" : outcome_.ending, error.what(),
-                     fmt::format("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_)});
+                    Problems{outcome_.whole ? "the recording cannot be sealed" : outcome_.ending, error.what(),
+                             say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_)});
       }
     }();
     outcome_.sealed = std::move(files.at(0));

@@ -8,6 +8,7 @@
 
 #include "tumble/core/plan.hpp"
 #include "tumble/station/requirement.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/wire/controller.hpp"
 
 namespace tumble {
@@ -171,6 +172,6 @@ struct StationRequest {
 std::vector<std::string> expired_equipment(const Station& station, const std::string& date);
 
 /// All reasons why a plan cannot be carried out at a station, so that it is refused before anything moves.
-std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request);
+Problems check_station(const Plan& plan, const Station& station, const StationRequest& request);
 
 }  // namespace tumble

@@ -197,15 +197,15 @@ TEST(StationCheck, AcceptsAPlanThatTheStationCanCarryOut) {
   const auto plan = plan_of_table(
       {testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}, {"mount_yaw", held_at(90.0)}}),
        testing::bench_segment("turn", 1.0, {{"table", turned_at(60.0)}})});  // 180 deg in 1 s and 2 s of settling
-  EXPECT_EQ(check_station(plan, station, request_of_slot_1), std::vector<std::string>{});
+  EXPECT_EQ(texts_of(check_station(plan, station, request_of_slot_1)), std::vector<std::string>{});
 }
 
 TEST(StationCheck, StatesAllRefusalsAtOnce) {
   Station station = read_station(sound_station, "bench.toml");
   station.equipment[0].due = "2026-11-23";
   station.axes[0].name = "tabel";
-  const auto first =
-      check_station(plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}})}), station, {});
+  const auto first = texts_of(
+      check_station(plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}})}), station, {}));
   EXPECT_TRUE(has_problem(first, "the rig rate_table of the plan has no such axis; did you mean 'table'?"));
   EXPECT_TRUE(has_problem(first, "segment 'rest': no device of the station moves table"));
   EXPECT_TRUE(has_problem(first, "slot '1': the unit has no serial number: --unit 1=SERIAL"));
@@ -221,7 +221,7 @@ TEST(StationCheck, StatesAllRefusalsAtOnce) {
            {{"table", Motion{.kind = Motion::Kind::sine, .amplitude = si(10.0, "deg"), .frequency = 10.0}}})});
   plan.sample_rate = 100.0;
   const StationRequest request{.units = {{"1", "SN-5"}, {"2", "SN-5"}, {"3", " "}}, .date = "2026-11-24"};
-  const auto problems = check_station(plan, station, request);
+  const auto problems = texts_of(check_station(plan, station, request));
   EXPECT_TRUE(has_problem(problems, "segment 'high': table: 190 deg is beyond the station's 180 deg"));
   EXPECT_TRUE(has_problem(problems, "segment 'fast': table: 201 deg/s is beyond the station's 200 deg/s"));
   EXPECT_TRUE(has_problem(problems, "segment 'long': table: 1200 deg is beyond the station's 360 deg"))
@@ -249,7 +249,7 @@ TEST(StationCheck, RefusesARequestThatTheControllerWouldRefuseInMotion) {
   station.axes[0].speed.reset();
   station.devices[0].takes["position"] = station.devices[0].needs["position"] = {"position", "rate"};
   EXPECT_EQ(
-      check_station(plan, station, request_of_slot_1),
+      texts_of(check_station(plan, station, request_of_slot_1)),
       std::vector<std::string>{"table: 'position' of the controller acutrol_like needs rate: add `speed` to the axis"})
       << "once, however many segments";
 }
@@ -294,7 +294,7 @@ TEST(StationFile, ASpeedAboveTheRateOfTheAxisIsRefused) {
 std::vector<std::string> problems_of_motions(const Station& station, const std::vector<Motion>& motions) {
   Plan plan;
   for (const Motion& motion : motions) plan.schedule.push_back({"it", 30.0, 1, {{"table", motion}}});
-  return check_station(plan, station, {.rehearsed = true});
+  return texts_of(check_station(plan, station, {.rehearsed = true}));
 }
 
 TEST(StationFile, MotionsThatLeaveTheTravelFromWhereTheAxisStandsAreRefused) {

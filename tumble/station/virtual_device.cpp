@@ -34,7 +34,7 @@ struct Asked {
   void refuse(const Sentence& why) {
     if (why.empty()) return;
     reply.refused = true;
-    reply.text += (reply.text.empty() ? "" : "; ") + why;
+    reply.text += (reply.text.empty() ? "" : "; ") + why.text();
   }
   void order(const Motion& motion) {
     if (!reply.refused) refuse(rig.command(time, axis, motion));

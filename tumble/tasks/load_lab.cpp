@@ -17,7 +17,7 @@
 namespace tumble {
 namespace {
 
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 std::optional<Date> date_of(const toml::node& node) {
@@ -178,7 +178,7 @@ void read_certificate(Section& section, CertificateDetails& details) {
 }
 
 /// The values of the command line in place of those of the file.
-void override_values(toml::table& document, const Sets& sets, Problems& problems) {
+void override_values(toml::table& document, const Sets& sets, FileProblems& problems) {
   for (const auto& [key, value] : sets) {
     const auto dot = key.find('.');
     const std::string section = key.substr(0, dot);
@@ -196,7 +196,7 @@ void override_values(toml::table& document, const Sets& sets, Problems& problems
 
 /// Each table of a list [[name]].
 template <class Read>
-auto list_of(Section& root, const char* name, Problems& problems, const Read& read) {
+auto list_of(Section& root, const char* name, FileProblems& problems, const Read& read) {
   std::vector<decltype(read(root))> all;
   const auto* node = root.find(name);
   if (!node) return all;
@@ -220,7 +220,7 @@ auto list_of(Section& root, const char* name, Problems& problems, const Read& re
 
 /// A table [name], or an empty one.
 template <class Read>
-void read_table(Section& root, const char* name, Problems& problems, const Read& read) {
+void read_table(Section& root, const char* name, FileProblems& problems, const Read& read) {
   static const toml::table nothing;
   const auto* table = root.table(name);
   Section section(table ? *table : nothing, fmt::format("[{}]", name), problems);
@@ -232,7 +232,7 @@ void read_table(Section& root, const char* name, Problems& problems, const Read&
 
 CertificateDetails load_lab(const std::string& path, const Sets& sets) {
   auto document = tables::document_of(read_text_file(path), path);
-  Problems problems{.file = path, .all = {}};
+  FileProblems problems{.file = path, .all = {}};
   override_values(document, sets, problems);
   Section root(document, "", problems);
   CertificateDetails details{.file = path};

@@ -29,7 +29,7 @@ namespace tumble {
 namespace {
 
 using plan_file::files_like;
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 /// Runs `find`, a look-up in a catalogue; what it says when the name is unknown becomes a problem of that key.
@@ -46,7 +46,7 @@ auto look_up(Section& section, std::string_view key, Find find) -> decltype(&fin
 /// A plan while it is read: what the sections that come later need of those before them.
 struct Reading {
   Plan plan;
-  Problems problems;
+  FileProblems problems;
   SortedSets sets;
   const Method* method = nullptr;
   const Model* model = nullptr;
@@ -161,7 +161,7 @@ Beside read_one_beside(Reading& reading, const std::string& name, const toml::ta
   const auto* own = section.table("truth");
   std::vector<Given> given;
   if (beside.model == reading.plan.instrument_model) {
-    Problems heard;  // the truth of the plan has been read and complained about before
+    FileProblems heard;  // the truth of the plan has been read and complained about before
     given = overridden(Section(truth, "[truth]", heard).rest(), reading.sets.truth);
   }
   if (own) given = overridden(std::move(given), Section(*own, "[beside." + name + ".truth]", reading.problems).rest());

@@ -55,8 +55,8 @@ Clock clock_of(const std::vector<RecordPiece>& pieces) {
 /// What of a file does not fit to the first.
 Problems misfits(const RecordPiece& piece, const RecordPiece& first) {
   if (piece.channels.size() != first.channels.size())
-    return {fmt::format("{}: has {} channels, and {} has {}: all files of a record must have the same", piece.file,
-                        piece.channels.size(), first.file, first.channels.size())};
+    return {say("{}: has {} channels, and {} has {}: all files of a record must have the same", piece.file,
+                piece.channels.size(), first.file, first.channels.size())};
   Problems problems;
   for (std::size_t k = 0; k < piece.channels.size(); ++k) {
     const ChannelExtent &mine = piece.channels[k], &wanted = first.channels[k];

@@ -33,7 +33,7 @@ std::map<std::string, StoppingRule> stopping_rules(const Plan& plan) {
   const toml::table document = tables::document_of(*plan.text, plan.file);
   const auto* segments = document.get_as<toml::array>("schedule");
   if (!segments) return rules;
-  tables::Problems problems{plan.file, {}};
+  tables::FileProblems problems{plan.file, {}};
   std::map<std::string, bool> ruled;  // by label: whether its first segment has a rule
   for (const auto& node : *segments) {
     const auto* table = node.as_table();

@@ -35,7 +35,7 @@ struct Sentence {
   friend bool operator==(const Sentence& a, const Sentence& b) { return a.text() == b.text(); }
 };
 
-/// What a sentence says about something: a name, a text of a file, a number, or a sentence in it.
+/// One value of a sentence: a name, a text of a file, a number, or a sentence in it.
 struct SentenceValue {
   enum class Kind {
     name,     ///< of a file, a channel, a unit: never translated
@@ -105,7 +105,7 @@ struct SayArgument {
   const char* words = nullptr;  ///< of the program: a sentence without values
 };
 
-/// What `say` makes of its pattern, with one of `arguments` for each of `values`.
+/// The sentence that `say` returns, with one of `arguments` for each of `values`.
 Sentence made_sentence(std::string_view pattern, fmt::format_args values, const SayArgument* arguments);
 
 inline SayArgument say_argument(const Name&) { return {.kind = SentenceValue::Kind::name}; }

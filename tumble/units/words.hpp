@@ -30,6 +30,6 @@ struct UnitWord {
 std::vector<UnitWord> unit_words();
 
 /// Advice on a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
-std::string advice_on(std::string_view word);
+Sentence advice_on(std::string_view word);
 
 }  // namespace tumble

@@ -351,7 +351,7 @@ class ControllerDevice {
   std::deque<Slot> slots_;
   std::vector<Progress> progress_;  ///< by command
   std::uint64_t lines_ = 0;
-  std::vector<std::string> problems_;
+  Problems problems_;
 };
 
 }  // namespace tumble

@@ -12,15 +12,15 @@
 
 namespace tumble::tables {
 
-std::string Problems::place(const toml::source_region& at) const {
+std::string FileProblems::place(const toml::source_region& at) const {
   return at.begin.line == 0 ? file : fmt::format("{}:{}", file, at.begin.line);  // 0: given on the command line
 }
 
-Where Problems::where(const toml::source_region& at) const {
+Where FileProblems::where(const toml::source_region& at) const {
   return {.file = file, .line = at.begin.line, .place = say("{}", Name{place(at)})};
 }
 
-void Problems::add(const toml::source_region& at, Problem problem) {
+void FileProblems::add(const toml::source_region& at, Problem problem) {
   problem = within(where(at), std::move(problem));
   constexpr std::size_t most = 200;
   if (all.size() > most || std::find(all.begin(), all.end(), problem) != all.end())
@@ -31,7 +31,7 @@ void Problems::add(const toml::source_region& at, Problem problem) {
     all.push_back(say("there are more than {} problems: correct these first", most));
 }
 
-tumble::Problems Problems::sorted() const {
+Problems FileProblems::sorted() const {
   const auto line = [this](const Problem& problem) {
     const bool here = problem.where.file == file && problem.where.line > 0;
     return here ? problem.where.line : std::numeric_limits<std::size_t>::max();
@@ -42,7 +42,7 @@ tumble::Problems Problems::sorted() const {
   return all_sorted;
 }
 
-Section::Section(const toml::table& table, std::string name, Problems& problems)
+Section::Section(const toml::table& table, std::string name, FileProblems& problems)
     : table_(table), name_(std::move(name)), problems_(problems) {}
 
 const toml::node* Section::find(std::string_view key) {

@@ -14,9 +14,9 @@
 namespace tumble::tables {
 
 /// Problems of a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
-struct Problems {
+struct FileProblems {
   std::string file;
-  tumble::Problems all;
+  Problems all;
 
   /// "plan.toml:12"
   std::string place(const toml::source_region& at) const;
@@ -24,7 +24,7 @@ struct Problems {
   Where where(const toml::source_region& at) const;
   void add(const toml::source_region& at, Problem problem);
   /// In the order of their lines; those without a line last.
-  tumble::Problems sorted() const;
+  Problems sorted() const;
 };
 
 /// One table of such a file. Hands out its values by key, checked, and remembers which keys were asked for: every other
@@ -33,7 +33,7 @@ struct Problems {
 class Section {
  public:
   /// `name` for messages: "[site]"; empty for the file itself.
-  Section(const toml::table& table, std::string name, Problems& problems);
+  Section(const toml::table& table, std::string name, FileProblems& problems);
 
   /// Null when the key is absent.
   const toml::node* find(std::string_view key);
@@ -71,7 +71,7 @@ class Section {
   Where named(std::string_view key) const;
 
   std::string name_;
-  Problems& problems_;
+  FileProblems& problems_;
   std::vector<std::string> known_;
 };
 

@@ -43,7 +43,7 @@ void Problems::refuse_any() const {
       count_ == 1 ? say("{} place that cannot be read", count_) : say("{} places that cannot be read", count_);
   tumble::Problems problems{{Where{.file = path_, .place = say("'{}'", Name{path_})}, many}};
   problems.insert(problems.end(), first_.begin(), first_.end());
-  if (count_ > first_.size()) problems.push_back(say("and {} more", std::to_string(count_ - first_.size())));
+  if (count_ > first_.size()) problems.push_back(say("and {} more", count_ - first_.size()));
   throw Error{Error::Kind::bad_file, problems};
 }
 

@@ -150,8 +150,7 @@ class Source {
   Timeline stamps_of(const Numbers& numbers, const std::string& path) {
     if (stamps_ == Stamps::ignored) return {};
     Numbers time = open_numbers(file_, path, size_);
-    if (time.count != numbers.count)
-      fail(say("{} has {} stamps for {} samples", path, std::to_string(time.count), std::to_string(numbers.count)));
+    if (time.count != numbers.count) fail(say("{} has {} stamps for {} samples", path, time.count, numbers.count));
     H5O_info_t info;
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
     for (const auto& known : clocks_)
@@ -181,7 +180,7 @@ class Source {
       hdf5::append(of.numbers, first, std::min(piece, of.numbers.count - first), of.unit.factor(), of.unit.offset(),
                    some);
       for (std::size_t i = 0; i < some.size(); ++i) {
-        if (std::isnan(some[i])) fail(say("{} has no value at sample {}", path, std::to_string(first + i)));
+        if (std::isnan(some[i])) fail(say("{} has no value at sample {}", path, first + i));
         clock.add(some[i], 0.0);
       }
       if (stamps_ == Stamps::kept) stamps.insert(stamps.end(), some.begin(), some.end());

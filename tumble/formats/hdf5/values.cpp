@@ -110,7 +110,7 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   numbers.count = extent[numbers.axis];
   if (numbers.count == 0) fail("it has no samples");
   if (!plausible(numbers.count, file_size))
-    fail(say("it claims {} samples, more than a file of this size can hold", std::to_string(numbers.count)));
+    fail(say("it claims {} samples, more than a file of this size can hold", numbers.count));
   look_at_storage(numbers, file, path, extent, file_size);
   const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
   numbers.raw = raw_samples(file, numbers.dataset, plist, numbers.rank, numbers.count, file_size);

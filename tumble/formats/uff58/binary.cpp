@@ -76,8 +76,8 @@ void each_part(const std::string& path, const Progress& progress, const Parts& p
     const std::string_view here(window.data(), std::min(window.available(), longest_line));
     const auto end = here.find('\n');
     if (end == here.npos && here.size() == longest_line)
-      throw Error{Error::Kind::bad_file, say("'{}', line {}: more than {} characters", path, std::to_string(number),
-                                             std::to_string(longest_line))};
+      throw Error{Error::Kind::bad_file,
+                  say("'{}', line {}: more than {} characters", path, number, std::to_string(longest_line))};
     const std::string line = in_utf8(here.substr(0, end), path);
     window.skip(end == here.npos ? here.size() : end + 1);
     parts.line(line, number);

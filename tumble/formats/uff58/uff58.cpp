@@ -58,7 +58,7 @@ class Reader {
   std::optional<Timeline> even_timeline() const;
   void find_time_unit();
   [[noreturn]] void refuse(std::size_t line, const Sentence& reason) const {
-    throw Error{Error::Kind::bad_file, say("'{}', line {}: {}", path_, std::to_string(line), reason)};
+    throw Error{Error::Kind::bad_file, say("'{}', line {}: {}", path_, line, reason)};
   }
 
   std::string path_;

@@ -23,8 +23,7 @@ struct Run {
 std::vector<Run> runs_of(std::span<const double> values) {
   std::vector<Run> runs;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isinf(values[i]))
-      throw Error(Error::Kind::bad_data, say("infinite value at sample {}", std::to_string(i)));
+    if (std::isinf(values[i])) throw Error(Error::Kind::bad_data, say("infinite value at sample {}", i));
     if (std::isnan(values[i])) continue;
     if (i == 0 || std::isnan(values[i - 1])) runs.push_back({i, 0});
     ++runs.back().size;
@@ -211,7 +210,7 @@ void check(double rate, const SpectrumOptions& options) {
   Problems problems;
   if (!(rate > 0.0 && std::isfinite(rate))) problems.push_back("sampling rate must be above 0 Hz");
   if (options.length != 0 && options.length < shortest_run)
-    problems.push_back(say("a segment needs at least {} samples", std::to_string(shortest_run)));
+    problems.push_back(say("a segment needs at least {} samples", shortest_run));
   if (!(options.time_bandwidth >= 1.0 && options.time_bandwidth <= 16.0))
     problems.push_back("time-bandwidth must lie between 1 and 16");
   if (!(options.points_per_decade >= 0.0 && options.points_per_decade <= 1000.0))

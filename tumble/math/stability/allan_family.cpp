@@ -198,8 +198,7 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
   check(interval, factors, options);
   const auto bad = std::find_if(phase.begin(), phase.end(), [](double value) { return !std::isfinite(value); });
   if (bad != phase.end()) {
-    throw Error(Error::Kind::bad_data,
-                say("phase point {} is not a finite number", std::to_string(bad - phase.begin())));
+    throw Error(Error::Kind::bad_data, say("phase point {} is not a finite number", bad - phase.begin()));
   }
   if (phase.size() < 2) return {};
   return stability_of_runs(measure, {phase, {{0, phase.size() - 1}}, nullptr}, interval, factors, options);

@@ -144,8 +144,7 @@ std::pair<long double, std::size_t> total(std::span<const double> rate, std::spa
   }
   if (!std::isfinite(static_cast<double>(sum))) {
     const auto bad = std::find_if(rate.begin(), rate.end(), [](double value) { return std::isinf(value); });
-    throw Error(Error::Kind::bad_data,
-                say("infinite or overflowing value at sample {}", std::to_string(bad - rate.begin())));
+    throw Error(Error::Kind::bad_data, say("infinite or overflowing value at sample {}", bad - rate.begin()));
   }
   return {sum, present};
 }

@@ -139,8 +139,7 @@ void StreamingAllan::push(std::span<const double> rate) {
     samples_ += good;
     if (pending.size() == increments_at_once) work_through(0);
     if (good < some.size()) {
-      if (std::isinf(*end))
-        throw Error(Error::Kind::bad_data, say("infinite value at sample {}", std::to_string(start_ + samples_)));
+      if (std::isinf(*end)) throw Error(Error::Kind::bad_data, say("infinite value at sample {}", start_ + samples_));
       ++samples_;
       break_off();
     }

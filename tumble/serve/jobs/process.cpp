@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "tumble/formats/confinement.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::jobs {
@@ -87,7 +88,8 @@ std::vector<std::string> environment_in_english() {
   std::vector<std::string> all{"LC_ALL=C.UTF-8", confined + confined_to().string()};
   for (char** entry = environ; *entry; ++entry) {
     const std::string_view one(*entry);
-    if (!one.starts_with("TUMBLE_PROGRESS=") && !one.starts_with("LC_ALL=") && !one.starts_with(confined))
+    if (!one.starts_with("TUMBLE_PROGRESS=") && !one.starts_with("TUMBLE_PROBLEMS=") && !one.starts_with("LC_ALL=") &&
+        !one.starts_with(confined))
       all.emplace_back(one);
   }
   return all;
@@ -105,17 +107,6 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   for (std::string& text : texts) all.push_back(text.data());
   all.push_back(nullptr);
   return all;
-}
-
-/// Takes the line "problems [...]" out of what is waiting.
-void take_problems(std::string& waiting, std::string& problems) {
-  constexpr std::string_view mark = "problems ";
-  for (std::size_t begin = 0, end = 0; (end = waiting.find('\n', begin)) != std::string::npos; begin = end + 1)
-    if (std::string_view(waiting).substr(begin).starts_with(mark)) {
-      problems = waiting.substr(begin + mark.size(), end - begin - mark.size());
-      waiting.erase(begin, end + 1 - begin);
-      return;
-    }
 }
 
 /// The last whole line of "0.25 what": earlier ones are history.
@@ -256,11 +247,33 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   return outcome;
 }
 
+Problems problems_of(const Outcome& outcome, const std::string& root) {
+  Problems problems;
+  if (!outcome.problems.empty())
+    for (const Problem& problem : problems_from_json(outcome.problems)) problems.push_back(named_from(root, problem));
+  else if (!outcome.messages.empty())
+    problems.push_back(
+        named_from(root, Problem(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1))));
+  if (problems.empty()) problems.emplace_back("the program ended without a message");
+  return problems;
+}
+
+void take_problems(std::string& waiting, std::string& problems) {
+  constexpr std::string_view mark = "problems ";
+  for (std::size_t begin = 0, end = 0; (end = waiting.find('\n', begin)) != std::string::npos; begin = end + 1)
+    if (std::string_view(waiting).substr(begin).starts_with(mark)) {
+      problems = waiting.substr(begin + mark.size(), end - begin - mark.size());
+      waiting.erase(begin, end + 1 - begin);
+      return;
+    }
+}
+
 int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages) {
   Pipe alive;
   const int told = file_of_messages(messages, "tumble: " + (arguments.empty() ? program : arguments.front()) + "\n");
   if (alive.write < 0) return close(told), -1;
   std::vector<std::string> words{program}, environment = environment_in_english();
+  environment.push_back("TUMBLE_PROBLEMS=" + std::to_string(progress_descriptor));
   words.insert(words.end(), arguments.begin(), arguments.end());
   const auto argument_pointers = pointers(words), environment_pointers = pointers(environment);
   sigset_t all, before;

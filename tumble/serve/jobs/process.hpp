@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble::jobs {
 
 /// How a process of the program ended.
@@ -12,6 +14,13 @@ struct Outcome {
   std::string messages;  ///< what it wrote to standard error
   std::string problems;  ///< what it refused, as JSON (report/problem_json.hpp); empty: it said nothing so
 };
+
+/// Why a program has failed: what it has handed on, or else all that it said (a fault of memory, a signal). Files are
+/// named from `root` on.
+Problems problems_of(const Outcome& outcome, const std::string& root);
+
+/// Takes the line "problems [...]" out of what a process hands on.
+void take_problems(std::string& waiting, std::string& problems);
 
 /// Starts the program, reads its progress and messages until it ends.
 ///
@@ -25,7 +34,8 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
 ///
 /// Given     messages  a file that takes what it writes, behind a line with the verb; replaced
 ///
-/// Returned  a descriptor, to be closed by the caller, that reads its end when the process ends; -1: not started
+/// Returned  a descriptor, to be closed by the caller, that gives what the process refuses and reads its end when the
+///           process ends; -1: not started
 ///
 /// Throws    Error::bad_file where the file cannot be written: nothing was started
 int start_detached(const std::string& program, const std::vector<std::string>& arguments, const std::string& messages);

@@ -92,7 +92,7 @@ Figure figure_asked(Context& context, const HttpRequest& request) {
   const auto figures = figures_of(*result_of(context, request));
   const double number = required_number(request, "figure");
   if (!(number >= 1.0 && number <= static_cast<double>(figures.size())))
-    throw Error{Error::Kind::unsupported, say("the result has {} figures", std::to_string(figures.size()))};
+    throw Error{Error::Kind::unsupported, say("the result has {} figures", figures.size())};
   return figures[static_cast<std::size_t>(number) - 1];
 }
 
@@ -147,7 +147,7 @@ constexpr std::size_t most_compared = 200;
 HttpResponse compare_results(Context& context, const HttpRequest& request) {
   const auto names = all_of(request, "file");
   if (names.size() < 2 || names.size() > most_compared)
-    throw Error{Error::Kind::bad_input, say("2 to {} results can be compared", std::to_string(most_compared))};
+    throw Error{Error::Kind::bad_input, say("2 to {} results can be compared", most_compared)};
   std::vector<NamedResult> results;
   for (const auto& name : names) results.push_back({name, *context.results.read(existing(context, name))});
   return json_response(json_of_comparison(std::move(results), language_asked(request)));

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
-#include <sstream>
 #include <thread>
 
 #include "tumble/core/said.hpp"
@@ -213,23 +212,14 @@ std::string new_run(const Context& context, const std::string& plan) {
   return "runs/" + name;
 }
 
-/// "error: a\n       b\n" are the problems a and b: the file of messages of a run that goes on by itself.
-Problems problems_of_messages(const std::string& messages) {
-  Problems problems;
-  std::istringstream lines(messages);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("tumble: ") || line.empty()) continue;
-    const auto begin = line.starts_with("error: ") ? 7 : line.find_first_not_of(' ');
-    problems.emplace_back(line.substr(begin == std::string::npos ? 0 : begin));
-  }
-  return problems;
-}
-
-/// Where a refusal stands among what a program has said; nothing: it refused nothing.
-std::optional<std::size_t> refusal_in(const std::string& messages) {
-  if (messages.starts_with("error: ")) return 0;
-  const auto line = messages.find("\nerror: ");
-  return line == std::string::npos ? std::nullopt : std::optional(line + 1);
+/// Takes what a process hands on, for which it waits 30 ms. Returned: whether the process has ended.
+bool take_handed_on(int descriptor, std::string& handed_on) {
+  pollfd ready{descriptor, POLLIN, 0};
+  if (poll(&ready, 1, 30) <= 0) return false;
+  char bytes[4096];
+  const auto count = read(descriptor, bytes, sizeof bytes);
+  if (count > 0) handed_on.append(bytes, static_cast<std::size_t>(count));
+  return count == 0;
 }
 
 /// What the program has said against it; empty: its run goes on, or has ended by itself. A run that is carried on has a
@@ -247,20 +237,19 @@ Problems begun_problems(const Context& context, const std::string& run, const st
   if (alive < 0) return {Problem("no process can be started")};
   const auto until = std::chrono::steady_clock::now() + 30s;
   bool ended = false, open = false;
+  std::string handed_on;
   while (!ended && !open && std::chrono::steady_clock::now() < until) {
-    pollfd end{alive, POLLIN, 0};
-    ended = poll(&end, 1, 30) > 0;
+    ended = take_handed_on(alive, handed_on);
     open = process_at_desk((context.options.folder / run).string()).has_value();
   }
   close(alive);
   if (open) return {};
-  const std::string said = read_text_file(log);
-  const auto refusal = refusal_in(said);
-  if (ended && fs::exists(context.options.folder / run / live_store_name) && !(again && refusal)) return {};
+  if (ended && fs::exists(context.options.folder / run / live_store_name) && !(again && !handed_on.empty())) return {};
   if (!ended) return {say("the run has not begun within 30 s; its messages are in {}", Name{run + ".log"})};
-  auto problems = named_from_folder(context.options.folder, problems_of_messages(said.substr(refusal.value_or(0))));
-  if (problems.empty()) problems.emplace_back("the program ended without a message");
-  return problems;
+  jobs::Outcome outcome{.status = -1, .messages = read_text_file(log), .problems = {}};
+  outcome.messages.erase(0, outcome.messages.find('\n') + 1);  // the verb
+  jobs::take_problems(handed_on, outcome.problems);
+  return jobs::problems_of(outcome, context.options.folder.string());
 }
 
 HttpResponse start_run(Context& context, const HttpRequest& request) {

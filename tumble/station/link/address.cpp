@@ -93,7 +93,7 @@ LinkAddress parse_link(std::string_view text) {
     problems.push_back("it begins with none of tcp:, udp: and serial:");
   }
   if (problems.empty()) return address;
-  for (std::string& problem : problems) problem = fmt::format("'{}' is not a link: {}", text, problem);
+  for (Problem& problem : problems) problem = say("'{}' is not a link: {}", Name{std::string(text)}, problem.what);
   problems.push_back(forms);
   throw Error(Error::Kind::bad_input, problems);
 }

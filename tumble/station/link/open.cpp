@@ -24,7 +24,7 @@ namespace {
 
 [[noreturn]] void refuse(const Sentence& what) { throw Error(Error::Kind::bad_file, what); }
 
-std::string advice_on(const Code& code) {
+Sentence advice_on(const Code& code) {
   if (code == asio::error::connection_refused)
     return "; nothing listens at this port: is the device on, and is the port right?";
   if (code == asio::error::host_not_found || code == asio::error::host_not_found_try_again)

@@ -30,7 +30,7 @@ struct Checking {
   const StationRequest& request;
   Problems problems;
 
-  void add(const std::string& problem) {
+  void add(const Problem& problem) {
     if (std::find(problems.begin(), problems.end(), problem) == problems.end()) problems.push_back(problem);
   }
 };
@@ -52,8 +52,8 @@ void check_axes_of_rig(Checking& checking) {
   for (const auto& axis : axes) names.push_back(axis.name);
   const auto lacks = [&](const std::string& name) {
     if (contains(names, name)) return false;
-    checking.add(fmt::format("the station moves '{}', but the rig {} of the plan has no such axis{} (axes: {})", name,
-                             plan.rig_kind, did_you_mean(name, names), fmt::join(names, ", ")));
+    checking.add(say("the station moves '{}', but the rig {} of the plan has no such axis{} (axes: {})", name,
+                     plan.rig_kind, did_you_mean(name, names), fmt::join(names, ", ")));
     return true;
   };
   for (const auto& axis : checking.station.by_hand) lacks(axis);
@@ -62,8 +62,8 @@ void check_axes_of_rig(Checking& checking) {
     const auto& of_rig =
         *std::find_if(axes.begin(), axes.end(), [&](const Axis& one) { return one.name == axis.name; });
     if (Unit::parse(of_rig.unit).dimension() != unit_of(axis.kind).dimension())
-      checking.add(fmt::format("the axis '{}' of the rig {} is given in {}: another value of `moves` is needed",
-                               axis.name, plan.rig_kind, of_rig.unit));
+      checking.add(say("the axis '{}' of the rig {} is given in {}: another value of `moves` is needed", axis.name,
+                       plan.rig_kind, of_rig.unit));
   }
 }
 
@@ -112,11 +112,11 @@ void check_values(Checking& checking, const StationAxis& axis, const Motion& mot
   const auto values = values_of(device, axis, motion, verb);
   for (const auto& value : values)
     if (!device.may_carry(verb, value))
-      checking.add(fmt::format("{}: '{}' of the controller {} takes no {}", axis.name, verb, device.controller, value));
+      checking.add(say("{}: '{}' of the controller {} takes no {}", axis.name, verb, device.controller, value));
   for (const auto& value : device.needs.at(verb))
     if (!contains(values, value))
-      checking.add(fmt::format("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
-                               verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
+      checking.add(say("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
+                       verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
@@ -127,8 +127,8 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
   if (axis.kind != Kind::temperature) needed.emplace_back("stop");
   for (const auto& one : needed)
     if (!device.verbs.empty() && !device.can(one))
-      checking.add(fmt::format("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
-                               axis.name, one, device.controller));
+      checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label, axis.name,
+                       one, device.controller));
   if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
     checking.add(
         fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
@@ -151,15 +151,15 @@ void check_schedule(Checking& checking) {
     for (const auto& [name, motion] : segment.axes) {
       if (contains(station.by_hand, name)) {
         if (motion.kind != MotionKind::hold)
-          checking.add(fmt::format("segment '{}': {} is moved by hand, which can only hold", segment.label, name));
+          checking.add(say("segment '{}': {} is moved by hand, which can only hold", segment.label, name));
         continue;
       }
       const auto axis = std::find_if(station.axes.begin(), station.axes.end(),
                                      [&](const StationAxis& one) { return one.name == name; });
       if (axis == station.axes.end()) {
         if (unmoved.insert(name).second)
-          checking.add(fmt::format("segment '{}': no device of the station moves {}: add it to a device, or to by_hand",
-                                   segment.label, name));
+          checking.add(say("segment '{}': no device of the station moves {}: add it to a device, or to by_hand",
+                           segment.label, name));
         continue;
       }
       check_verbs(checking, segment, *axis, motion);
@@ -189,16 +189,16 @@ void check_units(Checking& checking) {
     slots.push_back(instrument.slot);
     const auto found = units.find(instrument.slot);
     if (found == units.end() || is_blank(found->second))
-      checking.add(fmt::format("slot '{0}': the unit has no serial number: --unit {0}=SERIAL", instrument.slot));
+      checking.add(say("slot '{0}': the unit has no serial number: --unit {0}=SERIAL", instrument.slot));
   }
   std::map<std::string, std::string> slot_of;
   for (const auto& [slot, serial] : units) {
     if (!contains(slots, slot))
-      checking.add(fmt::format("the station has no slot '{}'{} (slots: {})", slot, did_you_mean(slot, slots),
-                               slots.empty() ? "none" : fmt::format("{}", fmt::join(slots, ", "))));
+      checking.add(say("the station has no slot '{}'{} (slots: {})", slot, did_you_mean(slot, slots),
+                       slots.empty() ? "none" : fmt::format("{}", fmt::join(slots, ", "))));
     if (is_blank(serial)) continue;
     const auto [other, is_new] = slot_of.emplace(serial, slot);
-    if (!is_new) checking.add(fmt::format("the unit {} is in slot '{}' and in slot '{}'", serial, other->second, slot));
+    if (!is_new) checking.add(say("the unit {} is in slot '{}' and in slot '{}'", serial, other->second, slot));
   }
 }
 
@@ -215,18 +215,18 @@ void check_rates(Checking& checking) {
   for (const auto& instrument : checking.station.instruments) {
     const double rate = rate_of(instrument);
     if (wanted > 0.0 && rate > 0.0 && std::abs(rate - wanted) > 1e-6 * wanted)
-      checking.add(fmt::format("slot '{}': the instrument sends at {:.6g} Hz, the plan expects {:.6g} Hz",
-                               instrument.slot, rate, wanted));
+      checking.add(say("slot '{}': the instrument sends at {:.6g} Hz, the plan expects {:.6g} Hz", instrument.slot,
+                       rate, wanted));
   }
 }
 
 void check_equipment(Checking& checking) {
   const auto& date = checking.request.date;
   if (checking.request.rehearsed) return;
-  if (!is_date(date)) return checking.add(fmt::format("'{}' is no date; \"2026-11-24\" is expected", date));
+  if (!is_date(date)) return checking.add(say("'{}' is no date; \"2026-11-24\" is expected", date));
   if (!checking.request.accept_expired.empty()) return;
   for (const auto& expired : expired_equipment(checking.station, date))
-    checking.add(expired + ": calibrate it, or state --accept-expired REASON");
+    checking.add(say("{}: calibrate it, or state --accept-expired REASON", expired));
 }
 
 }  // namespace
@@ -241,7 +241,7 @@ std::vector<std::string> expired_equipment(const Station& station, const std::st
   return expired;
 }
 
-std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request) {
+Problems check_station(const Plan& plan, const Station& station, const StationRequest& request) {
   station_file::Checking checking{plan, station, request, {}};
   station_file::check_axes_of_rig(checking);
   station_file::check_schedule(checking);

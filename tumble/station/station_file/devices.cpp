@@ -31,7 +31,7 @@ void must_be_positive(Section& section, const std::string& key, std::optional<do
 }
 
 void read_settle(Section& axis_section, const toml::table& table, const AxisScale& scale, StationAxis& axis,
-                 Problems& problems) {
+                 FileProblems& problems) {
   Section section(table, axis_section.name() + " settle", problems);
   auto& rule = axis.settle;
   const Unit second = Unit::parse("s");

@@ -10,13 +10,13 @@
 
 namespace tumble::station_file {
 
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 /// A station while it is read.
 struct Draft {
   Station station;
-  Problems problems;
+  FileProblems problems;
   std::string folder;  ///< of the file
 };
 

@@ -67,8 +67,8 @@ class AxisLimits {
 
 }  // namespace
 
-std::vector<std::string> beyond_limits(const Segment& segment, const StationAxis& axis, const Motion& motion,
-                                       std::optional<double> stands_at) {
+Problems beyond_limits(const Segment& segment, const StationAxis& axis, const Motion& motion,
+                       std::optional<double> stands_at) {
   AxisLimits limits(axis, fmt::format("segment '{}': ", segment.label));
   // A motion goes on while the axis settles and soaks, and for the duration.
   const double seconds = axis.settle.hold + axis.settle.soak + segment.duration;
@@ -88,7 +88,7 @@ std::vector<std::string> beyond_limits(const Segment& segment, const StationAxis
   return std::move(limits.problems);
 }
 
-std::vector<std::string> beyond_limits_of_safe(const StationAxis& axis, double temperature) {
+Problems beyond_limits_of_safe(const StationAxis& axis, double temperature) {
   AxisLimits limits(axis, "");
   limits.place(axis.sign * temperature + axis.offset);
   return std::move(limits.problems);

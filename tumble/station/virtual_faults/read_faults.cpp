@@ -13,7 +13,7 @@
 namespace tumble {
 namespace {
 
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 /// The key that says what a fault is about; a fault of the instrument as a whole has none.
@@ -107,7 +107,7 @@ void read_outcome(Section& section, VirtualFault& fault) {
   fault.within = time_in(section, "within");
 }
 
-VirtualFault read_fault(const toml::table& table, std::size_t number, Problems& problems) {
+VirtualFault read_fault(const toml::table& table, std::size_t number, FileProblems& problems) {
   Section section(table, "[[fault]]", problems);
   VirtualFault fault;
   fault.name = section.text("name").value_or(fmt::format("fault {}", number));
@@ -141,7 +141,7 @@ VirtualFault read_fault(const toml::table& table, std::size_t number, Problems& 
 
 std::vector<VirtualFault> read_faults(std::string_view text, const std::string& file) {
   const auto document = tables::document_of(std::string(text), file);
-  Problems problems{file, {}};
+  FileProblems problems{file, {}};
   Section root(document, "", problems);
   std::vector<VirtualFault> faults;
   const auto* node = root.find("fault");

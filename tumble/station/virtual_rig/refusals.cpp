@@ -13,8 +13,9 @@ Refusal said_against(const Bench& bench, Schedule trial, const std::string& axis
   trial.push_back({label, time, 1, {{axis, motion}}});
   const std::string mine = std::string("segment '") + label + "': ";
   Refusal all;
-  for (const std::string problem : bench.rig->refusals(trial, bench.plan->rig))
-    if (problem.starts_with(mine)) all += (all.empty() ? "" : "; ") + problem.substr(mine.size());
+  for (const Problem& refusal : bench.rig->refusals(trial, bench.plan->rig))
+    if (const std::string said = refusal.text(); said.starts_with(mine))
+      all += (all.empty() ? "" : "; ") + said.substr(mine.size());
   return all;
 }
 

@@ -13,7 +13,7 @@ namespace {
 /// Where the refusals of a rig point: "[rig] option ..." and "segment 'label' ..." to their lines, others to the file.
 class Places {
  public:
-  Places(Section& root, const Problems& problems) : problems_(problems), rig_(root.table("rig")) {
+  Places(Section& root, const FileProblems& problems) : problems_(problems), rig_(root.table("rig")) {
     const auto* segments = root.find("schedule");
     for (const auto& node : *segments->as_array())
       if (const auto* label = node.as_table()->get_as<std::string>("label"))
@@ -33,14 +33,14 @@ class Places {
   }
 
  private:
-  const Problems& problems_;
+  const FileProblems& problems_;
   const toml::table* rig_;
   std::map<std::string, const toml::node*> segments_;
 };
 
-tumble::Problems refusals_of(const Plan& plan, const Rig& rig) {
+Problems refusals_of(const Plan& plan, const Rig& rig) {
   if (!recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
-  tumble::Problems refusals;
+  Problems refusals;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s)
     for (auto& refusal : rig.refusals({standing_alone(plan.schedule, s)}, plan.rig))
       if (std::ranges::find(refusals, refusal) == refusals.end()) refusals.push_back(std::move(refusal));
@@ -49,7 +49,7 @@ tumble::Problems refusals_of(const Plan& plan, const Rig& rig) {
 
 }  // namespace
 
-void check_schedule(const Plan& plan, const Rig& rig, Section& root, Problems& problems) {
+void check_schedule(const Plan& plan, const Rig& rig, Section& root, FileProblems& problems) {
   if (!rig.refusals || plan.schedule.empty()) return;
   const auto refusals = refusals_of(plan, rig);
   if (refusals.empty()) return;

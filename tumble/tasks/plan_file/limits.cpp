@@ -5,7 +5,7 @@
 
 namespace tumble::plan_file {
 
-using tables::Problems;
+using tables::FileProblems;
 using tables::Section;
 
 namespace {
@@ -25,7 +25,7 @@ std::optional<Quantity> read_bound(Section& section, std::string_view key) {
 
 }  // namespace
 
-std::vector<Limit> read_limits(const toml::array& tables, Problems& problems) {
+std::vector<Limit> read_limits(const toml::array& tables, FileProblems& problems) {
   std::vector<Limit> limits;
   for (const auto& node : tables) {
     const auto& table = *node.as_table();

@@ -15,7 +15,7 @@ std::string source_of(tables::Section& section, const char* key, const std::stri
   return text == "archive" ? text : file_named(section, key, folder).value_or("");
 }
 
-PriorChoice of_table(const toml::table& table, const std::string& folder, tables::Problems& problems) {
+PriorChoice of_table(const toml::table& table, const std::string& folder, tables::FileProblems& problems) {
   tables::Section section(table, "[prior]", problems);
   PriorChoice choice;
   if (const auto from = section.text("from"))
@@ -42,7 +42,7 @@ std::string refusal_of_prior(const Method& method) {
 }
 
 PriorChoice read_prior(tables::Section& root, const std::string& folder, const Method* method,
-                       tables::Problems& problems) {
+                       tables::FileProblems& problems) {
   const auto* node = root.find("prior");
   if (!node) return {};
   PriorChoice choice;

@@ -11,7 +11,7 @@ namespace tumble::plan_file {
 /// `prior = "archive"`, `prior = "population.json"` (relative to the plan's folder), or a table with `from` and
 /// `verdicts`, "without" (default) or "with". `method` may be null.
 PriorChoice read_prior(tables::Section& root, const std::string& folder, const Method* method,
-                       tables::Problems& problems);
+                       tables::FileProblems& problems);
 
 /// Why a method refuses a prior; empty: it takes one.
 std::string refusal_of_prior(const Method& method);

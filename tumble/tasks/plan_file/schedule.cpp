@@ -77,7 +77,7 @@ void read_random(Section& random, const AxisUnits& units, Motion& motion) {
   random.close();
 }
 
-void read_values(Section& section, Kind kind, const AxisUnits& units, Problems& problems, Motion& motion) {
+void read_values(Section& section, Kind kind, const AxisUnits& units, FileProblems& problems, Motion& motion) {
   const char* key = word(kind);
   switch (kind) {
     case Kind::hold:
@@ -116,7 +116,7 @@ std::vector<std::string> words_of(const std::vector<Kind>& motions) {
 }
 
 /// The inline table of one axis, {ramp = "1 K/min", to = "60 degC"}. False when it holds no motion the axis can do.
-bool read_motion(const toml::table& table, const std::string& name, const Axis& axis, Problems& problems,
+bool read_motion(const toml::table& table, const std::string& name, const Axis& axis, FileProblems& problems,
                  Motion& motion) {
   Section section(table, name, problems);
   const auto accepted = words_of(axis.motions);
@@ -145,7 +145,7 @@ struct Draft {
   const toml::table* table;
 };
 
-void read_axes(Section& section, const Rig* rig, Problems& problems, Segment& segment) {
+void read_axes(Section& section, const Rig* rig, FileProblems& problems, Segment& segment) {
   std::vector<Axis> axes;
   if (rig) axes = rig->axes();
   for (const auto& axis : axes) {
@@ -162,7 +162,7 @@ void read_axes(Section& section, const Rig* rig, Problems& problems, Segment& se
     section.close();
 }
 
-std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Problems& problems) {
+std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, FileProblems& problems) {
   std::vector<Draft> drafts;
   for (const auto& node : tables) {
     const auto* table = node.as_table();
@@ -198,7 +198,7 @@ std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Proble
 using Positions = std::map<std::string, double>;
 
 /// The time that the ramps and slews of a segment take; none when it has none, or when their start is not known.
-std::optional<double> duration_of(const Draft& draft, const Positions& positions, Problems& problems) {
+std::optional<double> duration_of(const Draft& draft, const Positions& positions, FileProblems& problems) {
   if (draft.duration) return draft.duration;
   if (draft.table->contains("duration")) return std::nullopt;  // said already what is wrong with it
   std::optional<double> duration;
@@ -271,7 +271,7 @@ std::optional<StoppingRule> read_stopping_rule(Section& section, std::optional<d
   }
 }
 
-Schedule read_schedule(const toml::array& tables, const Rig* rig, Problems& problems) {
+Schedule read_schedule(const toml::array& tables, const Rig* rig, FileProblems& problems) {
   auto drafts = read_drafts(tables, rig, problems);
   std::stable_sort(drafts.begin(), drafts.end(),
                    [](const Draft& a, const Draft& b) { return a.segment.run < b.segment.run; });

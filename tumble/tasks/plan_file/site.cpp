@@ -10,7 +10,7 @@
 
 namespace tumble::plan_file {
 
-Site read_site(const toml::table& table, tables::Problems& problems) {
+Site read_site(const toml::table& table, tables::FileProblems& problems) {
   tables::Section section(table, "[site]", problems);
   Site site;
   site.latitude = section.quantity("latitude", Unit::parse("deg")).value_or(0.0);

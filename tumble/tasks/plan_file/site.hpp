@@ -7,6 +7,6 @@
 namespace tumble::plan_file {
 
 /// The section [site]. What is wrong is added to `problems`.
-Site read_site(const toml::table& table, tables::Problems& problems);
+Site read_site(const toml::table& table, tables::FileProblems& problems);
 
 }  // namespace tumble::plan_file

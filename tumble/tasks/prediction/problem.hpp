@@ -19,7 +19,7 @@ struct OutputProblem {
 /// Throws Error::bad_input with all that a plan lacks to be predicted: model, rig, sample rate, schedule, noise.
 void refuse_unpredictable(const Plan& plan);
 
-/// What the instrument feels, nominally, at instants all over the schedule.
+/// Quantities that the instrument feels, nominally, at instants all over the schedule.
 std::vector<Felt> felt_over(const Plan& plan);
 
 /// Whether a term is excited by any of `felt`: a regressor below 1e-8 of what 1 rad/s, 1 rad/s^2, 10 m/s^2 and 10 K

@@ -15,7 +15,7 @@ namespace tumble::controller {
 /// A declaration while it is read.
 struct Draft {
   Controller controller;
-  tables::Problems problems;
+  tables::FileProblems problems;
   double timeout = 1.0, pause = 0.0;  ///< [s] where a command says nothing else
   bool low_word_first = false;        ///< Modbus, where a command says nothing else
 };

@@ -28,18 +28,18 @@ bool is_same(const ControllerCommand& a, const ControllerCommand& b) {
 void require_sense(Draft& draft) {
   const auto& commands = draft.controller.commands;
   auto& all = draft.problems.all;
-  const auto say = [&](const std::string& verb, const std::string& text) {
-    all.push_back(say("{}: [command.{}]: {}", draft.problems.file, verb, text));
+  const auto add = [&](const std::string& verb, const Sentence& said) {
+    all.push_back(say("{}: [command.{}]: {}", draft.problems.file, verb, said));
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const auto& command = commands[i];
-    if (command.exchanges.empty()) say(command.verb, "there is nothing to send");
+    if (command.exchanges.empty()) add(command.verb, "there is nothing to send");
     if (!command.read_back.empty() && !draft.controller.find(command.read_back))
-      say(command.verb, fmt::format("read_back: there is no command '{}'", command.read_back));
+      add(command.verb, say("read_back: there is no command '{}'", command.read_back));
     for (std::size_t j = 0; j < i; ++j)
       if (command.same_as.empty() && commands[j].same_as.empty() && is_same(command, commands[j]))
-        say(command.verb, fmt::format("sends the same as '{}'; write same_as = \"{}\" in place of it", commands[j].verb,
-                                      commands[j].verb));
+        add(command.verb,
+            say("sends the same as '{}'; write same_as = \"{}\" in place of it", commands[j].verb, commands[j].verb));
   }
   for (const auto& bits : draft.controller.bits) {
     const bool carried = std::ranges::any_of(commands, [&](const ControllerCommand& command) {

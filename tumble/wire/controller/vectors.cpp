@@ -15,15 +15,15 @@ struct VectorCheck {
   const ControllerVector& vector;
   Problems& problems;
 
-  void say(const std::string& text) const {
-    problems.push_back(say("{}: [[vector]] {}: {}", vector.place, vector.request.verb, text));
+  void add(const Sentence& said) const {
+    problems.push_back(say("{}: [[vector]] {}: {}", vector.place, vector.request.verb, said));
   }
   void compare_bytes(const char* side, std::size_t line, const std::vector<std::string>& stated,
                      const std::string& made) const {
     const std::string expected = line < stated.size() ? stated[line] : "";
     if (made != expected)
-      say(fmt::format("{}: '{}' is stated, and the declaration gives '{}'", side, controller::shown(expected),
-                      controller::shown(made)));
+      add(say("{}: '{}' is stated, and the declaration gives '{}'", side, controller::shown(expected),
+              controller::shown(made)));
   }
   void compare(const ControllerReply& reply) const;
   void as_host() const;
@@ -31,23 +31,22 @@ struct VectorCheck {
 };
 
 void VectorCheck::compare(const ControllerReply& reply) const {
-  if (!reply.problem.empty()) return say(reply.problem);
+  if (!reply.problem.empty()) return add(reply.problem);
   if (reply.refused != vector.reply.refused)
-    return say(reply.refused ? fmt::format("the reply is refused: {}", reply.text) : "the reply is not refused");
-  if (!vector.reply.text.empty() && reply.text != vector.reply.text) say(fmt::format("the text is '{}'", reply.text));
+    return add(reply.refused ? say("the reply is refused: {}", reply.text) : Sentence("the reply is not refused"));
+  if (!vector.reply.text.empty() && reply.text != vector.reply.text) add(say("the text is '{}'", reply.text));
   for (const auto& [name, value] : vector.reply.values) {
     const auto found = reply.values.find(name);
     const double tolerance = vector.tolerance.at(name) + 1e-9 * std::abs(value);
     if (found == reply.values.end())
-      say(fmt::format("the reply has no '{}'", name));
+      add(say("the reply has no '{}'", name));
     else if (!(std::abs(found->second - value) <= tolerance))
-      say(fmt::format("{} is {:.9g} [SI], and {:.9g} is stated", name, found->second, value));
+      add(say("{} is {:.9g} [SI], and {:.9g} is stated", name, found->second, value));
   }
   for (const auto& [name, word] : vector.reply.words) {
     const auto found = reply.words.find(name);
     if (found == reply.words.end() || found->second != word)
-      say(fmt::format("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second,
-                      word));
+      add(say("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second, word));
   }
 }
 
@@ -62,13 +61,12 @@ void VectorCheck::as_host() const {
     for (const auto& reply : host.feed(answer)) replies.push_back(reply);
     if (waits && host.waiting()) break;
   }
-  if (line < vector.sends.size())
-    say(fmt::format("{} texts to send are stated, {} were sent", vector.sends.size(), line));
-  if (answered < vector.replies.size()) say("more replies are stated than were awaited");
+  if (line < vector.sends.size()) add(say("{} texts to send are stated, {} were sent", vector.sends.size(), line));
+  if (answered < vector.replies.size()) add("more replies are stated than were awaited");
   if (replies.size() != 1) {
     for (const auto& reply : replies)
-      if (!reply.problem.empty()) say(reply.problem);
-    return say("the replies that are stated do not complete the command");
+      if (!reply.problem.empty()) add(reply.problem);
+    return add("the replies that are stated do not complete the command");
   }
   compare(replies.front());
 }
@@ -83,18 +81,18 @@ void VectorCheck::as_device() const {
     const std::string answer = device.output();
     if (!answer.empty() && !vector.host_only) compare_bytes("device answers", answered, vector.replies, answer);
     answered += answer.empty() ? 0 : 1;
-    for (const auto& problem : device.problems()) say("device: " + problem);
+    for (const auto& problem : device.problems()) add(say("device: {}", problem));
   }
   if (!vector.host_only && answered != vector.replies.size())
-    say(fmt::format("device answers: {} replies are stated, and it gives {}", vector.replies.size(), answered));
+    add(say("device answers: {} replies are stated, and it gives {}", vector.replies.size(), answered));
   const auto* command = declaration.find(vector.request.verb);
   const std::string verb = command->same_as.empty() ? command->verb : command->same_as;
-  if (last.verb != verb) return say(fmt::format("device: it is taken for '{}'", last.verb));
+  if (last.verb != verb) return add(say("device: it is taken for '{}'", last.verb));
   for (const auto& [name, value] : vector.request.values) {
     const auto found = last.values.find(name);
     const double step = resolution_of(declaration, vector.request.verb, name, value);
     if (found != last.values.end() && std::abs(found->second - value) > step)
-      say(fmt::format("device: {} is {:.9g} [SI], and {:.9g} was sent", name, found->second, value));
+      add(say("device: {} is {:.9g} [SI], and {:.9g} was sent", name, found->second, value));
   }
 }
 
@@ -108,7 +106,7 @@ Problems problems_of_vectors(const Controller& declaration) {
       check.as_host();
       check.as_device();
     } catch (const Error& error) {
-      check.say(error.what());
+      check.add(error.what());
     }
   }
   return problems;

@@ -18,7 +18,7 @@ namespace tumble::declaration {
 /// A declaration while it is read.
 struct Draft {
   FrameCodec codec;
-  tables::Problems problems;
+  tables::FileProblems problems;
   Scales scales;
   bool big = false;  ///< where nothing else says the order of bytes
 };
