@@ -684,8 +684,10 @@ TEST(DtgCentrifuge, CompensationSubtractsTheDrift) {
                 earth * std::cos(arm.values[i] + table.values[i]) + si(4.0, "deg/h"), si(1e-6, "deg/h"));
   for (double& f : use.channels[4].values) f *= 1.5;
   EXPECT_NE(finding_of(compensate(estimate, use, nullptr).findings, "extrapolated"), nullptr);
-  use.channels.pop_back();
+  use.channels.resize(5);  // along x alone
   EXPECT_NE(finding_of(compensate(estimate, use, nullptr).findings, "terms_remain"), nullptr);
+  use.channels.resize(4);
+  EXPECT_THROW(compensate(estimate, use, nullptr), Error);
 }
 
 // The root of a difference of variances with four power-ups: its interval reaches further to the large side, and does
