@@ -295,10 +295,12 @@ void set_channels(Recording& recording, Recording& raw, Work& work) {
   Channel& channel = recording.channels[work.place];
   if (work.delay != 0.0) {
     const Channel late = channel;
+    const double first = late.values.empty() ? 0.0 : late.time(0);
     const double last = late.values.empty() ? 0.0 : late.time(late.values.size() - 1);
     for (std::size_t i = 0; i < late.values.size(); ++i) {
       const double time = late.time(i) + work.delay;
-      raw.channels[work.place].values[i] = time > last ? std::nan("") : compensation::value_at(late, time);
+      raw.channels[work.place].values[i] =
+          time < first || time > last ? std::nan("") : compensation::value_at(late, time);
     }
   }
   const Unit& unit = work.model->unit;
@@ -317,6 +319,12 @@ Works works_of(const Estimate& estimate, const std::vector<const OutputModel*>& 
     set_parameters(work);
   }
   return works;
+}
+
+/// The first output whose temperatures are read as a thermal model wants, else the first.
+const Work& thermal_first(const Works& works) {
+  const auto match = std::ranges::find_if(works, [](const Work& work) { return work.model->thermal.has_value(); });
+  return match == works.end() ? works.front() : *match;
 }
 
 void finish(Works& works, const Recording& raw, Compensation& out) {
@@ -366,9 +374,10 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   std::vector<Slot> slots = compensation::common_slots();
   std::vector<std::vector<UsedTerm>> terms;
   for (const Work& work : works) terms.push_back(used_terms(*work.model, estimate, slots));
-  compensation::require_sensors(estimate, recording, *works.front().model);
-  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan,
-                                               slots, works.front().model->thermal);
+  const OutputModel& warm = *thermal_first(works).model;
+  compensation::require_sensors(estimate, recording, warm);
+  const Inputs known =
+      compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan, slots, warm.thermal);
   for (std::size_t k = 0; k < works.size(); ++k)
     sort_terms(known, works, recording, slots, std::move(terms[k]), works[k]);
   refuse_without_inputs(recording, works);

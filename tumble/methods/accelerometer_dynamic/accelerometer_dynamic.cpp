@@ -75,6 +75,7 @@ extern const Method accelerometer_dynamic = linear_method<accelerometer::roles, 
     .summary = "coefficients of a pendulous accelerometer over angular motion, from rates and oscillations",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-46",
     .options = options,
+    .compensates = true,
     .takes_prior = true,
 });
 

@@ -73,6 +73,7 @@ extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, 
     .summary = "coefficients of a single-degree-of-freedom gyro over angular motion, from rates and oscillations",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 35-41",
     .options = options,
+    .compensates = true,
     .takes_prior = true,
 });
 

@@ -49,6 +49,7 @@ extern const Method sdof_gyro_static = linear_method<sdof_gyro_support::roles, p
     .summary = "drift coefficients of a single-degree-of-freedom gyro over specific force, from positions",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 28-34",
     .options = options,
+    .compensates = true,
     .takes_prior = true,
 });
 

@@ -71,8 +71,10 @@ TEST(MadeUpModel, ATermDependsOnAnotherChannel) {
 }
 
 TEST(MadeUpModel, ATermWhoseChannelIsMissingRemainsByItsRole) {
-  Estimate estimate = result({0.01}, "gyro", Input::rate_x, "rad/s");
+  Estimate estimate = result({0.01, 0.0}, "gyro", Input::rate_x, "rad/s");
   add_term(estimate, 0, TermFactor{.input = Input::channel, .role = "pressure"});
+  EXPECT_THROW(compensate(estimate, shown(std::vector<double>(samples, 0.0))), Error) << "there is no other term";
+  add_term(estimate, 1, Regressor(1.0));
   const auto done = compensate(estimate, shown(std::vector<double>(samples, 0.0)));
   ASSERT_FALSE(done.findings.empty());
   EXPECT_EQ(done.findings[0].code, "terms_remain");

@@ -194,6 +194,7 @@ std::vector<OutputModel> tuned_gyro(const Estimate& estimate) {
                                   ranges_of(estimate, std::move(terms))));
     models.back().covered = {{{{f_x, 1.0}}, -force, force}, {{{f_y, 1.0}}, -force, force}, {{{f_z, 1.0}}, low, high}};
     models.back().in_region = true;
+    models.back().caveats = {"even_drift_terms_remain"};
   }
   return models;
 }
