@@ -7,8 +7,8 @@
   units      a public function that takes or returns a double, span, Matrix or vector<double> says a unit or a shape in
              square brackets: [rad/s], [u], [1], [N x p]
   words      no comment of a public header begins with "The same"
-  code       a block of a page below the comment <!-- from FILE --> stands in that file, line for line; in
-             docs/adding.md every block of C++ has such a comment
+  code       a block of a page below the comment <!-- from FILE --> or <!-- not run: from FILE --> stands in that file, line
+             for line; in docs/adding/ every block of C++, TypeScript, TOML and JSON has such a comment
 
     check_docs.py REPOSITORY      exit 1 and one line a fault; prints how many functions say a unit
     check_docs.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
@@ -29,8 +29,8 @@ NUMERIC = re.compile(r"\bdouble\b|\bspan<|\bMatrix\b")
 BRACKET = re.compile(r"(?<![\w)])\[([^\[\]\n]{1,60})\]")
 PLAN_TABLES = {"settings", "site", "rig", "channels", "truth", "limit", "instrument", "schedule", "recording", "beside"}
 ACCESS = ("public", "private", "protected")
-FROM = re.compile(r"(?m)^<!-- from (\S+) -->\n```cpp\n((?:.*\n)*?)```$|^```cpp\n")
-ALL_FROM_FILES = ("docs/adding.md",)
+FROM = re.compile(r"(?m)^<!-- (?:not run: )?from (\S+) -->\n```\w+\n((?:.*\n)*?)```$|^```(cpp|tsx|toml|json)\n")
+ALL_FROM_FILES = "docs/adding/"
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
 NO_FUNCTION = {"double", "int", "bool", "void", "char", "if", "return", "decltype", "noexcept", "alignas"}
 
@@ -165,8 +165,8 @@ def check_code(root):
         for match in FROM.finditer(text):
             where = f"{name}:{line_of(text, match.start())}"
             if match[1] is None:
-                if name in ALL_FROM_FILES:
-                    faults.append(f"{where}: a block of C++ without <!-- from FILE -->")
+                if name.startswith(ALL_FROM_FILES):
+                    faults.append(f"{where}: a block of {match[3]} without <!-- from FILE -->")
                 continue
             source = root / match[1]
             code = "\n" + source.read_text(encoding="utf-8") if source.exists() else ""
@@ -348,7 +348,9 @@ SOUND = {
     "tumble/methods/x/part.hpp": "/// One line,\n/// The same line goes on.\nint later(int x);\n",
     "tumble/math/testing/help.hpp": "double not_public(double x);\n",
     "examples/adding/my.cpp": "int a() { return 1; }\n\nint b() { return 2; }\n",
-    "docs/adding.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
+    "examples/adding/my.toml": "[command.stop]\nsend = 1\n",
+    "docs/adding/verb.md": "<!-- not run: from examples/adding/my.toml -->\n```toml\n[command.stop]\n```\n",
+    "docs/adding/my.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
     "docs/decisions/README.md": "[1](001-one.md)\n",
     "docs/decisions/001-one.md": "# One\n",
     "docs/other.md": "```cpp\nint c() { return 3; }\n```\n",
@@ -383,8 +385,10 @@ TAMPERED = {  # file, its new text, words of the fault
     "decision twice": ("docs/decisions/README.md", "[1](001-one.md) [2](001-one.md)\n", "stands 2 times"),
     "code that has changed": ("examples/adding/my.cpp", "int b() { return 3; }\n", "does not stand in"),
     "code of a part of a line": ("examples/adding/my.cpp", "// int b() { return 2; }\n", "does not stand in"),
-    "code from no file": ("docs/adding.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
-    "code without its file": ("docs/adding.md", "```cpp\nint b() { return 2; }\n```\n", "without <!-- from"),
+    "code of another language that has changed": ("examples/adding/my.toml", "[command.halt]\n", "does not stand in"),
+    "code from no file": ("docs/adding/my.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
+    "code without its file": ("docs/adding/my.md", "```cpp\nint b() { return 2; }\n```\n", "cpp without <!-- from"),
+    "toml without its file": ("docs/adding/verb.md", "```toml\n[command.stop]\n```\n", "toml without <!-- from"),
     "begins with The same": ("tumble/core/a.hpp", "/// The same for two.\nint f(int x);\n", 'begins with "The same"'),
 }
 
