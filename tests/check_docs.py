@@ -7,6 +7,7 @@
   units      a public function that takes or returns a double, span, Matrix or vector<double> says a unit or a shape in
              square brackets: [rad/s], [u], [1], [N x p]
   words      no comment of a public header begins with "The same"
+  numbers    the versions of files that RELEASING.md states are those of the code
   code       a block of a page below the comment <!-- from FILE --> or <!-- not run: from FILE --> stands in that file, line
              for line; in docs/adding/ every block of C++, TypeScript, TOML and JSON has such a comment
 
@@ -32,6 +33,11 @@ ACCESS = ("public", "private", "protected")
 FROM = re.compile(r"(?m)^<!-- (?:not run: )?from (\S+) -->\n```\w+\n((?:.*\n)*?)```$|^```(cpp|tsx|toml|json)\n")
 ALL_FROM_FILES = "docs/adding/"
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
+NUMBERS = {  # rows of the table in RELEASING.md, and what says the number in the file that the row names
+    "result JSON": r"project\(tumble VERSION ([\d.]+)",
+    "archive, SQLite and PostgreSQL": r"newest_version\(\) \{ return (\d+); \}",
+    "live store of a run": r"PRAGMA user_version = (\d+);|version\.integer\(1\) != (\d+)\)",
+}
 NO_FUNCTION = {"double", "int", "bool", "void", "char", "if", "return", "decltype", "noexcept", "alignas"}
 
 
@@ -151,6 +157,22 @@ def check_decisions(root):
         other = names.setdefault(path.name[:3], path.name)
         if other != path.name:
             faults.append(f"docs/decisions/{path.name}: {other} has this number too")
+    return faults
+
+
+def check_numbers(root):
+    """Rows of RELEASING.md whose number is not the one of the file that they name."""
+    faults, rows = [], {}
+    for line in (root / "RELEASING.md").read_text(encoding="utf-8").splitlines():
+        if len(cells := [cell.strip() for cell in line.strip("|").split("|")]) == 4:
+            rows[cells[0]] = (cells[2], cells[3].strip("`"))
+    for name, pattern in NUMBERS.items():
+        number, file = rows.get(name, ("", ""))
+        code = (root / file).read_text(encoding="utf-8") if file else ""
+        said = {"".join(match.groups("")) for match in re.finditer(pattern, code)}
+        if said != {number}:
+            faults.append(f"RELEASING.md: {name}: {number or 'no number'}, but {file or 'no file'} says "
+                          f"{', '.join(sorted(said)) or 'none'}")
     return faults
 
 
@@ -307,7 +329,7 @@ def same_as_what(path):
 
 def check(root):
     faults, report = check_units(root)
-    return check_equations(root) + check_links(root) + check_decisions(root) + check_code(root) + faults, report
+    return check_equations(root) + check_links(root) + check_decisions(root) + check_numbers(root) + check_code(root) + faults, report
 
 
 # ---- self-test --------------------------------------------------------------------------------------------------
@@ -353,6 +375,12 @@ SOUND = {
     "docs/adding/my.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
     "docs/decisions/README.md": "[1](001-one.md)\n",
     "docs/decisions/001-one.md": "# One\n",
+    "RELEASING.md": "| result JSON | member | 0.1.0 | `CMakeLists.txt` |\n"
+                    "| archive, SQLite and PostgreSQL | table | 3 | `archive.cpp` |\n"
+                    "| live store of a run | file | 1 | `store.cpp` |\n",
+    "CMakeLists.txt": "project(tumble VERSION 0.1.0)\n",
+    "archive.cpp": "int newest_version() { return 3; }\n",
+    "store.cpp": 'run("PRAGMA user_version = 1;");\nif (version.integer(1) != 1) refuse();\n',
     "docs/other.md": "```cpp\nint c() { return 3; }\n```\n",
 }
 TAMPERED = {  # file, its new text, words of the fault
@@ -389,6 +417,11 @@ TAMPERED = {  # file, its new text, words of the fault
     "code from no file": ("docs/adding/my.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
     "code without its file": ("docs/adding/my.md", "```cpp\nint b() { return 2; }\n```\n", "cpp without <!-- from"),
     "toml without its file": ("docs/adding/verb.md", "```toml\n[command.stop]\n```\n", "toml without <!-- from"),
+    "a version that was raised": ("CMakeLists.txt", "project(tumble VERSION 0.2.0)\n", "0.1.0, but CMakeLists.txt says 0.2.0"),
+    "tables that were changed": ("archive.cpp", "int newest_version() { return 4; }\n", "says 4"),
+    "two numbers of one store": ("store.cpp", 'run("PRAGMA user_version = 2;");\nif (version.integer(1) != 1) refuse();\n',
+                                 "says 1, 2"),
+    "a version that nothing says": ("archive.cpp", "\n", "says none"),
     "begins with The same": ("tumble/core/a.hpp", "/// The same for two.\nint f(int x);\n", 'begins with "The same"'),
 }
 
