@@ -111,20 +111,14 @@ TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
   EXPECT_GT(std::abs(drift), 4.0 * sd->values[100]);
 }
 
-Trial warm_up_without_noise(double transient) {
-  Trial trial = find_method("my_warm_up").trial(1);
+TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
+  const Method& method = find_method("my_warm_up");
+  Trial trial = method.trial(1);
   Plan& plan = trial.evidence.plan;
   plan.rig.set_flag("ideal", true);
   plan.truth.set_number("angle_random_walk", 0.0, Unit());
-  plan.truth.set_number("startup_transient", transient, Unit::parse("deg/h"));
   plan.settings.set_number("averaging", 1.0, Unit::parse("s"));
   trial.evidence.recordings = {simulate(plan, 1, {})};
-  return trial;
-}
-
-TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
-  const Method& method = find_method("my_warm_up");
-  const Trial trial = warm_up_without_noise(si(-4.0, "deg/h"));
   const Estimate estimate = method.identify(trial.evidence, {});
   // The last step is below 1e-12 of each value; samples of 1e-5 rad/s are rounded to 1e-16 of themselves.
   for (const auto& [name, truth] : trial.truth)
@@ -132,8 +126,11 @@ TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
 }
 
 TEST(Adding, WarmUpRefusesARecordingWithoutATransient) {
+  Evidence evidence = find_method("my_warm_up").trial(1).evidence;
+  evidence.plan.truth.set_number("startup_transient", 0.0, Unit::parse("deg/h"));
+  evidence.recordings = {simulate(evidence.plan, 1, {})};
   try {
-    find_method("my_warm_up").identify(warm_up_without_noise(0.0).evidence, {});
+    find_method("my_warm_up").identify(evidence, {});
     ADD_FAILURE() << "no error";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_data);

@@ -113,7 +113,8 @@ MixedData linearised(const std::vector<Block>& blocks, const std::vector<double>
     data.design(i, 2) = at.size * decay * x / at.time_constant;
     data.observations.push_back(blocks[i].output - inputs[i] - at.drift - at.size * decay);
     data.weights.push_back(blocks[i].seconds);
-    data.segment.push_back(blocks[i].stretch);
+    const bool begins = i > 0 && blocks[i].stretch != blocks[i - 1].stretch;
+    data.segment.push_back((i > 0 ? data.segment.back() : 0) + (begins ? 1 : 0));
   }
   return data;
 }
