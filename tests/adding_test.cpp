@@ -14,6 +14,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
@@ -49,7 +50,8 @@ TEST(Adding, RigRefusesWhatItCannotDo) {
 }
 
 TEST(Adding, RigErrorsStandInTheBudgetOfTheMethod) {
-  const Estimate estimate = find_method("my_gyro_drift").identify(find_method("my_gyro_drift").trial(1).evidence, {});
+  const Estimate estimate =
+      find_method("my_gyro_drift").identify(trial_of(find_method("my_gyro_drift"), 1).evidence, {});
   EXPECT_TRUE(std::any_of(estimate.budget.begin(), estimate.budget.end(), [](const Contribution& line) {
     return line.source.find("level of the base") != std::string::npos;
   }));
@@ -58,7 +60,7 @@ TEST(Adding, RigErrorsStandInTheBudgetOfTheMethod) {
 TEST(Adding, MethodHoldsItsTruthWithinFourSigma) {
   const Method& method = find_method("my_gyro_drift");
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Trial trial = method.trial(seed);
+    const Trial trial = trial_of(method, seed);
     const Estimate estimate = method.identify(trial.evidence, {});
     for (const auto& [name, truth] : trial.truth) {
       const std::size_t i = index_of(estimate, name);
@@ -71,7 +73,7 @@ TEST(Adding, MethodHoldsItsTruthWithinFourSigma) {
 
 TEST(Adding, MethodFindsTheTruthToRoundingWithoutNoise) {
   const Method& method = find_method("my_gyro_drift");
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   trial.evidence.plan.rig.set_flag("ideal", true);
   trial.evidence.plan.truth.set_number("angle_random_walk", 0.0, Unit());
   trial.evidence.recordings = {simulate(trial.evidence.plan, 1, {})};
@@ -82,7 +84,7 @@ TEST(Adding, MethodFindsTheTruthToRoundingWithoutNoise) {
 
 TEST(Adding, MethodPredictsWhatItThenStates) {
   const Method& method = find_method("my_gyro_drift");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   const Estimate before = method.predict(trial.evidence.plan), after = method.identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
     const double predicted = standard_uncertainty(before, index_of(before, name));
@@ -95,7 +97,7 @@ TEST(Adding, MethodPredictsWhatItThenStates) {
 
 TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
   const Method& method = find_method("my_gyro_drift");
-  const Trial trial = method.trial(1), other = method.trial(2);
+  const Trial trial = trial_of(method, 1), other = trial_of(method, 2);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
   const Compensation compensated = compensate(estimate, other.evidence.recordings[0], &trial.evidence.plan);
@@ -113,7 +115,7 @@ TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
 
 TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
   const Method& method = find_method("my_warm_up");
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   Plan& plan = trial.evidence.plan;
   plan.rig.set_flag("ideal", true);
   plan.truth.set_number("angle_random_walk", 0.0, Unit());
@@ -126,7 +128,7 @@ TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
 }
 
 TEST(Adding, WarmUpRefusesARecordingWithoutATransient) {
-  Evidence evidence = find_method("my_warm_up").trial(1).evidence;
+  Evidence evidence = trial_of(find_method("my_warm_up"), 1).evidence;
   evidence.plan.truth.set_number("startup_transient", 0.0, Unit::parse("deg/h"));
   evidence.recordings = {simulate(evidence.plan, 1, {})};
   try {
@@ -139,7 +141,7 @@ TEST(Adding, WarmUpRefusesARecordingWithoutATransient) {
 
 TEST(Adding, WarmUpIsSubtractedFromAnotherRecording) {
   const Method& method = find_method("my_warm_up");
-  const Trial trial = method.trial(1), other = method.trial(2);
+  const Trial trial = trial_of(method, 1), other = trial_of(method, 2);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
   const Recording& recording = other.evidence.recordings[0];

@@ -13,8 +13,6 @@
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/reduce/stretches.hpp"
-#include "tumble/reduce/trial_plan.hpp"
-#include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::my_warm_up {
@@ -228,21 +226,6 @@ Estimate identify(const Evidence& evidence, const Progress&) {
   return finished(answer(solution, blocks), "my_warm_up", evidence.plan.title, test.findings);
 }
 
-/// Twenty minutes with x east and twenty with x down, from power-on.
-Trial trial(std::uint64_t seed) {
-  Plan plan = trial_plan("my_warm_up", options(), "fiber_optic_gyro", "my_rig", 1.0);
-  set_truth(plan, "bias_0", 1.5, "deg/h");
-  set_truth(plan, "startup_transient", -4.0, "deg/h");
-  set_truth(plan, "startup_time", 250.0, "s");
-  set_truth(plan, "angle_random_walk", 0.002, "deg/sqrt(h)");
-  for (const double angle : {0.0, 90.0})
-    plan.schedule.push_back({angle == 0.0 ? "x east" : "x down", 1200.0, 1, {{"tilt", {.value = si(angle, "deg")}}}});
-  Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
-  for (const char* name : {"bias_0", "startup_transient", "startup_time"})
-    trial.truth.emplace_back(name, plan.truth.number(name));
-  return trial;
-}
-
 }  // namespace
 
 extern const Method my_warm_up{
@@ -253,7 +236,6 @@ extern const Method my_warm_up{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true};
 
 }  // namespace tumble::my_warm_up

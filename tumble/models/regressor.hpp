@@ -19,7 +19,7 @@ struct Felt;
 class Regressor {
  public:
   Regressor() = default;
-  /// A constant [SI], for everything that is felt.
+  /// A constant [SI], whatever is felt.
   Regressor(double constant);  // NOLINT(google-explicit-constructor): 1.0 is a regressor
   /// The input itself [SI].
   Regressor(Input input);        // NOLINT(google-explicit-constructor)

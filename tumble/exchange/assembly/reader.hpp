@@ -8,7 +8,7 @@
 
 #include "tumble/exchange/calibration.hpp"
 
-/// Contents of results that a calibration is made from.
+/// Error models of results as a calibration takes them.
 namespace tumble::assembly {
 
 /// One result while it is read. A parameter that is read is no longer `unread`.
@@ -48,7 +48,7 @@ Unit si_unit(const Unit& unit);
 Unit input_unit(bool gyro);
 
 /// The error models of a result: of a single sensor those of the axis that the user named, else each of its own axis.
-/// A note for each part for which a calibration has no place.
+/// A term without a place in a calibration is a note.
 void read_models(Reader& reader, std::set<std::string>& claimed);
 
 /// White noise, random walk and bias instability by the names of the channels. Returned: whether the result has any.

@@ -33,6 +33,8 @@ struct Inputs {
   /// Fills in what is known [SI] at sample number `i` of the output, slot by slot; what is missing has the value of a
   /// Felt at rest. NaN where a channel has no value. Lagged slots stay as they are.
   std::function<void(std::size_t i, std::span<double> values)> fill;
+  /// Puts in the place of temperatures the means that are compared with what the test covered. Empty: the samples are.
+  std::function<void(std::size_t i, std::span<double> values)> average;
 };
 
 /// An input is a channel: the one that the result's [channels] name for its role, else one called like the role, else

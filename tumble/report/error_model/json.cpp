@@ -73,7 +73,8 @@ void add_optional(const OutputModel& model, Json& json) {
   if (model.thermal)
     json["thermal"] = {{"smoothing", model.thermal->smoothing},
                        {"lag", model.thermal->lag},
-                       {"start_window", model.thermal->start_window}};
+                       {"start_window", model.thermal->start_window},
+                       {"averaging", model.thermal->averaging}};
   if (model.reference_temperature) json["reference_temperature"] = *model.reference_temperature;
   for (const auto& code : model.caveats) json["caveats"].push_back(code);
   for (const Covered& covered : model.covered) json["covered"].push_back(covered_json(covered));
@@ -163,7 +164,8 @@ void read_optional(const Node& node, std::size_t parameters, OutputModel& model)
   model.by_output = flag_of(node.optional("by_output"));
   model.misfit = number_of(node.optional("misfit"), 0.0);
   if (const Node thermal = node.optional("thermal"); !thermal.absent())
-    model.thermal = {thermal["smoothing"].number(NAN), thermal["lag"].number(NAN), thermal["start_window"].number(NAN)};
+    model.thermal = {thermal["smoothing"].number(NAN), thermal["lag"].number(NAN), thermal["start_window"].number(NAN),
+                     number_of(thermal.optional("averaging"), 0.0)};
   if (const Node reference = node.optional("reference_temperature"); !reference.absent())
     model.reference_temperature = reference.number(NAN);
   if (const Node caveats = node.optional("caveats"); !caveats.absent())
