@@ -10,6 +10,7 @@
 
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/station/virtual_device.hpp"
@@ -140,7 +141,7 @@ class AddingRoute : public ::testing::Test {
     Estimate estimate;
     estimate.method = "my_gyro_drift";
     estimate.parameters = {{"D_F", "D_F", Unit::parse("deg/h"), si(1.8, "deg/h"), "constant drift"}};
-    estimate.covariance = Matrix(1, 1, si(0.1, "deg/h") * si(0.1, "deg/h"));
+    settle(estimate, {from_variances("output noise", {si(0.1, "deg/h") * si(0.1, "deg/h")})});
     estimate.verdicts = {{"D_F", Verdict::Outcome::pass, "<= 2 deg/h"}};
     std::ofstream(folder_.file("drift.json")) << to_json(estimate);
     std::ofstream(folder_.file("other.json")) << "{}";
