@@ -100,7 +100,7 @@ std::vector<Held> held(const char* name, const Use& use, const std::function<dou
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = trial.evidence.plan.settings.texts();
     const Compensation done = compensate(estimate, use.recording, nullptr);
-    EXPECT_EQ(done.tables.size(), use.outputs.size());
+    EXPECT_EQ(done.tables.size(), 1 + use.outputs.size());
     for (std::size_t k = 0; k < use.outputs.size(); ++k) {
       const Used& used = use.outputs[k];
       const double error = find_channel(done.recording, used.channel)->values[at] - used.truth[at];

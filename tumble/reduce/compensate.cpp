@@ -265,17 +265,10 @@ std::vector<const OutputModel*> recorded_outputs(const Estimate& estimate, const
   }
   if (wanted.empty())
     for (const OutputModel& model : estimate.models) wanted.push_back(&model);
-  const auto needs = [](const OutputModel& model, Input input) {
-    return std::ranges::any_of(model.terms, [&](const ModelTerm& term) {
-      return std::ranges::any_of(term.regressor, [&](const Product& product) {
-        return std::ranges::find(product.factors, input, &TermFactor::input) != product.factors.end();
-      });
-    });
-  };
   if (std::ranges::any_of(wanted, [&](const OutputModel* model) { return present(*model); }))
     std::erase_if(wanted, [&](const OutputModel* model) {
       return !present(*model) && std::ranges::none_of(wanted, [&](const OutputModel* other) {
-        return other != model && needs(*other, model->shows);
+        return other != model && compensation::needs(*other, model->shows);
       });
     });
   return wanted;
@@ -373,6 +366,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   std::vector<Slot> slots = compensation::common_slots();
   std::vector<std::vector<UsedTerm>> terms;
   for (const Work& work : works) terms.push_back(used_terms(*work.model, estimate, slots));
+  compensation::require_sensors(estimate, recording, *works.front().model);
   const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan,
                                                slots, works.front().model->thermal);
   for (std::size_t k = 0; k < works.size(); ++k)

@@ -254,13 +254,16 @@ struct ThermalRuns {
   }
 };
 
-/// Null where the recording has no channel of temperature.
+thermal::Sensors sensors_of(const Estimate& estimate, const Recording& recording) {
+  const thermal::Sensors two{tumble::channel_of(estimate, recording, "temperature_top"),
+                             tumble::channel_of(estimate, recording, "temperature_side")};
+  if (two.top && two.side) return two;
+  return {tumble::channel_of(estimate, recording, "temperature"), nullptr};
+}
+
 std::shared_ptr<const ThermalRuns> thermal_runs(const Estimate& estimate, const Recording& recording,
                                                 const ThermalReading& reading) {
-  thermal::Sensors sensors{tumble::channel_of(estimate, recording, "temperature_top"),
-                           tumble::channel_of(estimate, recording, "temperature_side")};
-  if (!sensors.top || !sensors.side) sensors = {tumble::channel_of(estimate, recording, "temperature"), nullptr};
-  if (!sensors.top) return nullptr;
+  const thermal::Sensors sensors = sensors_of(estimate, recording);
   ThermalRuns all{.runs = runs_of({recording}),
                   .interval = reading.averaging,
                   .from = "channel " + sensors.top->name,
@@ -298,6 +301,26 @@ struct Sources {
 };
 
 }  // namespace
+
+bool needs(const OutputModel& model, Input input) {
+  return std::ranges::any_of(model.terms, [&](const ModelTerm& term) {
+    return std::ranges::any_of(term.regressor, [&](const Product& product) {
+      return std::ranges::find(product.factors, input, &TermFactor::input) != product.factors.end();
+    });
+  });
+}
+
+void require_sensors(const Estimate& estimate, const Recording& recording, const OutputModel& model) {
+  if (!model.thermal) return;
+  const thermal::Sensors sensors = sensors_of(estimate, recording);
+  std::vector<std::string> problems;
+  if (!sensors.top)
+    problems.emplace_back("the recording has no channel for temperature (or temperature_top and temperature_side)");
+  if (!sensors.side && needs(model, Input::temperature_gradient))
+    problems.emplace_back(
+        "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
+  refuse(recording, problems);
+}
 
 std::vector<Slot> common_slots() {
   std::vector<Slot> all(common_slot_count);

@@ -48,6 +48,12 @@ struct Inputs {
 Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Channel& output, const Plan* plan,
                  const std::vector<Slot>& slots, const std::optional<ThermalReading>& thermal);
 
+/// Whether a term depends on an input.
+bool needs(const OutputModel& model, Input input);
+
+/// Throws    Error::bad_data where the recording lacks a sensor that the temperatures of a model are read from
+void require_sensors(const Estimate& estimate, const Recording& recording, const OutputModel& model);
+
 /// Between the samples on both sides [SI of the channel]; the first and last value beyond the ends.
 double value_at(const Channel& channel, double time);
 /// Difference quotient [SI of the channel/s] over one sample to each side.

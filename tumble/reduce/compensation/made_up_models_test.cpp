@@ -67,7 +67,7 @@ TEST(MadeUpModel, ATermDependsOnAnotherChannel) {
   const auto done = compensate(estimate, shown(over_time([](double t) { return 0.01 * pressure(t); }),
                                                {channel_of("pressure", QuantityKind::other, "1", pressure)}));
   expect_turning(done.recording);
-  EXPECT_EQ(std::get<std::string>(done.tables[0].rows[0][4]), "channel pressure");
+  EXPECT_EQ(std::get<std::string>(done.tables[1].rows[0][4]), "channel pressure");
 }
 
 TEST(MadeUpModel, ATermWhoseChannelIsMissingRemainsByItsRole) {
