@@ -6,6 +6,7 @@
 
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/output_model.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
