@@ -114,7 +114,7 @@ void add_levels_truth(Trial& trial) {
   std::size_t level = 1;
   for (const double spin : {1.0, -1.0})
     for (const double rate : second_rates) {
-      const double K = sensitivity_at(force(rate), spin), first = loop_gain_at(force(second_rates[0]), spin);
+      const double K = sensitivity_at(force(rate), spin), first = sensitivity_at(force(second_rates[0]), spin);
       trial.truth.emplace_back(fmt::format("sensitive_term_{}", level), si(K, "deg/h/g"));
       if (rate != second_rates[0]) trial.truth.emplace_back(fmt::format("nonlinearity_{}", level), K / first - 1.0);
       ++level;
