@@ -9,7 +9,7 @@ namespace tumble::compensation {
 namespace {
 
 constexpr double tolerance = 1e-12;           ///< of the size of u
-constexpr double settled_within = 1e-10;      ///< of outputs together: each is solved to `tolerance` only
+constexpr double settled_within = 1e-12;      ///< change of an output by a pass over those that need each other
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
 constexpr double step_share = 1e-4,
@@ -51,7 +51,8 @@ void solve(Work& work, Values& values) {
     const double slope = error_slope(work, work.shown, values), g = u + errors_at(work, values) - y;
     if (!(std::abs(slope) < greatest_error_slope)) break;
     if (std::abs(g) <= (1.0 - std::abs(slope)) * tolerance * std::max(std::abs(u), std::abs(y))) {
-      work.u = u, work.slope = slope;
+      work.u = values[work.shown] = u - g / (1.0 + slope);  // this last step costs nothing and gives all digits
+      work.slope = slope;
       return;
     }
     u -= g / (1.0 + slope);
