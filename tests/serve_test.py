@@ -384,6 +384,7 @@ class Jobs(unittest.TestCase):
             job = server.job(server.json("POST", "/api/jobs/noise", {"file": "a.csv", "from": 90, "to": 95, "channels": ["gyro.x"]})["job"])
             self.assertEqual(job["state"], "failed")
             self.assertIn("has no sample from 90 s to 95 s", job["problems"][0])
+            self.assertEqual((job["errors"][0]["code"], job["errors"][0]["message"]), ("bad_data", job["problems"][0]))
 
     def test_cancel_and_begin_again_with_the_next_server(self):
         with Server() as server:

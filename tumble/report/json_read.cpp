@@ -347,12 +347,16 @@ Estimate estimate_of(const Node& top) {
   return estimate;
 }
 
-/// Line and column of a byte, counted from 1.
-std::string line_and_column(const std::string& text, std::size_t byte) {
+/// Line and column of a byte of a file, counted from 1.
+Where place_of(const std::string& text, std::size_t byte, const std::string& file) {
   const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte == 0 ? 0 : byte - 1, text.size()));
-  const auto line = std::count(text.begin(), end, '\n') + 1;
   const auto start = std::find(std::make_reverse_iterator(end), text.rend(), '\n').base();
-  return fmt::format("{}:{}", line, end - start + 1);
+  const auto line = static_cast<std::size_t>(std::count(text.begin(), end, '\n')) + 1;
+  const auto column = static_cast<std::size_t>(end - start) + 1;
+  return {.file = file,
+          .line = line,
+          .column = column,
+          .place = say("{}", Name{fmt::format("{}:{}:{}", file, line, column)})};
 }
 
 nlohmann::json parsed(const std::string& text, const std::string& file) {
@@ -360,11 +364,11 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     if (!file.ends_with(".json") && file.find('.') != std::string::npos)
-      throw Error{Error::Kind::bad_file, say("{}: not JSON: a result of identify is expected here", file)};
-    throw Error{Error::Kind::bad_file, say("{}:{}: not JSON: no valid value here, or the file ends too early", file,
-                                           line_and_column(text, error.byte))};
+      throw Error{Error::Kind::bad_file, in_file(file, "not JSON: a result of identify is expected here")};
+    throw Error{Error::Kind::bad_file,
+                Problem(place_of(text, error.byte, file), "not JSON: no valid value here, or the file ends too early")};
   } catch (const nlohmann::json::exception&) {
-    throw Error{Error::Kind::bad_file, say("{}: a number is too large for a double", file)};
+    throw Error{Error::Kind::bad_file, in_file(file, "a number is too large for a double")};
   }
 }
 

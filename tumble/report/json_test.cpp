@@ -5,6 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <set>
 
 #include "tumble/report/report.hpp"
@@ -259,6 +260,16 @@ TEST(ResultJson, SaysWhereTheTextStopsBeingJson) {
   }
   EXPECT_TRUE(problems_of("{\n  \"a\": 1,\n  b\n}")[0].starts_with("result.json:3:3: not JSON"));
   EXPECT_TRUE(problems_of("{\"a\": 1e999}")[0].starts_with("result.json"));
+}
+
+TEST(ResultJson, TheLineWhereItStopsBeingJsonIsAValue) {
+  try {
+    estimate_from_json("{\n  \"a\": 1,\n  b\n}", "result.json");
+    FAIL();
+  } catch (const Error& error) {
+    const Where& where = error.problems.at(0).where;
+    EXPECT_EQ(std::tuple(where.file, where.line, where.column), std::tuple("result.json", 3u, 3u));
+  }
 }
 
 TEST(ResultJson, RefusesAnyOtherJson) {

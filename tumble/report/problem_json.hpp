@@ -16,7 +16,13 @@ std::string_view code_of(Error::Kind kind);
 /// and `place`, the sentence that says them.
 std::string problems_to_json(std::string_view code, const Problems& problems, Language language);
 
+/// Why a program of ours carried out nothing.
+struct Refusal {
+  std::string code;  ///< kind of the error, "bad_input"; empty without problems
+  Problems problems;
+};
+
 /// Reads them again. Throws Error::bad_file.
-Problems problems_from_json(const std::string& text);
+Refusal refusal_from_json(const std::string& text);
 
 }  // namespace tumble

@@ -29,10 +29,11 @@ TEST(ProblemJson, HasCodePatternValuesAndPlaceBesideTheMessage) {
 
 TEST(ProblemJson, IsReadAsItWasWritten) {
   const std::string text = problems_to_json("x", problems, Language::english);
-  const Problems read = problems_from_json(text);
-  EXPECT_EQ(read, problems);
-  EXPECT_EQ(problems_to_json("x", read, Language::english), text);
-  EXPECT_THROW(problems_from_json("[{}]"), Error);
+  const Refusal read = refusal_from_json(text);
+  EXPECT_EQ(read.code, "x");
+  EXPECT_EQ(read.problems, problems);
+  EXPECT_EQ(problems_to_json("x", read.problems, Language::english), text);
+  EXPECT_THROW(refusal_from_json("[{}]"), Error);
 }
 
 }  // namespace

@@ -37,8 +37,14 @@ Json json_of(const Job& job) {
           {"progress", job.progress},
           {"begun", job.begun},
           {"problems", texts_of(job.problems)},
-          {"errors", Json::parse(problems_to_json("failed", job.problems, Language::english))},
+          {"errors",
+           Json::parse(problems_to_json(job.code.empty() ? "failed" : job.code, job.problems, Language::english))},
           {"files", job.files}};
+}
+
+void take(Refusal refusal, Job& job) {
+  job.code = std::move(refusal.code);
+  job.problems = std::move(refusal.problems);
 }
 
 /// A job as its folder keeps it.
@@ -55,7 +61,7 @@ Job read_job(const fs::path& file) {
   job.progress = json.at("progress").get<double>();
   job.begun = json.at("begun").get<double>();
   if (json.contains("errors"))
-    job.problems = problems_from_json(json.at("errors").dump());
+    take(refusal_from_json(json.at("errors").dump()), job);
   else  // a job of an earlier version
     for (const auto& text : json.at("problems")) job.problems.emplace_back(text.get<std::string>());
   job.files = json.at("files").get<std::vector<std::string>>();
@@ -311,7 +317,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    job.problems = jobs::problems_of(outcome, options_.root);
+    take(jobs::refusal_of(outcome, options_.root), job);
   }
   if (!ended_) settle(jobs_[id]);
 }

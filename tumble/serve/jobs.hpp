@@ -27,6 +27,7 @@ struct Job {
   State state = State::waiting;
   double progress = 0.0;           ///< [1] 0 to 1 of all steps
   std::string doing;               ///< what is being done
+  std::string code;                ///< of a failed job, "bad_input"; "failed" where the program has said none
   Problems problems;               ///< what the program said where it failed
   double begun = 0.0;              ///< [s] since 1970-01-01, when it was asked for
   bool kept = true;                ///< false: has no folder, and is forgotten with the server

@@ -46,7 +46,7 @@ struct LinkWires::Inner {
         if (const auto peer = links.peer(*wire.link); !peer.empty()) wire.address->host = peer;
       }
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(say("{}: {}", name, problem));
+      for (const auto& problem : error.problems) problems.push_back(within(say("{}", Name{name}), problem));
     }
     all.push_back(std::move(wire));
   }

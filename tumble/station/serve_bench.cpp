@@ -40,7 +40,7 @@ struct BenchServer::Inner {
     try {
       if (!link.empty()) open(door, parse_link(link));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(say("{}: {}", name, problem));
+      for (const auto& problem : error.problems) problems.push_back(within(say("{}", Name{name}), problem));
     }
     addresses.push_back(door.address);
     doors.push_back(std::move(door));

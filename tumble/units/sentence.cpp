@@ -83,10 +83,12 @@ std::vector<std::string> texts_of(const Problems& problems) {
 
 Problem within(Where outer, Problem problem) {
   Where& inner = problem.where;
-  for (auto part : {&Where::file, &Where::table, &Where::key, &Where::channel})
+  if (inner.file.empty()) {  // a line of one file is none of another
+    inner.file = std::move(outer.file);
+    if (inner.line == 0) inner.line = outer.line, inner.column = outer.column;
+  }
+  for (auto part : {&Where::table, &Where::key, &Where::channel})
     if ((inner.*part).empty()) inner.*part = std::move(outer.*part);
-  if (inner.line == 0) inner.line = outer.line;
-  if (inner.column == 0) inner.column = outer.column;
   if (!inner.time) inner.time = outer.time;
   if (inner.place.empty())
     inner.place = std::move(outer.place);

@@ -37,6 +37,14 @@ TEST(Problem, WithinKeepsWhatIsKnownOfThePlace) {
   EXPECT_EQ(problem.where.key, "kind");
 }
 
+TEST(Problem, ALineOfOneFileIsNoneOfAnother) {
+  const Problem problem = within(Where{.file = "outer.toml", .line = 7, .column = 2},
+                                 within(Where{.file = "inner.csv", .channel = "gyro"}, "is wrong"));
+  EXPECT_EQ(problem.where.file, "inner.csv");
+  EXPECT_EQ(problem.where.line, 0u);
+  EXPECT_EQ(problem.where.column, 0u);
+}
+
 TEST(Problem, InASentenceKeepsItsPatternAndItsPlace) {
   const Sentence said = say("not archived: {}", within(say("{}:{}", Name{"p.toml"}, 7), say("no {}", 3)));
   EXPECT_EQ(said.text(), "not archived: p.toml:7: no 3");

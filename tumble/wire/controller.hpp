@@ -160,7 +160,7 @@ struct ControllerVector {
   bool host_only = false;                   ///< the device side writes it in another form
   std::string source;
   bool made_by_hand = false;
-  std::string place;  ///< file:line
+  Where place;  ///< file and line
 };
 
 /// A declaration of a controller, read and checked (docs/formats/controllers.md has its keys).

@@ -108,6 +108,20 @@ TEST(ReadController, NeedsAVectorThatHolds) {
   EXPECT_NE(problems_of(table_text(wrong)).find("host sends: '$S*54"), std::string::npos);
 }
 
+TEST(ReadController, AVectorThatDoesNotHoldIsAPlaceInTheFile) {
+  std::string wrong = position_vector;
+  wrong.replace(wrong.find("moving"), 6, "ready");
+  try {
+    read_controller(table_text(wrong), "table.toml");
+    FAIL();
+  } catch (const Error& error) {
+    const Where& where = error.problems.at(0).where;
+    EXPECT_EQ(where.file, "table.toml");
+    EXPECT_GT(where.line, 0u);
+    EXPECT_EQ(where.table, "vector");
+  }
+}
+
 TEST(ReadController, RefusesCommandsThatTheDeviceSideCannotDistinguish) {
   const std::string all =
       problems_of(table_text(position_vector) + "[command.hold]\nsend = \"S\"\nexpect = \"S {state}\"\n");

@@ -187,7 +187,7 @@ struct FrameVector {
   std::string source;
   bool made_by_hand = false;  ///< from the table, where no capture is at hand
   std::string variant;        ///< of the declaration for which it holds; empty: the one without variants
-  std::string place;          ///< file:line
+  Where place;                ///< file and line
 };
 
 /// The serial line, and what starts and stops the stream.

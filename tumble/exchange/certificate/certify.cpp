@@ -178,7 +178,8 @@ Certificate certify(const Estimate& estimate, const CertificateDetails& stated,
     for (const auto& verdict : estimate.verdicts) try {
         certificate.statements.push_back(statement_on(verdict, estimate, details, undermined));
       } catch (const Error& error) {
-        for (const auto& problem : error.problems) problems.push_back(say("{}: {}", verdict.parameter, problem));
+        for (const auto& problem : error.problems)
+          problems.push_back(within(say("{}", Name{verdict.parameter}), problem));
       }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   certificate.joint = joint_of(certificate);

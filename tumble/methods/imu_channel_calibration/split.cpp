@@ -128,7 +128,7 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
       }
     } catch (const Error& error) {
       if (error.kind == Error::Kind::internal) throw;
-      for (const auto& problem : error.problems) problems.push_back(say("{} alone: {}", role, problem));
+      for (const auto& problem : error.problems) problems.push_back(within(say("{} alone", Name{role}), problem));
     }
     for (const std::size_t which : {2u, 3u}) assembled[index_of(axis, which)] = assembly * assembly;
   }

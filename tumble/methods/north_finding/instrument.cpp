@@ -30,7 +30,8 @@ std::optional<double> given_scale(const Settings& settings, const char* option, 
     if (std::isfinite(value) && value > 0.0) return value;
     problems.push_back(say("[settings] {} must be above zero", option));
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) problems.push_back(say("[settings] {}: {}", option, problem));
+    for (const auto& problem : error.problems)
+      problems.push_back(within(Where{.key = option, .place = say("[settings] {}", Name{option})}, problem));
   }
   return std::nullopt;
 }

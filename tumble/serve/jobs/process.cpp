@@ -247,15 +247,15 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   return outcome;
 }
 
-Problems problems_of(const Outcome& outcome, const std::string& root) {
-  Problems problems;
+Refusal refusal_of(const Outcome& outcome, const std::string& root) {
+  Refusal refusal{"failed", {}};
   if (!outcome.problems.empty())
-    for (const Problem& problem : problems_from_json(outcome.problems)) problems.push_back(named_from(root, problem));
+    refusal = refusal_from_json(outcome.problems);
   else if (!outcome.messages.empty())
-    problems.push_back(
-        named_from(root, Problem(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1))));
-  if (problems.empty()) problems.emplace_back("the program ended without a message");
-  return problems;
+    refusal.problems.emplace_back(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1));
+  if (refusal.problems.empty()) refusal.problems.emplace_back("the program ended without a message");
+  for (Problem& problem : refusal.problems) problem = named_from(root, problem);
+  return refusal;
 }
 
 void take_problems(std::string& waiting, std::string& problems) {

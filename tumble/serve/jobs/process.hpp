@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/units/sentence.hpp"
+#include "tumble/report/problem_json.hpp"
 
 namespace tumble::jobs {
 
@@ -17,7 +17,7 @@ struct Outcome {
 
 /// Why a program has failed: what it has handed on, or else all that it said (a fault of memory, a signal). Files are
 /// named from `root` on.
-Problems problems_of(const Outcome& outcome, const std::string& root);
+Refusal refusal_of(const Outcome& outcome, const std::string& root);
 
 /// Takes the line "problems [...]" out of what a process hands on.
 void take_problems(std::string& waiting, std::string& problems);

@@ -13,6 +13,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/tasks/plan_edit.hpp"
@@ -102,13 +103,16 @@ Problem without_file(Problem problem) {
   return problem;
 }
 
-/// A problem with the line of the plan where it is; 0: none.
-Json placed_problem(const Context& context, Language language, Problem problem, const std::string& path) {
+/// A problem with the line of the plan where it is; 0: none. Its other members are those of every refusal.
+Json placed_problem(const Context& context, Language language, Error::Kind kind, Problem problem,
+                    const std::string& path) {
   const bool here = problem.where.file == path && problem.where.place.text().starts_with(path);
   const auto line = here ? problem.where.line : 0;
   if (here) problem = without_file(std::move(problem));
   problem = named_from(context.options.folder.string(), std::move(problem));
-  return {{"line", line}, {"message", in_language(language, problem)}};
+  Json json = Json::parse(problems_to_json(code_of(kind), {problem}, language)).front();
+  json["line"] = line;
+  return json;
 }
 
 /// What the form shows of a value: its text, how it is written, and its line.
@@ -156,7 +160,7 @@ HttpResponse look(Context& context, const HttpRequest& request) {
     answer["schedule"] = timeline_of(plan_of_text(text, path));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) {
-      answer["problems"].push_back(placed_problem(context, language, problem, path));
+      answer["problems"].push_back(placed_problem(context, language, error.kind, problem, path));
     }
   }
   return json_response(answer);

@@ -85,7 +85,7 @@ void collect(Problems& problems, const std::string& what, Work work) {
   try {
     work();
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) problems.push_back(say("{}: {}", what, problem));
+    for (const auto& problem : error.problems) problems.push_back(within(say("{}", Name{what}), problem));
   }
 }
 

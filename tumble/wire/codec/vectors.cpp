@@ -9,10 +9,14 @@ namespace tumble {
 
 namespace {
 
+Problem problem_of(const FrameVector& vector, Problem problem) {
+  return within(vector.place, within(Where{.table = "vector", .place = "[[vector]]"}, std::move(problem)));
+}
+
 void compare_values(const FrameCodec& codec, const FrameVector& vector, const FrameContent& content,
                     Problems& problems) {
   const auto differs = [&](const std::string& what, const std::string& is, const std::string& should) {
-    problems.push_back(say("{}: [[vector]]: {} is {}, and should be {}", vector.place, what, is, should));
+    problems.push_back(problem_of(vector, say("{} is {}, and should be {}", Name{what}, Name{is}, Name{should})));
   };
   for (std::size_t i = 0; i < codec.channels.size(); ++i) {
     const FrameChannel& channel = codec.channels[i];
@@ -41,16 +45,16 @@ Problems problems_of_vectors(const FrameCodec& codec) {
   for (const FrameVector& vector : codec.vectors) {
     const auto content = decode_frame(codec, vector.bytes);
     if (!content) {
-      problems.push_back(say("{}: [[vector]]: its bytes are not a whole frame of this declaration whose checksum holds",
-                             vector.place));
+      problems.push_back(
+          problem_of(vector, "its bytes are not a whole frame of this declaration whose checksum holds"));
       continue;
     }
     compare_values(codec, vector, *content, problems);
     try {
       if (encode_frame(codec, *content, vector.bytes) != vector.bytes)
-        problems.push_back(say("{}: [[vector]]: its values, encoded again, do not give its bytes", vector.place));
+        problems.push_back(problem_of(vector, "its values, encoded again, do not give its bytes"));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(say("{}: [[vector]]: {}", vector.place, problem));
+      for (const auto& problem : error.problems) problems.push_back(problem_of(vector, problem));
     }
   }
   return problems;

@@ -67,7 +67,7 @@ void add_hex(Section& section, const char* key, std::vector<std::string>& lines)
 void read_vector(const toml::table& table, Draft& draft) {
   Section section(table, "[[vector]]", draft.problems);
   ControllerVector vector;
-  vector.place = draft.problems.place(table.source());
+  vector.place = draft.problems.where(table.source());
   vector.request.verb = section.text("verb").value_or("");
   const auto* command = draft.controller.find(vector.request.verb);
   if (!command) section.problem_at("verb", "one of the commands of this declaration is expected");
@@ -99,9 +99,9 @@ void read_vectors(Section& root, Draft& draft) {
   for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, draft);
   if (draft.controller.vectors.empty() && draft.problems.all.empty())
     draft.problems.all.push_back(
-        say("{}: there is no [[vector]]; give the bytes of one command and of its reply, and the values that they "
-            "mean, so that formats and units are tested",
-            draft.problems.file));
+        in_file(draft.problems.file,
+                "there is no [[vector]]; give the bytes of one command and of its reply, and the values that they "
+                "mean, so that formats and units are tested"));
 }
 
 }  // namespace tumble::controller

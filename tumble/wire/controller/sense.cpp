@@ -29,7 +29,8 @@ void require_sense(Draft& draft) {
   const auto& commands = draft.controller.commands;
   auto& all = draft.problems.all;
   const auto add = [&](const std::string& verb, const Sentence& said) {
-    all.push_back(say("{}: [command.{}]: {}", draft.problems.file, verb, said));
+    const Where table{.table = "command." + verb, .place = say("[command.{}]", Name{verb})};
+    all.push_back(in_file(draft.problems.file, within(table, said)));
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const auto& command = commands[i];
@@ -46,7 +47,9 @@ void require_sense(Draft& draft) {
       return std::ranges::find(command.gives, bits.from) != command.gives.end();
     });
     if (!carried)
-      all.push_back(say("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word, bits.from));
+      all.push_back(in_file(draft.problems.file,
+                            within(Where{.table = "bits." + bits.word, .place = say("[bits.{}]", Name{bits.word})},
+                                   say("no reply carries the number '{}'", Name{bits.from}))));
   }
 }
 

@@ -16,7 +16,8 @@ struct VectorCheck {
   Problems& problems;
 
   void add(const Sentence& said) const {
-    problems.push_back(say("{}: [[vector]] {}: {}", vector.place, vector.request.verb, said));
+    const Where table{.table = "vector", .place = say("[[vector]] {}", Name{vector.request.verb})};
+    problems.push_back(within(vector.place, within(table, said)));
   }
   void compare_bytes(const char* side, std::size_t line, const std::vector<std::string>& stated,
                      const std::string& made) const {

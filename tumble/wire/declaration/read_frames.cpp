@@ -94,8 +94,9 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Draft&
   for (const auto& name : wanted)
     if (std::ranges::find(known, name) == known.end())
       draft.problems.all.push_back(
-          say("{}: there is no variant '{}'{} (variants: {})", draft.problems.file, name, did_you_mean(name, known),
-              known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))})));
+          in_file(draft.problems.file,
+                  say("there is no variant '{}'{} (variants: {})", Name{name}, did_you_mean(name, known),
+                      known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))}))));
 }
 
 /// Half a unit of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12.
@@ -159,7 +160,7 @@ void read_vector_bytes(Section& section, FrameVector& vector, const Draft& draft
 void read_vector(const toml::table& table, const std::string& variants, Draft& draft) {
   Section section(table, "[[vector]]", draft.problems);
   FrameVector vector;
-  vector.place = draft.problems.place(table.source());
+  vector.place = draft.problems.where(table.source());
   vector.source = section.text("source").value_or("");
   if (const auto* node = section.find("made_by_hand")) vector.made_by_hand = node->value_or(false);
   vector.variant = section.text("variant").value_or("");
@@ -178,20 +179,20 @@ void read_vector(const toml::table& table, const std::string& variants, Draft& d
 std::string joined(const std::vector<std::string>& variants) { return fmt::format("{}", fmt::join(variants, ",")); }
 
 void require_uses(Draft& draft) {
-  if (draft.codec.frames.empty()) draft.problems.all.push_back(say("{}: there is no [[frame]]", draft.problems.file));
+  if (draft.codec.frames.empty()) draft.problems.all.push_back(in_file(draft.problems.file, "there is no [[frame]]"));
   const auto counted = [](const FrameLayout& layout) { return layout.counter && layout.counter->lock > 0; };
   if (draft.codec.frames.size() > 1 && std::ranges::any_of(draft.codec.frames, counted))
     draft.problems.all.push_back(
-        say("{}: a frame that is found by its counter is the only [[frame]]", draft.problems.file));
+        in_file(draft.problems.file, "a frame that is found by its counter is the only [[frame]]"));
   if (draft.codec.frames.size() > 64)
-    draft.problems.all.push_back(say("{}: more than 64 [[frame]]", draft.problems.file));
+    draft.problems.all.push_back(in_file(draft.problems.file, "more than 64 [[frame]]"));
   if (!draft.codec.frames.empty() && draft.codec.channels.empty())
-    draft.problems.all.push_back(say("{}: no frame has a channel", draft.problems.file));
+    draft.problems.all.push_back(in_file(draft.problems.file, "no frame has a channel"));
   if (draft.codec.vectors.empty() && draft.problems.all.empty())
     draft.problems.all.push_back(
-        say("{}: there is no [[vector]]; give the bytes of one frame and the values that they mean, so that offsets, "
-            "order and scales are tested",
-            draft.problems.file));
+        in_file(draft.problems.file,
+                "there is no [[vector]]; give the bytes of one frame and the values that they mean, so that offsets, "
+                "order and scales are tested"));
 }
 
 }  // namespace
