@@ -24,15 +24,9 @@ inline bool says(const Findings& findings, const std::string& words) {
   return std::ranges::any_of(findings, [&](const Finding& f) { return f.message.find(words) != std::string::npos; });
 }
 
-/// The message with which the method refuses the evidence.
-inline std::string refusal(const Method& method, const Evidence& evidence) {
-  try {
-    method.identify(evidence, {});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
+/// How the method refuses the evidence.
+inline Refusal refusal(const Method& method, const Evidence& evidence) {
+  return refusal_of([&] { method.identify(evidence, {}); });
 }
 
 }  // namespace tumble

@@ -19,12 +19,15 @@ namespace tumble {
 struct Refusal {
   std::optional<Error::Kind> kind = {};  ///< absent: the work was done, nothing was thrown
   Problems problems = {};
+
+  bool empty() const { return !kind; }
 };
 
 /// What a test asks of one problem of a refusal. An empty member is not asked.
 struct Asked {
   std::vector<std::string> values =
       {};                    ///< as they are shown, in their order: those of the place, then of the sentence
+  std::string part = {};     ///< stands in one value: of a list, or of a text that is no sentence yet
   std::string pattern = {};  ///< part of the pattern: only for a sentence that no value distinguishes
   std::string file = {}, table = {}, key = {}, channel = {};
   std::size_t line = 0, column = 0;
@@ -69,6 +72,8 @@ inline bool is_asked(const Problem& problem, const Asked& asked) {
   std::vector<std::string> values;
   add_values(where.place, values);
   add_values(problem.what, values);
+  const auto has_part = [&](const std::string& value) { return value.find(asked.part) != std::string::npos; };
+  if (!asked.part.empty() && std::ranges::none_of(values, has_part)) return false;
   auto wanted = asked.values.begin();
   for (const std::string& value : values)
     if (wanted != asked.values.end() && value == *wanted) ++wanted;
