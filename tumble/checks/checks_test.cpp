@@ -167,7 +167,7 @@ TEST(Checks, AnAngleThatBeginsAgainAfterATurnIsNeitherDamagedNorSaturated) {
     }
   Recording damaged = recording({channel("table_angle", "deg", angles_that_begin_again(0.0, 1e-3))});
   damaged.channels[0].values[500] = si(40.0, "deg");
-  // 4 sd of a sample less the mean of its two neighbours: 4 * 1e-3 deg * sqrt(1.5)
+  // to the nearer neighbour, each of them with a noise of 1e-3 deg: five standard deviations
   EXPECT_NEAR(value_of(findings_of("outliers", damaged), "outlier", "distance"), si(40.0, "deg"), si(0.005, "deg"));
 }
 

@@ -204,8 +204,7 @@ TEST(FormatChoice, RefusalsNameTheFile) {
                       [&] { read_recording("/dev/null", {}, {}); }));
   EXPECT_TRUE(refuses(input, Asked{.part = ".csv, "}, [&] { write_recording(sample(3), folder.file("a.xyz")); }));
   for (const char* name : {"a.csv", "a.h5"})
-    EXPECT_TRUE(refuses(input, Asked{.values = {folder.file(name)}, .pattern = "no channel"},
-                        [&] { write_recording({}, folder.file(name)); }));
+    EXPECT_TRUE(refuses(input, Asked{.pattern = "no channel"}, [&] { write_recording({}, folder.file(name)); }));
   write_file_atomically(folder.file("a.bin"), std::string("\0\1\2", 3));
   EXPECT_TRUE(refuses(file, Asked{.part = "a.bin", .pattern = "not a recording"},
                       [&] { read_recording(folder.file("a.bin"), {}, {}); }));

@@ -99,11 +99,17 @@ inline std::string text_of(const Findings& findings, const std::string& code, co
 /// What a test asks of a refusal that was made from a finding of this code (errors_among).
 /// Given: values as they are shown, in the order of the sentence; the place first.
 inline Asked asked_finding(const std::string& code, std::vector<std::string> values = {}, std::size_t count = 1) {
+  const std::string sentence = text_of("finding", code, count);
   std::string pattern;
-  bool inside = false;
-  for (const char c : text_of("finding", code, count)) {
-    if (!inside || c == '}') pattern += c;
-    if (c == '{' || c == '}') inside = c == '{';
+  for (std::size_t i = 0; i < sentence.size(); ++i) {
+    const bool doubled = i + 1 < sentence.size() && sentence[i + 1] == sentence[i];
+    pattern += sentence[i];
+    if (sentence[i] == '{' && !doubled) {
+      i = sentence.find('}', i);
+      pattern += '}';
+    } else if (doubled && (sentence[i] == '{' || sentence[i] == '}')) {
+      pattern += sentence[++i];
+    }
   }
   return {.values = std::move(values), .pattern = pattern};
 }

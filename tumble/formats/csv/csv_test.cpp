@@ -158,7 +158,7 @@ TEST_F(Csv, BadCellsAreListedWithTheirPlace) {
 
 TEST_F(Csv, WithoutAHeaderTheColumnsMustBeGiven) {
   const std::string content = "  0.5e0  33108  -2\n  1.5e0  33096  -3\n";
-  EXPECT_TRUE(refuses(content, {.values = {"3"}, .part = "0.5e0  33108", .pattern = "[[recording]] columns"}));
+  EXPECT_TRUE(refuses(content, {.values = {"3 columns"}, .part = "0.5e0  33108", .pattern = "[[recording]] columns"}));
   options.columns = {"time[s]", "a[LSB]", "-"};
   const auto recording = read(content);
   ASSERT_EQ(recording.channels.size(), 1u);

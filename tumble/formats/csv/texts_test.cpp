@@ -13,7 +13,7 @@ struct CsvTexts : TextTable {};
 TEST_F(CsvTexts, ATimeThatIsNotUnderstoodIsNamedAsSuch) {
   const std::string table = "time,gyro[deg/s]\n20-Okt-2026 09:00:00,1\n20-Okt-2026 09:00:01,2\n";
   EXPECT_TRUE(refuses(table, {.values = {"time", "20-Okt-2026 09:00:00"}}));
-  EXPECT_EQ(refusal(table).problems.size(), 1u);  // the column is not said to be without a unit, too
+  EXPECT_FALSE(refuses(table, {.pattern = "without a unit"}));
   options.time = "-";
   options.rate = 1.0;
   EXPECT_EQ(read(table).channels.at(0).values.size(), 2u);
@@ -390,9 +390,10 @@ TEST_F(CsvTexts, CutAnywhereItIsReadOrRefused) {
       "09:00:00.2;2;down\r\n",
       true, true);
   EXPECT_EQ(read(whole).channels.at(0).values.size(), 3u);
-  for (std::size_t size = 1; size < whole.size(); ++size)
-    if (const Refusal refused = refusal(whole.substr(0, size)); !refused.empty())
-      EXPECT_TRUE(tumble::refuses(Error::Kind::bad_file, Asked{}, refused)) << size;
+  for (std::size_t size = 1; size < whole.size(); ++size) {
+    const Refusal refused = refusal(whole.substr(0, size));
+    EXPECT_TRUE(refused.empty() || tumble::refuses(Error::Kind::bad_file, Asked{}, refused)) << size;
+  }
 }
 
 }  // namespace

@@ -77,8 +77,8 @@ TEST(Mat, DaysAreNotTakenForSeconds) {
   }
   ReadOptions options = units({"gyro"});
   write_bytes(folder.file("a.mat"), level4("time", days) + level4("gyro", gyro));
-  EXPECT_TRUE(
-      refuses(Error::Kind::bad_file, Asked{.part = "--set unit.time=day"}, refusal_of(folder.file("a.mat"), options)));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"time", "time"}, .pattern = "--set unit.{}=day"},
+                      refusal_of(folder.file("a.mat"), options)));
   options.units["time"] = Unit::parse("day");
   const Recording read = read_recording(folder.file("a.mat"), options, {});
   // A day has 1e-10 d = 10 us at this distance from the year 0.
@@ -96,7 +96,7 @@ TEST(Mat, UnixTimeInMillisecondsIsNotTakenForSeconds) {
   }
   ReadOptions options = units({"gyro"});
   write_bytes(folder.file("a.mat"), level4("timestamp", stamps) + level4("gyro", gyro));
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "--set unit.timestamp=ms"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"timestamp", "timestamp"}, .pattern = "--set unit.{}=ms"},
                       refusal_of(folder.file("a.mat"), options)));
   options.units["timestamp"] = Unit::parse("ms");
   EXPECT_NEAR(read_recording(folder.file("a.mat"), options, {}).channels.at(0).timeline.rate, 200.0, 1e-6);

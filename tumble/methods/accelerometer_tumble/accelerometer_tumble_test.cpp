@@ -367,7 +367,7 @@ TEST(AccelerometerTumble, AUnitThatClipsAtItsGreatestAloneIsRefused) {
   for (auto& v : evidence.recordings[0].channels[0].values) v = std::clamp(v, -0.95 * unit.k_1, 0.95 * unit.k_1);
   const auto said = refusal(method(), evidence);
   EXPECT_TRUE(refuses(Error::Kind::bad_data,
-                      Asked{.values = {"'90.000000 roll 0.000000', '270.000000 roll 0.000000'"},
+                      Asked{.part = "'90.000000 roll 0.000000', '270.000000 roll 0.000000'",
                             .pattern = "where the specific force is greatest"},
                       said));
 }

@@ -170,7 +170,8 @@ TEST(ImuFerraris, NamesTurnsThatAreWrong) {
   const Findings errors = errors_of(session.evidence());
   EXPECT_TRUE(has_finding(errors, "turn_differs_from_others",
                           {{"section", "y_rot"}, {"angle", si(270.0, "deg")}, {"stated", si(360.0, "deg")}}));
-  EXPECT_NEAR(value_of(errors, "turn_differs_from_others", "ratio"), 0.75, 0.0005);
+  EXPECT_NEAR(value_of(errors, "turn_differs_from_others", "ratio"), 0.75,
+              0.0005);  // three digits, as the sentence shows
   session = {};
   session.truth["x_rot"][3] *= -1.0;
   EXPECT_TRUE(has_finding(errors_of(session.evidence()), "axis_reversed", {{"channel", "gyro_x"}}));
