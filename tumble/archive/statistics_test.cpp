@@ -9,6 +9,7 @@
 #include "tumble/archive/notes.hpp"
 #include "tumble/archive/testing/samples.hpp"
 #include "tumble/core/instant.hpp"
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/math/population/capability.hpp"
@@ -38,9 +39,6 @@ class ArchiveStatistics : public ::testing::Test {
   void put() {
     put_in(*archive_, deposit_, testing::sample_act());
     deposit_ = {};
-  }
-  static bool has(const Estimate& estimate, const std::string& code) {
-    return std::ranges::find(estimate.findings, code, &Finding::code) != estimate.findings.end();
   }
   static const Table& table(const Estimate& estimate, const std::string& name) {
     const auto* found = find_table(estimate, name);
@@ -106,14 +104,14 @@ TEST_F(ArchiveStatistics, AStepIsAnAlarmAndARecalibratedRigIsNone) {
   }
   put();
   const auto same = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "same rig"}}});
-  EXPECT_TRUE(has(same, "chart_points_beyond"));
-  EXPECT_TRUE(has(same, "chart_drifts"));
+  EXPECT_TRUE(has_finding(same.findings, "chart_points_beyond"));
+  EXPECT_TRUE(has_finding(same.findings, "chart_drifts"));
   EXPECT_GE(table(same, "alarms").rows.size(), 20u);
   const auto again = chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "rig again"}}});
-  EXPECT_FALSE(has(again, "chart_points_beyond"));
-  EXPECT_FALSE(has(again, "chart_drifts"));
-  EXPECT_FALSE(has(again, "chart_shifted"));
-  EXPECT_TRUE(has(again, "chart_sources_changed"));
+  EXPECT_FALSE(has_finding(again.findings, "chart_points_beyond"));
+  EXPECT_FALSE(has_finding(again.findings, "chart_drifts"));
+  EXPECT_FALSE(has_finding(again.findings, "chart_shifted"));
+  EXPECT_TRUE(has_finding(again.findings, "chart_sources_changed"));
   const auto& rows = table(again, "chart").rows;
   EXPECT_EQ(std::get<double>(rows[30][4]), 0.0) << "nothing has changed yet";
   // Of both certificates one error of 0.5 deg/h each: the root of the sum of their squares.
@@ -144,10 +142,10 @@ TEST_F(ArchiveStatistics, ResultsOfTheSameRecordingsAreSaid) {
     add({.bias = 1.0 + day, .ended = noon(day), .recording_sha256 = std::string(64, static_cast<char>('a' + day))});
   put();
   const ChartRequest request{.what = {"bias", {}, {"gyro", "0173"}}};
-  EXPECT_FALSE(has(chart_of_archive(*archive_, request), "archived_twice"));
+  EXPECT_FALSE(has_finding(chart_of_archive(*archive_, request).findings, "archived_twice"));
   add({.bias = 1.001, .ended = noon(0), .recording_sha256 = std::string(64, 'a')});
   put();
-  EXPECT_TRUE(has(chart_of_archive(*archive_, request), "archived_twice"));
+  EXPECT_TRUE(has_finding(chart_of_archive(*archive_, request).findings, "archived_twice"));
 }
 
 TEST_F(ArchiveStatistics, QuantitiesOfOneNameAreNotMixed) {
@@ -197,7 +195,7 @@ TEST_F(ArchiveStatistics, DriftComparesWithSharedErrorsSubtracted) {
   // The rig's 0.5 is shared: only 0.1 of each result remains.
   EXPECT_NEAR(std::get<double>(rows[2][3]), 0.5 / (1.959964 * 0.1 * std::sqrt(2.0)), 1e-6);
   EXPECT_NEAR(std::get<double>(rows[2][4]), 0.6 / (1.959964 * 0.1 * std::sqrt(2.0)), 1e-6);
-  EXPECT_TRUE(has(estimate, "drift_of_few_units"));
+  EXPECT_TRUE(has_finding(estimate.findings, "drift_of_few_units"));
   EXPECT_EQ(find_table(estimate, "recalibration"), nullptr) << "there are no limits";
 }
 
@@ -207,7 +205,7 @@ TEST_F(ArchiveStatistics, AnAdjustmentBeginsTheHistoryAnew) {
   put_note(*archive_, {"0173", "adjusted", "trimmed", noon(150)}, testing::sample_act());
   const auto estimate = drift_of_unit(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
   EXPECT_EQ(table(estimate, "history").rows.size(), 2u);
-  EXPECT_TRUE(has(estimate, "history_since_adjustment"));
+  EXPECT_TRUE(has_finding(estimate.findings, "history_since_adjustment"));
 }
 
 TEST_F(ArchiveStatistics, AdjustmentsAreNoRandomWalkAndNoAlarm) {
@@ -227,7 +225,7 @@ TEST_F(ArchiveStatistics, AdjustmentsAreNoRandomWalkAndNoAlarm) {
   EXPECT_LT(find_parameter(drift, "bias_random_walk")->upper, Unit::parse("deg/h/sqrt(day)").to_si(0.02));
   const auto chart = chart_of_archive(*archive_, {.what = last});
   EXPECT_EQ(table(chart, "chart").rows.size(), 8u);
-  EXPECT_TRUE(has(chart, "history_since_adjustment"));
+  EXPECT_TRUE(has_finding(chart.findings, "history_since_adjustment"));
   for (const auto& point : table(chart, "chart").rows) EXPECT_EQ(std::get<std::string>(point[12]), "");
 }
 
@@ -306,9 +304,9 @@ TEST_F(ArchiveStatistics, AnotherRigIsNoOtherBatch) {
       deposit_.results.back().unit.model = model;
     }
   put();
-  EXPECT_TRUE(has(summary_of_model(*archive_, {.what = {"bias", "same rig", {}}}), "batch_changed"));
+  EXPECT_TRUE(has_finding(summary_of_model(*archive_, {.what = {"bias", "same rig", {}}}).findings, "batch_changed"));
   const auto two = summary_of_model(*archive_, {.what = {"bias", "two rigs", {}}});
-  EXPECT_FALSE(has(two, "batch_changed"));
+  EXPECT_FALSE(has_finding(two.findings, "batch_changed"));
   const auto able = summary_of_model(
       *archive_, {.what = {"bias", "two rigs", {}}, .limits = {shown_unit.to_si(4.0), shown_unit.to_si(7.0)}});
   EXPECT_GT(find_parameter(able, "bias_capability")->value, 2.0) << "as for 0.1 and less, not for 0.8 between the rigs";

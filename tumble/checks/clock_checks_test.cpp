@@ -14,24 +14,30 @@ using namespace testing;
 
 TEST(Checks, Gaps) {
   auto stamps = series(5000, [](std::size_t i) { return 0.01 * static_cast<double>(i + (i >= 1000 ? 30 : 0)); });
-  EXPECT_EQ(
-      only("gaps", stamped(stamps)),
-      ": gap of 310 ms at 9.99 s: 30 samples lost; methods that need a constant rate cannot use data across a gap");
+  const Finding one = finding_of("gaps", stamped(stamps));
+  EXPECT_TRUE(is_finding(one, "gap", {{"lost", 30}, {"longest", 0.31, "s"}}, ""));
+  EXPECT_EQ(one.occurrences.count, 1u);
+  EXPECT_DOUBLE_EQ(one.occurrences.first.time, 9.99);
   for (std::size_t i = 2000; i < stamps.size(); ++i) stamps[i] += 0.02;
-  EXPECT_EQ(
-      only("gaps", stamped(stamps)),
-      ": 2 gaps, 32 samples lost; the longest: 310 ms at 9.99 s; methods that need a constant rate cannot use data "
-      "across a gap");
+  const Finding two = finding_of("gaps", stamped(stamps));
+  EXPECT_TRUE(is_finding(two, "gap", {{"lost", 32}, {"longest", 0.31, "s"}}, ""));
+  EXPECT_EQ(two.occurrences.count, 2u);
+  EXPECT_DOUBLE_EQ(two.occurrences.worst.time, 9.99);
 }
 
 TEST(Checks, DuplicateAndBackwardStamps) {
   auto stamps = series(100, [](std::size_t i) { return 0.5 * static_cast<double>(i); });
   stamps[50] = stamps[49];
-  EXPECT_EQ(only("duplicate_stamps", stamped(stamps)), ": one sample has the stamp of the sample before, at 24.5 s");
+  const Finding twice = finding_of("duplicate_stamps", stamped(stamps));
+  EXPECT_TRUE(is_finding(twice, "duplicate_stamps", {}, ""));
+  EXPECT_EQ(twice.occurrences.count, 1u);
+  EXPECT_EQ(twice.occurrences.first.time, 24.5);
   stamps[70] = 1.0;
-  EXPECT_EQ(only("backward_stamps", stamped(stamps)),
-            ": the clock runs backwards once, at sample 70: 1 s after 34.5 s");
-  EXPECT_EQ(findings_of("backward_stamps", stamped(stamps))[0].severity, Finding::Severity::error);
+  const Finding backward = finding_of("backward_stamps", stamped(stamps));
+  EXPECT_TRUE(
+      is_finding(backward, "backward_stamps", {{"sample", 70}, {"stamp", 1.0, "s"}, {"before", 34.5, "s"}}, ""));
+  EXPECT_EQ(backward.occurrences.count, 1u);
+  EXPECT_EQ(backward.severity, Finding::Severity::error);
   for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i] = std::floor(static_cast<double>(i) / 4.0);
   const Finding coarse = finding_of("duplicate_stamps", stamped(stamps));
   EXPECT_EQ(coarse.code, "coarse_stamps");
@@ -40,9 +46,9 @@ TEST(Checks, DuplicateAndBackwardStamps) {
 
 TEST(Checks, AClockThatStandsStill) {
   const Recording still = stamped(std::vector<double>(50, 0.0));
-  EXPECT_EQ(only("duplicate_stamps", still),
-            ": the clock stands still: all stamps are 0 s; the samples need a rate in place of stamps");
-  EXPECT_EQ(findings_of("duplicate_stamps", still)[0].severity, Finding::Severity::error);
+  const Finding finding = finding_of("duplicate_stamps", still);
+  EXPECT_TRUE(is_finding(finding, "clock_stands_still", {{"stamp", 0.0, "s"}}, ""));
+  EXPECT_EQ(finding.severity, Finding::Severity::error);
   EXPECT_TRUE(findings_of("jitter", still).empty());
 }
 
@@ -71,21 +77,25 @@ TEST(Checks, ScheduleMismatch) {
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
   EXPECT_TRUE(findings_of("schedule_mismatch", made, nullptr).empty());
   made.marks[1].begin = 50.0;
-  EXPECT_EQ(only("schedule_mismatch", made, &plan), "0 s: segment 'soak' of run 1 lasts 50 s, but the plan says 60 s");
+  EXPECT_TRUE(is_finding(finding_of("schedule_mismatch", made, &plan), "segment_duration",
+                         {{"segment", "soak"}, {"run", 1}, {"recorded", 50.0, "s"}, {"planned", 60.0, "s"}}, "0 s"));
   made.marks[1].begin = 60.0;
   made.marks[3].label = "slope";
-  EXPECT_EQ(said(findings_of("schedule_mismatch", made, &plan)),
-            "280 s: segment 'slope' of run 2 is not in the schedule, or not as often as it was recorded\n: segment "
-            "'ramp' of run 2 is not in the recording\n");
+  const Findings renamed = findings_of("schedule_mismatch", made, &plan);
+  ASSERT_EQ(renamed.size(), 2u);
+  EXPECT_TRUE(is_finding(renamed[0], "segment_not_scheduled", {{"segment", "slope"}, {"run", 2}}, "280 s"));
+  EXPECT_TRUE(is_finding(renamed[1], "segment_not_recorded", {{"segment", "ramp"}, {"run", 2}}, ""));
   made.marks = {{"soak", 0.0, 1}, {"ramp", 50.0, 1}, {"soak", 220.0, 2}, {"ramp", 260.0, 2}};
-  EXPECT_EQ(
-      only("schedule_mismatch", made, &plan),
-      ": 3 segments last longer or shorter than the plan says; the most: 'soak' of run 2 lasts 40 s instead of 60 s");
+  const Finding gathered = finding_of("schedule_mismatch", made, &plan);
+  EXPECT_TRUE(is_finding(gathered, "segment_duration",
+                         {{"segment", "soak"}, {"run", 2}, {"recorded", 40.0, "s"}, {"planned", 60.0, "s"}}, ""));
+  EXPECT_EQ(gathered.occurrences.count, 3u);
+  EXPECT_EQ(gathered.occurrences.worst.label, "'soak' of run 2");
   made.marks.clear();
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
   made.channels[0].values.resize(10'000);
-  EXPECT_EQ(only("schedule_mismatch", made, &plan),
-            ": the recording lasts 100 s, the schedule 360 s, and no run or segment of it lasts as long");
+  EXPECT_TRUE(is_finding(finding_of("schedule_mismatch", made, &plan), "length_of_no_part",
+                         {{"recorded", 100.0, "s"}, {"planned", 360.0, "s"}}, ""));
   made.channels[0].values.resize(18'000);
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());  // one run
 }
@@ -120,9 +130,8 @@ TEST(Checks, StatedRate) {
   EXPECT_TRUE(of("pulse", 10.0).empty());
   ASSERT_EQ(of("pulse", 9.99).size(), 1u);
   EXPECT_EQ(of("pulse", 9.99)[0].severity, Finding::Severity::warning);
-  EXPECT_EQ(said(of("pulse", 9.99)),
-            ": the stamps have 9.99 Hz, and 10 Hz is stated (-1000 ppm): the stamps are used; if they are wrong, rates "
-            "and scale factors from the counts are wrong by as much\n");
+  EXPECT_TRUE(is_finding(of("pulse", 9.99)[0], "rate_of_counts_differs",
+                         {{"rate", 9.99, "Hz"}, {"stated", 10.0, "Hz"}, {"difference", -1e-3}}, ""));
   EXPECT_EQ(of("pulse", 10.0005)[0].severity, Finding::Severity::info);  // quartz
   EXPECT_EQ(of("deg/h", 9.99)[0].severity, Finding::Severity::info);     // the oscillator of a cheap sensor
   EXPECT_EQ(of("deg/h", 9.6)[0].severity, Finding::Severity::warning);

@@ -4,7 +4,7 @@
 
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -59,15 +59,9 @@ TEST(Evidence, ChannelsByRole) {
   EXPECT_EQ(channel_for(evidence, recording, "accelerometer"), nullptr);
   EXPECT_TRUE(channels_for(evidence, recording, "accelerometer").empty());
   evidence.plan.channels["gyro"] = {{"dtg.y", {}}};
-  try {
-    require_channel(evidence, recording, "gyro");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind, Error::Kind::bad_data);
-    EXPECT_STREQ(error.what(),
-                 "run.csv has no channel 'dtg.y', which [channels] names for the role 'gyro'; did you mean 'dtg.x'? "
-                 "(channels: dtg.x, temperature)");
-  }
+  EXPECT_TRUE(refuses(Error::Kind::bad_data,
+                      Asked{.values = {"run.csv", "dtg.y", "gyro", "dtg.x", "dtg.x, temperature"}},
+                      [&] { require_channel(evidence, recording, "gyro"); }));
 }
 
 TEST(Evidence, SeveralChannelsOfOneRole) {

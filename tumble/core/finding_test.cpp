@@ -6,7 +6,7 @@
 
 #include "tumble/core/message_in.hpp"
 #include "tumble/core/text.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -87,10 +87,12 @@ TEST(Finding, PlacesAreLabelsOrTimes) {
 }
 
 TEST(Finding, AbsentValueOrUnknownCodeIsADefect) {
-  EXPECT_THROW(filled("{rate}", with({{"ratio", 1.0}})), Error);
-  EXPECT_THROW(Finding(Severity::info, "constant_output", {}), Error);
-  EXPECT_THROW(Finding(Severity::info, "no_such_code", {}), Error);
-  EXPECT_THROW(filled("{of}", with({{"of", Phrase{"no_such_phrase"}}})), Error);
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { filled("{rate}", with({{"ratio", 1.0}})); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { Finding(Severity::info, "constant_output", {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { Finding(Severity::info, "no_such_code", {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] {
+    filled("{of}", with({{"of", Phrase{"no_such_phrase"}}}));
+  }));
   try {
     text_of("finding", "no_such_code");
     FAIL();

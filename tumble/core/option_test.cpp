@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tumble/core/settings.hpp"
-#include "tumble/units/sentence.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -60,10 +60,16 @@ TEST(Option, EndsOfTheRangeBelongToItUnlessOpen) {
 }
 
 TEST(Option, RefusalSaysWhatWhereAndTheRange) {
-  EXPECT_EQ(problem_of(quantity("settling", "s").at_least(0), "-2 s"),
-            "plan.toml:3: method: settling: '-2 s': the value must be at least 0 s");
-  EXPECT_EQ(problem_of(integer("terms").between(1, 8), "9"),
-            "plan.toml:3: method: terms: '9': the value must be between 1 and 8");
+  const auto problem = [](const Option& option, const char* text) {
+    Problems problems;
+    const Where line{.file = "plan.toml", .line = 3, .place = say("{}:{}", Name{"plan.toml"}, 3)};
+    resolve({option}, {{option.name, text, line}}, "method", problems);
+    return problems.size() == 1 ? problems.front() : Problem();
+  };
+  EXPECT_TRUE(is_problem(problem(quantity("settling", "s").at_least(0), "-2 s"),
+                         {.values = {"-2 s", "at least 0 s"}, .table = "method", .key = "settling", .line = 3}));
+  EXPECT_TRUE(is_problem(problem(integer("terms").between(1, 8), "9"),
+                         {.values = {"9", "between 1 and 8"}, .table = "method", .key = "terms", .line = 3}));
 }
 
 // A limit in one unit, a value in another: the last digits of the conversion are forgiven at a closed end.

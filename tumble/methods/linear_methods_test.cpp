@@ -127,7 +127,7 @@ TEST(Linear, APlanWithoutASiteIsRefused) {
     Trial trial = trial_of(find_method(method), 1);
     trial.evidence.plan.site.reset();
     const auto said = refusal(find_method(method), trial.evidence);
-    EXPECT_NE(said.find("[site]"), std::string::npos) << method << ": " << said;
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "[site]"}, said)) << method;
   }
 }
 
@@ -139,7 +139,8 @@ TEST(Linear, ARateAndACurrentInOneFitAreRefused) {
   trial.evidence.recordings.push_back(other);
   trial.evidence.plans = {nullptr, nullptr};
   for (int sense = 0; sense < 2; ++sense) {
-    EXPECT_NE(refusal(find_method("sdof_gyro_static"), trial.evidence).find("same quantity"), std::string::npos);
+    EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"mA"}, .pattern = "the same quantity"},
+                        refusal(find_method("sdof_gyro_static"), trial.evidence)));
     std::swap(trial.evidence.recordings[0], trial.evidence.recordings[1]);
   }
 }
@@ -149,7 +150,7 @@ TEST(Linear, ANegativeUncertaintyOfTheTorquerIsRefused) {
   resolve(find_method("sdof_gyro_static").options(), {{"torquer_scale_factor_sd", "-100 ppm", "test"}}, "the method",
           problems);
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_NE(problems[0].text().find("torquer_scale_factor_sd"), std::string::npos) << problems[0].text();
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"-100 ppm"}, .key = "torquer_scale_factor_sd"}));
 }
 
 TEST(Linear, ARecordingThatEndsEarlyIsDistinguishedFromOneTooShortToSettle) {
@@ -349,8 +350,8 @@ TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
   resolve({linear::bias_instability_option("deg/h")}, {{"bias_instability", "0 deg/h", "--set", true}}, "method",
           problems);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_NE(problems[0].text().find("the value must be above 0 s"), std::string::npos) << problems[0].text();
-  EXPECT_NE(problems[1].text().find("the value must be above 0 deg/h"), std::string::npos) << problems[1].text();
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"0 s", "above 0 s"}, .key = "averaging"}));
+  EXPECT_TRUE(is_problem(problems[1], {.values = {"0 deg/h", "above 0 deg/h"}, .key = "bias_instability"}));
 }
 
 TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {

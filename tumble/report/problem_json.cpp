@@ -100,13 +100,13 @@ std::string problems_to_json(std::string_view code, const Problems& problems, La
   return all.dump(-1, ' ', false, ProblemJson::error_handler_t::replace);
 }
 
-Refusal refusal_from_json(const std::string& text) try {
-  Refusal refusal;
+CodedProblems coded_problems_from_json(const std::string& text) try {
+  CodedProblems found;
   for (const auto& json : ProblemJson::parse(text)) {
-    if (refusal.code.empty()) refusal.code = json.at("code");
-    refusal.problems.emplace_back(where_of_json(json.at("where")), said_of_json(json));
+    if (found.code.empty()) found.code = json.at("code");
+    found.problems.emplace_back(where_of_json(json.at("where")), said_of_json(json));
   }
-  return refusal;
+  return found;
 } catch (const ProblemJson::exception& error) {
   throw Error(Error::Kind::bad_file, say("problems cannot be read: {}", error.what()));
 }

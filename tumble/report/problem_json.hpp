@@ -17,12 +17,12 @@ std::string_view code_of(Error::Kind kind);
 std::string problems_to_json(std::string_view code, const Problems& problems, Language language);
 
 /// Why a program of ours carried out nothing.
-struct Refusal {
+struct CodedProblems {
   std::string code;  ///< kind of the error, "bad_input"; empty without problems
   Problems problems;
 };
 
 /// Reads them again. Throws Error::bad_file.
-Refusal refusal_from_json(const std::string& text);
+CodedProblems coded_problems_from_json(const std::string& text);
 
 }  // namespace tumble

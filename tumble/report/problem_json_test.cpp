@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/units/testing/asserts.hpp"
+
 namespace tumble {
 namespace {
 
@@ -29,11 +31,11 @@ TEST(ProblemJson, HasCodePatternValuesAndPlaceBesideTheMessage) {
 
 TEST(ProblemJson, IsReadAsItWasWritten) {
   const std::string text = problems_to_json("x", problems, Language::english);
-  const Refusal read = refusal_from_json(text);
+  const CodedProblems read = coded_problems_from_json(text);
   EXPECT_EQ(read.code, "x");
   EXPECT_EQ(read.problems, problems);
   EXPECT_EQ(problems_to_json("x", read.problems, Language::english), text);
-  EXPECT_THROW(refusal_from_json("[{}]"), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { coded_problems_from_json("[{}]"); }));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
+#include "tumble/report/testing/text_parts.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/report/utf8.hpp"
 
@@ -12,8 +13,6 @@ namespace tumble {
 namespace {
 
 using Align = TextColumn::Align;
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(TextReport, SaysEverythingThatAReaderNeeds) {
   const auto text = to_text(testing::estimate());

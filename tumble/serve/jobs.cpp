@@ -42,9 +42,9 @@ Json json_of(const Job& job) {
           {"files", job.files}};
 }
 
-void take(Refusal refusal, Job& job) {
-  job.code = std::move(refusal.code);
-  job.problems = std::move(refusal.problems);
+void take(CodedProblems found, Job& job) {
+  job.code = std::move(found.code);
+  job.problems = std::move(found.problems);
 }
 
 /// A job as its folder keeps it.
@@ -61,7 +61,7 @@ Job read_job(const fs::path& file) {
   job.progress = json.at("progress").get<double>();
   job.begun = json.at("begun").get<double>();
   if (json.contains("errors"))
-    take(refusal_from_json(json.at("errors").dump()), job);
+    take(coded_problems_from_json(json.at("errors").dump()), job);
   else  // a job of an earlier version
     for (const auto& text : json.at("problems")) job.problems.emplace_back(text.get<std::string>());
   job.files = json.at("files").get<std::vector<std::string>>();
@@ -317,7 +317,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
     job.progress = static_cast<double>(i + 1) / number;
     if (outcome.status == 0) continue;
     job.state = Job::State::failed;
-    take(jobs::refusal_of(outcome, options_.root), job);
+    take(jobs::problems_of(outcome, options_.root), job);
   }
   if (!ended_) settle(jobs_[id]);
 }

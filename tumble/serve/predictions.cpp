@@ -18,7 +18,7 @@ std::string key_of(const Predictions::Question& question) { return sha256_of(que
 
 Predictions::Answer answer_of(const jobs::Outcome& outcome, const std::string& output) {
   if (outcome.status != 0) {
-    if (!outcome.problems.empty()) return {true, refusal_from_json(outcome.problems).problems, nullptr};
+    if (!outcome.problems.empty()) return {true, coded_problems_from_json(outcome.problems).problems, nullptr};
     return {true,
             {Problem("the prediction takes too long while you write: save the plan and use `tumble predict`")},
             nullptr};

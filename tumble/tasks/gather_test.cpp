@@ -7,7 +7,7 @@
 
 #include "tumble/core/marks.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -45,14 +45,10 @@ class Gather : public testing::Test {
     return plan;
   }
 
-  std::vector<std::string> problems(const Plan& plan, Error::Kind kind) const {
-    try {
-      gather(plan, {}, {});
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind, kind) << error.what();
-      return texts_of(error.problems);
-    }
-    return {};
+  Problems problems(const Plan& plan, Error::Kind kind) const {
+    const Refusal refused = refusal_of([&] { gather(plan, {}, {}); });
+    EXPECT_TRUE(refused.empty() || refuses(kind, Asked{}, refused));
+    return refused.problems;
   }
 
   std::filesystem::path folder_;
@@ -63,8 +59,8 @@ TEST_F(Gather, WhatIsSaidOfReadingMustFitAFile) {
   given.reading = read_options({{"rate", "7 Hz"}, {"unit.gyr", "deg/h"}});
   const auto said = problems(given, Error::Kind::bad_input);
   ASSERT_EQ(said.size(), 2u);
-  EXPECT_NE(said[0].find("no file has a column 'gyr'; did you mean 'gyro'?"), std::string::npos) << said[0];
-  EXPECT_NE(said[1].find("has stamps of its own at 1 Hz, and 7 Hz was given"), std::string::npos) << said[1];
+  EXPECT_TRUE(is_problem(said[0], {.values = {"gyr", "gyr", "gyro"}}));
+  EXPECT_TRUE(is_problem(said[1], {.part = "1 Hz, and 7 Hz was given"}));
   given.reading = read_options({{"rate", "1 Hz"}, {"unit.spare", "V"}});  // of a column that no role needs
   EXPECT_TRUE(problems(given, Error::Kind::bad_input).empty());
 }
@@ -134,10 +130,11 @@ TEST_F(Gather, NamesEveryMissingColumnAndWrongUnitInEveryFile) {
   const auto wrong = write("wrong.csv", "time[s],gyr[deg/h],temperature[V]\n0,1,2\n1,1,2\n");
   const auto found = problems(plan({{recording("a.csv"), "", 0}, {wrong, "", 0}}), Error::Kind::bad_data);
   ASSERT_EQ(found.size(), 2u);
-  EXPECT_TRUE(found[0].starts_with(wrong + ": no column 'gyro'")) << found[0];
-  EXPECT_NE(found[0].find("did you mean 'gyr'?"), std::string::npos) << found[0];
-  EXPECT_NE(found[0].find("columns are gyr, temperature"), std::string::npos) << found[0];
-  EXPECT_TRUE(found[1].starts_with(wrong + ": column 'temperature' is in V")) << found[1];
+  // a text for now: gather() makes these without values
+  for (const char* part : {": no column 'gyro'", "'gyr'", "gyr, temperature"})
+    EXPECT_TRUE(is_problem(found[0], {.part = part}));
+  EXPECT_TRUE(is_problem(found[0], {.part = wrong}));
+  EXPECT_TRUE(is_problem(found[1], {.part = wrong + ": column 'temperature' is in V"}));
 }
 
 TEST_F(Gather, RefusesASecondUnit) {

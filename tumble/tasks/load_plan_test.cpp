@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -219,13 +220,14 @@ TEST_F(LoadPlan, RefusesAPlanOfARecordingThatDoesNotFit) {
   const std::string with = "[[recording]]\nfile = \"a.csv\"\nplan = \"other.toml\"\n";
   EXPECT_EQ(problems(chamber + with).size(), 1u);  // there is no such file
   std::ofstream(folder_ / "other.toml") << chamber << with;
-  const auto deeper = problems(chamber + with);
-  ASSERT_EQ(deeper.size(), 1u);
-  EXPECT_NE(deeper[0].find("cannot name further plans"), std::string::npos) << deeper[0];
+  const auto deeper = refusal_of([&] { load(chamber + with); });
+  ASSERT_EQ(deeper.problems.size(), 1u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "further plans", .key = "plan"}, deeper));
   std::ofstream(folder_ / "other.toml") << "[instrument]\nmodel = \"sdof_gyro\"\n";
-  const auto stranger = problems(chamber + with);
-  ASSERT_EQ(stranger.size(), 1u);
-  EXPECT_NE(stranger[0].find("all recordings must be of one instrument"), std::string::npos) << stranger[0];
+  const auto stranger = refusal_of([&] { load(chamber + with); });
+  ASSERT_EQ(stranger.problems.size(), 1u);
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.values = {"sdof_gyro", "fiber_optic_gyro"}, .key = "plan"}, stranger));
 }
 
 TEST_F(LoadPlan, FindsEveryProblemWithItsLine) {
@@ -257,15 +259,15 @@ parameter = "bias"
 }
 
 TEST_F(LoadPlan, NamesTheNearestKey) {
-  const auto found = problems("[site]\nlatitude = \"1 deg\"\nheigth = \"1 m\"\n");
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0], "plan.toml:3: [site]: unknown key 'heigth'; did you mean 'height'?");
+  const auto found = refusal_of([&] { load("[site]\nlatitude = \"1 deg\"\nheigth = \"1 m\"\n"); });
+  ASSERT_EQ(found.problems.size(), 1u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"heigth", "height"}, .line = 3}, found));
 }
 
 TEST_F(LoadPlan, RefusesABareNumberWithTheUnitItNeeds) {
-  const auto found = problems("[site]\nlatitude = 34.25\n");
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0], "plan.toml:2: [site]: latitude: a bare number needs its unit: \"34.25 deg\"");
+  const auto found = refusal_of([&] { load("[site]\nlatitude = 34.25\n"); });
+  ASSERT_EQ(found.problems.size(), 1u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "34.25", .key = "latitude", .line = 2}, found));
 }
 
 TEST_F(LoadPlan, SaysWhereTomlBreaks) {
@@ -372,14 +374,10 @@ TEST(Judge, RefusesLimitsInTheWrongUnit) {
   Findings none;
   const std::vector<Limit> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
                                   {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
-  try {
-    judge(limits, estimate_of(0, 1), none);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    ASSERT_EQ(error.problems.size(), 2u);
-    EXPECT_EQ(error.problems[1].text(), "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
-  }
+  const auto refused = refusal_of([&] { judge(limits, estimate_of(0, 1), none); });
+  ASSERT_EQ(refused.problems.size(), 2u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "1 deg/h"}, refused));
+  EXPECT_NE(refused.problems[1].text().find("plan.toml:9"), std::string::npos);
 }
 
 // A parameter that the noise hides lies between zero and its upper limit: a good instrument is not left undecided.
@@ -414,10 +412,9 @@ TEST(Judge, LeavesOpenWhatTheResultDoesNotGive) {
   EXPECT_EQ(verdicts[0].outcome, Verdict::Outcome::undecided);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].severity, Finding::Severity::error);
-  EXPECT_EQ(findings[0].where, "plan.toml:3");
-  EXPECT_EQ(findings[0].message,
-            "the limit <= 0.02 deg/h on 'bais' is not judged: the result has no such parameter; did you mean 'bias'? "
-            "(parameters: bias)");
+  EXPECT_TRUE(is_finding(
+      findings[0], "limit_near_parameter",
+      {{"limit", "<= 0.02 deg/h"}, {"parameter", "bais"}, {"nearest", "bias"}, {"parameters", "bias"}}, "plan.toml:3"));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@
 #include "tumble/tasks/recompute.hpp"
 #include "tumble/tasks/shorten.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 #include "tumble/units/testing/problem_of.hpp"
 
 namespace tumble {
@@ -174,15 +174,15 @@ TEST_F(PriorOfPlan, AUnitThatDoesNotFitGetsNone) {
 }
 
 TEST_F(PriorOfPlan, IsRefusedWithAllThatIsWrong) {
-  EXPECT_NE(problem_of([&] { result(plan("prior = \"archive\"")); }).find("--archive ARCHIVE"), std::string::npos);
-  EXPECT_NE(problem_of([&] { plan("prior = 3"); }).find("\"archive\", the name of a file"), std::string::npos);
+  const auto input = Error::Kind::bad_input;
+  EXPECT_TRUE(refuses(input, Asked{.pattern = "--archive ARCHIVE"}, [&] { result(plan("prior = \"archive\"")); }));
+  EXPECT_TRUE(refuses(input, Asked{.key = "prior"}, [&] { plan("prior = 3"); }));
   const auto problem = problem_of([&] { plan("prior = {form = \"archive\", verdicts = \"maybe\"}"); });
   EXPECT_NE(problem.find("from"), std::string::npos) << problem;
   EXPECT_NE(problem.find("\"without\""), std::string::npos) << problem;
-  EXPECT_NE(problem_of([&] {
-              plan_for_method("allan_noise", {{"prior", "x.json"}});
-            }).find("allan_noise does not use a prior"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(input, Asked{.part = "allan_noise"}, [&] {
+    plan_for_method("allan_noise", {{"prior", "x.json"}});
+  }));
   std::ofstream(folder_.file("other.json")) << to_json(result(plan("")));
   EXPECT_NE(problem_of([&] { result(plan("prior = \"other.json\"")); }).find("is no population"), std::string::npos);
   EXPECT_NE(problem_of([&] { result(plan("prior = \"absent.json\"")); }).find("absent.json"), std::string::npos);

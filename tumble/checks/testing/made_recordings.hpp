@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/math/random.hpp"
 
 /// Small recordings for the tests of checks, and what a check says of them.
@@ -55,13 +56,6 @@ inline std::string said(const Findings& findings) {
   std::string text;
   for (const auto& finding : findings) text += finding.where + ": " + finding.message + "\n";
   return text;
-}
-
-/// The only finding, as "where: message".
-inline std::string only(std::string_view check, const Recording& recording, const Plan* plan = nullptr) {
-  const Findings findings = findings_of(check, recording, plan);
-  EXPECT_EQ(findings.size(), 1u) << said(findings);
-  return findings.empty() ? "" : findings[0].where + ": " + findings[0].message;
 }
 
 /// The only finding.

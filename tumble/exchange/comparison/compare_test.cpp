@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
@@ -34,10 +35,6 @@ NamedResult result(const std::string& name, double first, double second, double 
   return {name, estimate};
 }
 
-bool has(const Comparison& comparison, const std::string& code) {
-  return std::ranges::any_of(comparison.findings, [&](const Finding& one) { return one.code == code; });
-}
-
 TEST(Compare, SubtractsWhatBothShare) {
   const auto comparison = compare({result("1", 10.0, 0.0), result("2", 14.0, 1.0)});
   const auto& [first, second] = std::pair{comparison.pairs[0].differences[0], comparison.pairs[0].differences[1]};
@@ -62,9 +59,9 @@ TEST(Compare, SimulationsOfTwoSeedsShareNothing) {
   one.estimate.provenance.seed = 1, two.estimate.provenance.seed = 2;
   const auto comparison = compare({one, two});
   EXPECT_DOUBLE_EQ(comparison.pairs[0].differences[0].sd, std::sqrt(18.0 + 288.0));
-  EXPECT_TRUE(has(comparison, "simulated_apart"));
+  EXPECT_TRUE(has_finding(comparison.findings, "simulated_apart"));
   two.estimate.provenance.seed = 1;
-  EXPECT_FALSE(has(compare({one, two}), "simulated_apart"));
+  EXPECT_FALSE(has_finding(compare({one, two}).findings, "simulated_apart"));
 }
 
 TEST(Compare, AnErrorWithTheOtherSignAdds) {
@@ -79,7 +76,7 @@ TEST(Compare, OfOneResultWithItselfHasNoUncertaintyLeft) {
   EXPECT_EQ(comparison.pairs[0].differences[0].sd, 0.0);
   EXPECT_TRUE(std::isnan(comparison.pairs[0].differences[0].e_n));
   EXPECT_EQ(comparison.pairs[0].rank, 0u);
-  EXPECT_TRUE(has(comparison, "results_of_one_recording"));
+  EXPECT_TRUE(has_finding(comparison.findings, "results_of_one_recording"));
 }
 
 TEST(Compare, AChangeWithoutUncertaintyIsSignificant) {
@@ -89,7 +86,7 @@ TEST(Compare, AChangeWithoutUncertaintyIsSignificant) {
   EXPECT_EQ(shared.pairs[0].differences[0].e_n, INFINITY);
   EXPECT_TRUE(std::isnan(shared.pairs[0].differences[1].e_n));
   EXPECT_EQ(shared.pairs[0].probability, 0.0);
-  EXPECT_TRUE(has(shared, "change_without_uncertainty"));
+  EXPECT_TRUE(has_finding(shared.findings, "change_without_uncertainty"));
   EXPECT_NE(to_text(shared).find("inf *"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(to_json(shared))["pairs"][0]["differences"][0]["e_n"].is_null());
   for (auto* none : {&one.estimate, &two.estimate}) none->budget.clear(), none->covariance = Matrix(2, 2);
@@ -101,7 +98,7 @@ TEST(Compare, ASimulationSharesNothingWithAMeasurement) {
   one.estimate.provenance.seed = 1;
   const auto comparison = compare({one, result("2", 14.0, 1.0)});
   EXPECT_EQ(comparison.pairs[0].differences[0].shared_covariance, 0.0);
-  EXPECT_TRUE(has(comparison, "simulated_once"));
+  EXPECT_TRUE(has_finding(comparison.findings, "simulated_once"));
 }
 
 TEST(Compare, HasFivePerCentOfFalseAlarms) {
@@ -197,7 +194,7 @@ TEST(Compare, WarnsOfOtherInstrumentsAndUnlikeSources) {
   const auto comparison = compare({result("1", 0.0, 0.0), other});
   for (const char* code : {"results_of_two_serials", "results_of_two_models", "results_of_two_methods",
                            "shared_source_differs", "parameters_of_one_result"})
-    EXPECT_TRUE(has(comparison, code)) << code;
+    EXPECT_TRUE(has_finding(comparison.findings, code)) << code;
 }
 
 TEST(Compare, SkipsWhatOneResultDoesNotKnow) {

@@ -54,15 +54,10 @@ TEST_F(Csv, EveryCommonLayoutGivesTheSameNumbers) {
 }
 
 TEST_F(Csv, DecimalCommaAndPointDoNotMix) {
-  expect_holds(refusal("time[s];a[1]\n0;1,5\n1;2,5\n" +
-                       [] {
-                         std::string rows;
-                         for (int i = 2; i < 20000; ++i) rows += std::to_string(i) + ";0,5\n";
-                         return rows;
-                       }() +
-                       "20000;1.5\n"),
-               {"line 20002", "'1.5'", "decimal mark"});
-  expect_holds(refusal("time[s];a[1]\n0;1,234,5\n"), {"'1,234,5' is not a number"});
+  std::string rows = "time[s];a[1]\n0;1,5\n1;2,5\n";
+  for (int i = 2; i < 20000; ++i) rows += std::to_string(i) + ";0,5\n";
+  EXPECT_TRUE(refuses(rows + "20000;1.5\n", {.values = {"1.5"}, .pattern = "decimal mark", .line = 20002}));
+  EXPECT_TRUE(refuses("time[s];a[1]\n0;1,234,5\n", {.values = {"1,234,5"}, .channel = "a", .line = 2}));
 }
 
 // A date with points said nothing, and no comma was believed.
@@ -76,13 +71,13 @@ TEST_F(Csv, DatesDoNotHideTheDecimalComma) {
 TEST_F(Csv, TheDecimalMarkMayBeSaid) {
   options.decimal = ',';
   EXPECT_EQ(read("time[s];a[1]\n0;1\n1;2\n2;2,5\n").channels[0].values, (std::vector{1.0, 2.0, 2.5}));
-  expect_holds(refusal("time[s],a[1]\n0,1\n1,2\n"), {"the comma separates the columns", "decimal=comma"});
+  EXPECT_TRUE(refuses("time[s],a[1]\n0,1\n1,2\n", {.pattern = "decimal=comma"}));
   options.decimal = '.';
-  expect_holds(refusal("time[s];a[1]\n0;1,5\n"), {"'1,5' is not a number"});
+  EXPECT_TRUE(refuses("time[s];a[1]\n0;1,5\n", {.values = {"1,5"}, .channel = "a", .line = 2}));
 }
 
 TEST_F(Csv, WithoutTimeTheRateMustBeGiven) {
-  expect_holds(refusal("a[1]\n1\n2\n"), {"no time column", "rate=100"});
+  EXPECT_TRUE(refuses("a[1]\n1\n2\n", {.pattern = "no time column"}));
   options.rate = 50.0;
   const auto recording = read("a[1]\n1\n2\n");
   EXPECT_EQ(recording.channels[0].timeline.rate, 50.0);
@@ -119,22 +114,25 @@ TEST_F(Csv, OneRowIsARecording) {
 }
 
 TEST_F(Csv, NothingInTheFileIsSaid) {
-  expect_holds(refusal(""), {"is empty"});
-  expect_holds(refusal("# only a comment\n"), {"no header"});
-  expect_holds(refusal("time[s],a[1]\n"), {"no samples"});
-  expect_holds(refusal("time[s]\n1\n"), {"no channel"});
-  expect_holds(refusal("0,1.5\n1,2.5\n"), {"line 1", "name[unit]"});
+  EXPECT_TRUE(refuses("", {.pattern = "is empty"}));
+  EXPECT_TRUE(refuses("# only a comment\n", {.pattern = "no header"}));
+  EXPECT_TRUE(refuses("time[s],a[1]\n", {.pattern = "no samples"}));
+  EXPECT_TRUE(refuses("time[s]\n1\n", {.pattern = "no channel"}));
+  EXPECT_TRUE(refuses("0,1.5\n1,2.5\n", {.pattern = "name[unit]"}));
 }
 
 TEST_F(Csv, ColumnsWithoutUnitAreRefusedByName) {
-  expect_holds(refusal("time[s],gyro,acc[g],fog\n0,1,2,3\n"), {"'gyro', 'fog'", "gyro[deg/s]", "[channels]"});
+  EXPECT_TRUE(refuses("time[s],gyro,acc[g],fog\n0,1,2,3\n", {.values = {"'gyro', 'fog'", "gyro", "[deg/s]"}}));
   options.units = {{"gyro", Unit::parse("deg/h")}, {"fog", Unit::parse("deg/s")}};
   EXPECT_EQ(read("time[s],gyro,acc[g],fog\n0,1,2,3\n").channels[2].unit.text(), "deg/s");
 }
 
 TEST_F(Csv, EveryProblemOfTheHeaderAtOnce) {
-  expect_holds(refusal("time[m],a[furlong],b,b,[g]\n0,1,2,3,4\n"),
-               {"column 1 'time[m]'", "column 2 'a[furlong]'", "'b' stands twice", "column 5 '[g]'", "without a unit"});
+  EXPECT_TRUE(refuses_with("time[m],a[furlong],b,b,[g]\n0,1,2,3,4\n", {{.values = {"1", "time[m]"}},
+                                                                       {.values = {"2", "a[furlong]", "furlong"}},
+                                                                       {.values = {"b"}, .pattern = "twice"},
+                                                                       {.values = {"5", "[g]"}},
+                                                                       {.part = "'b'", .pattern = "without a unit"}}));
 }
 
 TEST_F(Csv, OnlyWhatIsWantedIsRead) {
@@ -146,18 +144,21 @@ TEST_F(Csv, OnlyWhatIsWantedIsRead) {
 
 TEST_F(Csv, BadCellsAreListedWithTheirPlace) {
   std::string content = "time[s],a[1],b[1]\n0,1,2\n1,NaN,2\n2,1,abc\n3,1\n4,1,2,3\n,1,2\n6,inf,1e999\n";
-  const auto message = refusal(content);
-  expect_holds(message, {"line 3, column 2 'a': 'NaN' is not a number", "line 4, column 3 'b': 'abc' is not a number",
-                         "line 5: 2 cells instead of 3", "line 6: 4 cells instead of 3", "line 7, column 1 'time'",
-                         "line 8, column 2 'a': 'inf' is not finite", "'1e999' is not finite", "--set missing=NaN"});
+  EXPECT_TRUE(refuses_with(content, {{.values = {"NaN"}, .channel = "a", .line = 3, .column = 2},
+                                     {.values = {"abc"}, .channel = "b", .line = 4, .column = 3},
+                                     {.values = {"2", "3"}, .line = 5},
+                                     {.values = {"4", "3"}, .line = 6},
+                                     {.channel = "time", .line = 7, .column = 1},
+                                     {.values = {"inf"}, .channel = "a", .line = 8, .column = 2},
+                                     {.values = {"1e999"}, .channel = "b", .line = 8, .column = 3},
+                                     {.values = {"NaN"}, .pattern = "--set missing="}}));
   for (int i = 7; i < 50; ++i) content += std::to_string(i) + ",?,1\n";
-  expect_holds(refusal(content), {"50 places", "and 40 more"});
+  EXPECT_TRUE(refuses_with(content, {{.values = {"50"}}, {.values = {"40"}}}));
 }
 
 TEST_F(Csv, WithoutAHeaderTheColumnsMustBeGiven) {
   const std::string content = "  0.5e0  33108  -2\n  1.5e0  33096  -3\n";
-  expect_holds(refusal(content),
-               {"line 1", "3 columns", "0.5e0  33108", "--set columns=\"", "[[recording]] columns = [\""});
+  EXPECT_TRUE(refuses(content, {.values = {"3 columns"}, .part = "0.5e0  33108", .pattern = "[[recording]] columns"}));
   options.columns = {"time[s]", "a[LSB]", "-"};
   const auto recording = read(content);
   ASSERT_EQ(recording.channels.size(), 1u);
@@ -165,9 +166,10 @@ TEST_F(Csv, WithoutAHeaderTheColumnsMustBeGiven) {
   EXPECT_EQ(recording.channels[0].values, (std::vector<double>{33108, 33096}));
   EXPECT_EQ(recording.channels[0].time(0), 0.5);
   options.columns = {"time[s]", "a[LSB]"};
-  expect_holds(refusal(content), {"line 1: 3 columns, but columns names 2"});
+  EXPECT_TRUE(refuses(content, {.values = {"3", "2"}}));
   options.columns = {"time[s]", "a", "a[LSB]"};
-  expect_holds(refusal(content), {"'a' stands twice", "without a unit"});
+  EXPECT_TRUE(
+      refuses_with(content, {{.values = {"a"}, .pattern = "twice"}, {.part = "'a'", .pattern = "without a unit"}}));
 }
 
 TEST_F(Csv, TheFirstLineWithoutAHeaderMayLackASample) {
@@ -177,7 +179,7 @@ TEST_F(Csv, TheFirstLineWithoutAHeaderMayLackASample) {
   EXPECT_TRUE(std::isnan(recording.channels[0].values[0]));
   EXPECT_TRUE(std::isnan(recording.channels[1].values[0]));
   EXPECT_EQ(recording.channels[1].values[1], 3.0);
-  expect_holds(refusal("0,1,2\n1,2\n"), {"line 2: 2 cells instead of 3"});
+  EXPECT_TRUE(refuses("0,1,2\n1,2\n", {.values = {"2", "3"}, .line = 2}));
 }
 
 TEST_F(Csv, TheColumnsGivenStandInPlaceOfTheHeader) {
@@ -187,7 +189,7 @@ TEST_F(Csv, TheColumnsGivenStandInPlaceOfTheHeader) {
   EXPECT_EQ(recording.channels[0].values.size(), 2u);
   ASSERT_EQ(recording.findings.size(), 1u);
   expect_holds(recording.findings[0].message, {"replace the header", "t,rate,spare"});
-  expect_holds(refusal("t,rate[deg/s],spare\n0,1,2\n"), {"'rate[deg/s]' in the file", "'a[deg/h]' was given"});
+  EXPECT_TRUE(refuses("t,rate[deg/s],spare\n0,1,2\n", {.values = {"2", "rate[deg/s]", "a[deg/h]"}}));
 }
 
 TEST_F(Csv, LabelsBecomeMarksWhereTheyChange) {
@@ -202,7 +204,7 @@ TEST_F(Csv, LabelsBecomeMarksWhereTheyChange) {
     EXPECT_EQ(recording.marks[i].begin, expected[i].second);
   }
   options.segment_column = "prt";
-  expect_holds(refusal(content), {"no column 'prt' for segment_column", "did you mean 'part'", "time, part, a"});
+  EXPECT_TRUE(refuses(content, {.values = {"prt", "part", "time, part, a"}}));
 }
 
 TEST_F(Csv, LabelsOverManyPiecesAndInBlocksAreTheSame) {
@@ -230,8 +232,7 @@ TEST_F(Csv, LabelsOverManyPiecesAndInBlocksAreTheSame) {
 }
 
 TEST_F(Csv, AMatlabFileIsNamed) {
-  expect_holds(refusal(std::string("MATLAB 5.0 MAT-file, Platform: GLNXA64") + '\0' + "\x01IM"),
-               {"MATLAB binary file"});
+  EXPECT_TRUE(refuses(std::string("MATLAB 5.0 MAT-file, Platform: GLNXA64") + '\0' + "\x01IM", {.part = "MATLAB"}));
 }
 
 TEST_F(Csv, AWordForAMissingSample) {
@@ -266,12 +267,7 @@ TEST_F(Csv, StreamingSeesWhatReadingSees) {
   }
   for (const char* bad :
        {"time[s],a[1],b[1]\n0,1,2\n1,3\n2,5,6,7\n", "time[s],a[1]\n0,1\n1,x\n2,1\n", "time[s],a[1]\n0,1\n1y,1\n"})
-    try {
-      streamed(bad);
-      ADD_FAILURE() << bad;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.what(), refusal(bad));
-    }
+    EXPECT_EQ(refusal_of([&] { streamed(bad); }).problems, refusal(bad).problems) << bad;
 }
 
 TEST_F(Csv, ManyPiecesGiveTheSameAsOne) {

@@ -27,8 +27,6 @@ std::string packed(const std::string& text) {
   return bytes;
 }
 
-bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(Gzip, ReadsWhatWasPacked) {
   const auto recording = read_recording(reference_text("plain.csv.gz"), {}, {});
   EXPECT_EQ(recording.channels[0].values, ramp(0, 50, Unit::parse("deg/h")));
@@ -36,7 +34,7 @@ TEST(Gzip, ReadsWhatWasPacked) {
 }
 
 TEST(Gzip, MembersOneAfterTheOther) {
-  EXPECT_EQ(refusal_of(packed("time[s],a[1]\n0,1\n") + packed("1,2\n2,3\n"), "a.csv.gz"), "");
+  EXPECT_TRUE(refusal_of(packed("time[s],a[1]\n0,1\n") + packed("1,2\n2,3\n"), "a.csv.gz").empty());
 }
 
 TEST(Gzip, StreamsInBlocks) {
@@ -68,16 +66,19 @@ TEST(Gzip, ACopyIsUsedUntilTheFileChanges) {
 
 TEST(Gzip, AMessageNamesTheFileInside) {
   const auto refused = refusal_of(packed("time[s],a[dge/h]\n0,1\n"), "x.csv.gz");
-  EXPECT_TRUE(says(refused, "x.csv.gz: x.csv'") && says(refused, "unknown unit 'dge'")) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"dge"}, .part = "x.csv.gz: x.csv"}, refused));
 }
 
 TEST(Gzip, CutAnywhereItIsRefused) { EXPECT_EQ(beginnings_read(reference_text("plain.csv.gz"), 1), 0u); }
 
 TEST(Gzip, WhatUnpacksToMuchMoreThanSamplesDoIsRefused) {
-  EXPECT_TRUE(says(refusal_of(packed(std::string(std::size_t{80} << 20, '0')), "bomb.gz"), "100 times its size"));
-  EXPECT_TRUE(says(refusal_of(packed(packed("time[s],a[1]\n0,1\n")), "a.gz.gz"), "a packed file in a packed file"));
-  EXPECT_TRUE(
-      says(refusal_of(packed(std::string(257, 'x') + "ustar" + std::string(300, '\0')), "a.tar.gz"), "tar archive"));
+  const auto asks = [](const Asked& asked, const std::string& bytes, const char* name) {
+    return refuses(Error::Kind::bad_file, asked, refusal_of(bytes, name));
+  };
+  EXPECT_TRUE(asks({.values = {"100"}}, packed(std::string(std::size_t{80} << 20, '0')), "bomb.gz"));
+  EXPECT_TRUE(asks({.pattern = "packed file in a packed file"}, packed(packed("time[s],a[1]\n0,1\n")), "a.gz.gz"));
+  EXPECT_TRUE(asks({.part = "a.tar.gz", .pattern = "tar archive"},
+                   packed(std::string(257, 'x') + "ustar" + std::string(300, '\0')), "a.tar.gz"));
 }
 
 }  // namespace

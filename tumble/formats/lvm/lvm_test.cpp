@@ -44,19 +44,18 @@ TEST(Lvm, AChannelWithoutUnitIsAskedFor) {
   std::string text = read_text_file(reference_text("one_x.lvm"));
   text.replace(text.find("Y_Unit_Label\tg\tdeg/s"), 20, "Y_Unit_Label\t\tdeg/s");
   const auto refused = refusal_of(text, "a.lvm");
-  EXPECT_NE(refused.find("channels without a unit: 'ax'"), std::string::npos) << refused;
-  EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"'ax'"}}, refused));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "--set 'unit.ax="}, refused));
   ReadOptions options;
   options.units = {{"ax", Unit::parse("m/s^2")}};
-  EXPECT_EQ(refusal_of(text, "a.lvm", options), "");
+  EXPECT_TRUE(refusal_of(text, "a.lvm", options).empty());
 }
 
 TEST(Lvm, ADamagedCellIsNamed) {
   std::string text = read_text_file(reference_text("one_x.lvm"));
   text.replace(text.find("1.250000"), 8, "1.25x000");
   const auto refused = refusal_of(text, "a.lvm");
-  EXPECT_NE(refused.find("'1.25x000' is not a number"), std::string::npos) << refused;
-  EXPECT_NE(refused.find("line 26"), std::string::npos) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"1.25x000"}, .line = 26}, refused));
 }
 
 std::string with(std::string text, const std::string& what, const std::string& by) {
@@ -80,17 +79,17 @@ TEST(Lvm, AUnitThatChangesAndASpectrumAreRefused) {
   std::string other = text;
   other.replace(other.rfind("Y_Unit_Label\tg"), 14, "Y_Unit_Label\tm/s^2");
   const auto changed = refusal_of(other, "a.lvm");
-  EXPECT_NE(changed.find("'ax' is in 'm/s^2' here and in 'g' before"), std::string::npos) << changed;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"ax", "m/s^2", "g"}}, changed));
   ASSERT_NE(text.find("X_Dimension\tTime"), std::string::npos);
   const auto spectrum = refusal_of(with(text, "X_Dimension\tTime", "X_Dimension\tFrequency"), "a.lvm");
-  EXPECT_NE(spectrum.find("of dimension 'Frequency': only Time is read"), std::string::npos) << spectrum;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"Frequency"}}, spectrum));
 }
 
 TEST(Lvm, AnUnknownUnitIsAskedFor) {
   const auto refused = refusal_of(
       with(read_text_file(reference_text("one_x.lvm")), "Y_Unit_Label\tg\t", "Y_Unit_Label\tbogus\t"), "a.lvm");
-  EXPECT_NE(refused.find("unknown unit 'bogus'"), std::string::npos) << refused;
-  EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "bogus"}, refused));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "--set 'unit.ax="}, refused));
 }
 
 std::string measurement(const char* x_columns, const std::string& rows) {
@@ -130,7 +129,7 @@ TEST(Lvm, CutAnywhereItIsReadOrRefused) {
     EXPECT_GT(beginnings_read(reference_text(name), 7), 20u) << name;
   const std::string whole = read_text_file(reference_text("one_x.lvm"));
   const auto refused = refusal_of(whole.substr(0, 100), "a.lvm");
-  EXPECT_NE(refused.find("cut off"), std::string::npos) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "cut off"}, refused));
 }
 
 }  // namespace

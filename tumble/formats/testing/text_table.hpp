@@ -14,10 +14,13 @@ struct TextTable : testing::Test {
     return folder.file("a.csv");
   }
   Recording read(const std::string& content) const { return read_recording(file(content), options, {}); }
-  std::string refusal(const std::string& content) const {
-    const std::string message = refusal_of(file(content), options);
-    EXPECT_NE(message, "") << "not refused: " << content;
-    return message;
+  Refusal refusal(const std::string& content) const { return refusal_of(file(content), options); }
+  /// Whether the table is refused with such a problem, or with such problems.
+  ::testing::AssertionResult refuses(const std::string& content, const Asked& asked) const {
+    return tumble::refuses(Error::Kind::bad_file, asked, refusal(content));
+  }
+  ::testing::AssertionResult refuses_with(const std::string& content, const std::vector<Asked>& all) const {
+    return tumble::refuses(Error::Kind::bad_file, all, refusal(content));
   }
 };
 

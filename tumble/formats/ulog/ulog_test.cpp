@@ -66,9 +66,8 @@ TEST(ULog, ATopicIsPickedByName) {
   ASSERT_NE(current, nullptr);
   EXPECT_EQ(current->values.at(2), 16.0);
   EXPECT_NE(said(nested.findings, "unit_unknown").find("esc_status:0.count"), std::string::npos);
-  EXPECT_NE(
-      refusal_of(reference("flight.ulg"), ReadOptions{.topics = {"sensor_giro"}}).find("did you mean 'sensor_gyro:0'"),
-      std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"sensor_giro", "sensor_gyro:0"}},
+                      refusal_of(reference("flight.ulg"), ReadOptions{.topics = {"sensor_giro"}})));
 }
 
 TEST(ULog, CorrectedSamplesAreReadOnlyWithAWarning) {
@@ -129,7 +128,7 @@ TEST(ULog, AnUnknownFeatureIsRefused) {
   std::string bytes = read_text_file(reference("flight.ulg"));
   bytes[16 + 3 + 8] = 2;
   write_bytes(folder.file("a.ulg"), bytes);
-  EXPECT_NE(refusal_of(folder.file("a.ulg")).find("incompatible flags"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "incompatible flags"}, refusal_of(folder.file("a.ulg"))));
 }
 
 TEST(ULog, CutAnywhereTheSamplesBeforeRemain) {
@@ -163,7 +162,7 @@ TEST(ULog, FormatsThatContainThemselvesAreNotRead) {
   for (const char* name : {"a", "c", "d", "nothing"}) bytes += message('A', std::string("\0\1\0", 3) + name);
   bytes += message('D', std::string(18, '\1'));
   write_bytes(folder.file("a.ulg"), bytes);
-  EXPECT_NE(refusal_of(folder.file("a.ulg")).find("holds no samples"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "holds no samples"}, refusal_of(folder.file("a.ulg"))));
 }
 
 /// A message of `id` with a time [us] and one number.
@@ -266,9 +265,7 @@ TEST(ULog, AShortTimestampIsRefusedByName) {
   std::string bytes = head + message('F', "sensor_gyro:uint32_t timestamp;float x;");
   bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro") + message('D', std::string(10, '\1'));
   write_bytes(folder.file("a.ulg"), bytes);
-  EXPECT_NE(
-      refusal_of(folder.file("a.ulg")).find("no timestamp of 64 bits, or there are two descriptions of sensor_gyro"),
-      std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"sensor_gyro"}}, refusal_of(folder.file("a.ulg"))));
 }
 
 TEST(ULog, AnInfiniteSampleIsMissing) {

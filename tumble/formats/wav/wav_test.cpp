@@ -51,9 +51,8 @@ TEST(Wav, OneIsFullScaleInAGivenUnit) {
 }
 
 TEST(Wav, FloatingPointSamplesNeedAUnit) {
-  const std::string message = refusal_of(reference("float32.wav"));
-  EXPECT_NE(message.find("channel1, channel2, channel3"), std::string::npos) << message;
-  EXPECT_NE(message.find("--set unit.channel1=g"), std::string::npos) << message;
+  const auto message = refusal_of(reference("float32.wav"));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"channel1, channel2, channel3", "channel1"}}, message));
 }
 
 TEST(Wav, BlocksHoldWhatReadingGives) {
@@ -113,7 +112,7 @@ TEST(Wav, CompressedSamplesAreRefused) {
   std::string bytes = read_text_file(reference("counts16.wav"));
   bytes[20] = 2;  // ADPCM
   write_bytes(folder.file("a.wav"), bytes);
-  EXPECT_NE(refusal_of(folder.file("a.wav")).find("format 2 with 16 bits in 2 bytes"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"2", "16", "2"}}, refusal_of(folder.file("a.wav"))));
 }
 
 }  // namespace

@@ -6,8 +6,6 @@
 namespace tumble {
 namespace {
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(Zip, OneFileIsReadAsIfItWereNotPacked) {
   const auto recording = read_recording(reference_text("one.zip"), {}, {});
   EXPECT_EQ(recording.channels[0].values, ramp(0, 50, Unit::parse("deg/h")));
@@ -18,20 +16,21 @@ TEST(Zip, OneFileIsReadAsIfItWereNotPacked) {
 TEST(Zip, OfSeveralFilesOneIsPicked) {
   const std::string bytes = read_text_file(reference_text("two.zip"));
   const auto refused = refusal_of(bytes, "two.zip");
-  EXPECT_TRUE(holds(refused, "2 files: 'a.csv', 'b.csv'") && holds(refused, "--topic 'a.csv'")) << refused;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"2", "a.csv"}, .part = "b.csv"}, refused));
   ReadOptions options;
   options.topics = {"b.csv"};
   EXPECT_EQ(read_recording(reference_text("two.zip"), options, {}).channels[0].name, "b");
   options.topics = {"c.csv"};
-  EXPECT_TRUE(holds(refusal_of(bytes, "two.zip", options), "no file 'c.csv'"));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_file, Asked{.values = {"c.csv", "2", "a.csv"}}, refusal_of(bytes, "two.zip", options)));
 }
 
 TEST(Zip, ACommentMayHoldAnything) {
   std::string bytes = read_text_file(reference_text("one.zip"));
   const std::string comment = std::string("PK\5\6") + "of the laboratory, longer than the record at the end";
   bytes[bytes.size() - 2] = static_cast<char>(comment.size());
-  EXPECT_EQ(refusal_of(bytes + comment, "a.zip"), "");
-  EXPECT_EQ(refusal_of(read_text_file(reference_text("one.zip")) + "appended", "a.zip"), "");
+  EXPECT_TRUE(refusal_of(bytes + comment, "a.zip").empty());
+  EXPECT_TRUE(refusal_of(read_text_file(reference_text("one.zip")) + "appended", "a.zip").empty());
 }
 
 TEST(Zip, CutAnywhereItIsRefused) { EXPECT_EQ(beginnings_read(reference_text("one.zip"), 1), 0u); }
@@ -39,13 +38,14 @@ TEST(Zip, CutAnywhereItIsRefused) { EXPECT_EQ(beginnings_read(reference_text("on
 TEST(Zip, DamagedBytesDoNotAgreeWithTheirChecksum) {
   std::string bytes = read_text_file(reference_text("one.zip"));
   bytes[bytes.find("0.05,")] = '7';
-  EXPECT_TRUE(holds(refusal_of(bytes, "a.zip"), "do not agree with their checksum"));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "checksum"}, refusal_of(bytes, "a.zip")));
 }
 
 TEST(Zip, AMessageNamesTheFileInside) {
   std::string bytes = read_text_file(reference_text("one.zip"));
   bytes.replace(bytes.find("a[deg/h]"), 8, "a[dge/h]");
-  EXPECT_TRUE(holds(refusal_of(bytes, "a.zip"), "checksum"));  // before anything is read
+  const auto refused = refusal_of(bytes, "a.zip");  // before anything is read
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "checksum"}, refused));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -75,9 +75,9 @@ TEST(Capability, DrawsOfThePopulationHaveItsIntervals) {
 
 TEST(Capability, RefusesLimitsThatAreNone) {
   const auto units = production(5, 0.1, RandomStream(7));
-  EXPECT_THROW(capability_of(units, {}), Error);
-  EXPECT_THROW(capability_of(units, {1.0, -1.0}), Error);
-  EXPECT_THROW(capability_of(units, {NAN, 1.0}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {1.0, -1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {NAN, 1.0}); }));
 }
 
 TEST(CapabilityCoverage, IntervalsHoldTheTrueIndex) {

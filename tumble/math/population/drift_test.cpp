@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -87,15 +87,17 @@ TEST(Drift, AnErrorThatAllVisitsShareWidensTheForecastAlone) {
   EXPECT_NEAR(with.variance, alone.variance + 4.0, 1e-9);
   EXPECT_NEAR(drift_rate(shared, 1.0).sd, drift_rate(worked(), 1.0).sd, 1e-9);
   shared.shared = Matrix(2, 1, 2.0);
-  EXPECT_THROW(forecast(shared, 1.0, 5.0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast(shared, 1.0, 5.0); }));
 }
 
 TEST(Drift, RefusesWhatShowsNoDrift) {
   UnitHistory once{{{0.0, 1.0, 0.1}}, 0.0, 0.3};
-  EXPECT_THROW(walk_of_units(std::vector{once}), Error);
-  EXPECT_THROW(forecast({{{1.0, 1.0, 0.1}, {0.0, 1.0, 0.1}}, 0.0, 0.3}, 1.0, 2.0), Error);
-  EXPECT_THROW(forecast({{{1.0, 1.0, 0.0}}, 0.0, 0.3}, 1.0, 2.0), Error);
-  EXPECT_THROW(forecast({}, 1.0, 2.0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { walk_of_units(std::vector{once}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] {
+    forecast({{{1.0, 1.0, 0.1}, {0.0, 1.0, 0.1}}, 0.0, 0.3}, 1.0, 2.0);
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast({{{1.0, 1.0, 0.0}}, 0.0, 0.3}, 1.0, 2.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast({}, 1.0, 2.0); }));
 }
 
 }  // namespace

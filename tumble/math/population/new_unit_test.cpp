@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -30,9 +30,9 @@ TEST(UnitInPopulation, IsThatOfAnIndependentCalculation) {
 
 TEST(UnitInPopulation, NeedsFiveUnitsAndAnUncertainty) {
   const std::span all(others);
-  EXPECT_THROW(unit_in_population(all.first(4), {1.0, 1.0}), Error);
-  EXPECT_THROW(unit_in_population(others, {1.0, 0.0}), Error);
-  EXPECT_THROW(unit_in_population(others, {NAN, 1.0}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(all.first(4), {1.0, 1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {1.0, 0.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {NAN, 1.0}); }));
 }
 
 TEST(UnitInPopulationCoverage, HoldsTheTruthOfUnitsOfThePopulation) {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -71,8 +71,8 @@ TEST(BatchChange, IsRareWithoutAChange) {
 }
 
 TEST(BatchChange, NeedsSixUnits) {
-  EXPECT_THROW(batch_change(fleet(5, 0, 1), 1.0), Error);
-  EXPECT_THROW(outlier_units(fleet(4, 0, 1)), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { batch_change(fleet(5, 0, 1), 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { outlier_units(fleet(4, 0, 1)); }));
 }
 
 TEST(OutlierUnits, TheMiddleOfFewUnitsIsNoPopulation) {

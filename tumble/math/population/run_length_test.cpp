@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -32,9 +32,9 @@ TEST(RunLength, ShiftsAreFoundSooner) {
 TEST(RunLength, OfEachPointAloneIsThatOfTheNormalLaw) { EXPECT_NEAR(run_length_of_ewma(1.0, 3.0), 370.4, 0.05); }
 
 TEST(RunLength, RefusesImpossibleCharts) {
-  EXPECT_THROW(limit_of_ewma(0.0, 370.0), Error);
-  EXPECT_THROW(limit_of_ewma(0.2, 1.0), Error);
-  EXPECT_THROW(limit_of_cusum(-1.0, 370.0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.0, 370.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.2, 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_cusum(-1.0, 370.0); }));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "tumble/math/interruption.hpp"
 #include "tumble/math/threads.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace {
 
@@ -56,7 +56,7 @@ TEST(AllanPhase, ReadOnceIsThePhaseButForASlope) {
 TEST(AllanPhase, RefusesWhatCannotBeIntegrated) {
   for (const auto integrate : {&integrate_rate, &integrate_rate_once}) {
     auto rate = recording(3000, {});
-    EXPECT_THROW(integrate(rate, 3001), tumble::Error);
+    EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_data, tumble::Asked{}, [&] { integrate(rate, 3001); }));
     rate[2345] = INFINITY;
     try {
       integrate(rate, 3);
@@ -65,7 +65,8 @@ TEST(AllanPhase, RefusesWhatCannotBeIntegrated) {
       EXPECT_EQ(error.kind, tumble::Error::Kind::bad_data);
       EXPECT_NE(std::string(error.what()).find("sample 2345"), std::string::npos) << error.what();
     }
-    EXPECT_THROW(integrate(std::vector<double>(2000, std::nan("")), 1), tumble::Error);
+    EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_data, tumble::Asked{},
+                                [&] { integrate(std::vector<double>(2000, std::nan("")), 1); }));
   }
 }
 

@@ -256,8 +256,8 @@ TEST(DtgCentrifuge, OrientationsMayShareOnePlan) {
   EXPECT_NEAR(value(estimate, "D_x") / si(6.0, "deg/h/g"), 1.0, 1e-4);
   EXPECT_NEAR(value(estimate, "D_xz") / si(0.15, "deg/h/g^2"), 1.0, 1e-3);
   for (auto& segment : plan.schedule) segment.axes["mount_roll"].value = si(60.0, "deg");
-  EXPECT_NE(refusal(method(), Evidence{plan, {simulate(plan, 1, {})}}).find("60 deg off the vertical"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"60"}, .pattern = "off the vertical"},
+                      refusal(method(), Evidence{plan, {simulate(plan, 1, {})}})));
 }
 
 TEST(DtgCentrifuge, RatesAreFoundWithoutEncoders) {
@@ -395,7 +395,8 @@ TEST(DtgCentrifuge, LevelsWhereLinesMeetAreSkipped) {
   EXPECT_NE(finding_of(estimate.findings, "lines_coincide"), nullptr);
   EXPECT_EQ(find_table(estimate, "nonlinearity")->rows.size(), 2u);
   s.arm_rates = {60.0};
-  EXPECT_NE(refusal(method(), evidence_of(s)).find("2 times the table's rate"), std::string::npos);
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_data, asked_finding("lines_coincide", {"2"}), refusal(method(), evidence_of(s))));
 }
 
 TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
@@ -428,7 +429,7 @@ TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
 
   evidence = good;  // the table's angle counted the other way
   for (double& v : evidence.recordings[0].channels[3].values) v = -v;
-  EXPECT_NE(refusal(method(), evidence).find("counted the other way"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, asked_finding("arm_turns_the_other_way"), refusal(method(), evidence)));
 
   evidence = good;  // the plan has other rates
   for (auto& segment : evidence.plan.schedule)

@@ -168,13 +168,7 @@ TEST(FogThermalBias, RefusesFewerStartTemperaturesThanTerms) {
   Trial trial = trial_of(method(), 1);
   trial.evidence.plan.settings.set_integer("start_temperature_power", 3);
   trial.evidence.plan.settings.set_integers("hold_out", {1, 2, 3, 6, 7, 8});
-  try {
-    method().identify(trial.evidence, {});
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind, Error::Kind::bad_data);
-    EXPECT_NE(std::string(error.what()).find("start temperature"), std::string::npos);
-  }
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "start temperature"}, refusal(method(), trial.evidence)));
 }
 
 TEST(FogThermalBias, RefusesRunsShorterThanAnAverage) {

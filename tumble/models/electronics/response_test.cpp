@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::electronics {
 namespace {
@@ -179,14 +179,14 @@ TEST(PulseCounter, OverAllFractionsTheErrorHasOneSixthAndMinusOneHalf) {  // (3.
 }
 
 TEST(Responses, RefuseWhatMakesNoSense) {
-  EXPECT_THROW(second_order_loop(0.0, 0.7, 0.01), Error);
-  EXPECT_THROW(second_order_loop(10.0, 0.0, 0.01), Error);
-  EXPECT_THROW(second_order_loop(10.0, 0.7, 0.0), Error);
-  EXPECT_THROW(first_order_loop(-1.0, 0.01), Error);
-  EXPECT_THROW(clip(1.0, 1.0), Error);
-  EXPECT_THROW(dead_zone(0.1, 0.2), Error);
-  EXPECT_THROW(quantiser(0.0), Error);
-  EXPECT_THROW(pulse_counter(0.0, 0.5), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(0.0, 0.7, 0.01); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(10.0, 0.0, 0.01); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(10.0, 0.7, 0.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { first_order_loop(-1.0, 0.01); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { clip(1.0, 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { dead_zone(0.1, 0.2); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { quantiser(0.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { pulse_counter(0.0, 0.5); }));
 }
 
 }  // namespace

@@ -9,19 +9,12 @@
 #include "tumble/report/figure/ticks.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
+#include "tumble/report/testing/text_parts.hpp"
 
 namespace tumble {
 namespace {
 
 using figure::linear_ticks, figure::logarithmic_ticks;
-
-std::size_t count_of(std::string_view text, std::string_view part) {
-  std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) ++count;
-  return count;
-}
-
-bool has(std::string_view text, std::string_view part) { return count_of(text, part) > 0; }
 
 /// Two curves of one figure in different units, and one of another dimension.
 Estimate two_units() {

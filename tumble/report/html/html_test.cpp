@@ -10,18 +10,11 @@
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
+#include "tumble/report/testing/text_parts.hpp"
 
 namespace tumble::html_test {
 
 namespace {
-
-bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
-
-std::size_t count_of(std::string_view text, std::string_view part) {
-  std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) ++count;
-  return count;
-}
 
 std::string output_of(const std::string& command) {
   std::string text;

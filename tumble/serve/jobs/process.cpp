@@ -247,15 +247,15 @@ Outcome run_process(const std::string& program, const std::vector<std::string>& 
   return outcome;
 }
 
-Refusal refusal_of(const Outcome& outcome, const std::string& root) {
-  Refusal refusal{"failed", {}};
+CodedProblems problems_of(const Outcome& outcome, const std::string& root) {
+  CodedProblems found{"failed", {}};
   if (!outcome.problems.empty())
-    refusal = refusal_from_json(outcome.problems);
+    found = coded_problems_from_json(outcome.problems);
   else if (!outcome.messages.empty())
-    refusal.problems.emplace_back(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1));
-  if (refusal.problems.empty()) refusal.problems.emplace_back("the program ended without a message");
-  for (Problem& problem : refusal.problems) problem = named_from(root, problem);
-  return refusal;
+    found.problems.emplace_back(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1));
+  if (found.problems.empty()) found.problems.emplace_back("the program ended without a message");
+  for (Problem& problem : found.problems) problem = named_from(root, problem);
+  return found;
 }
 
 void take_problems(std::string& waiting, std::string& problems) {

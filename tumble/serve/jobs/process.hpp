@@ -17,7 +17,7 @@ struct Outcome {
 
 /// Why a program has failed: what it has handed on, or else all that it said (a fault of memory, a signal). Files are
 /// named from `root` on.
-Refusal refusal_of(const Outcome& outcome, const std::string& root);
+CodedProblems problems_of(const Outcome& outcome, const std::string& root);
 
 /// Takes the line "problems [...]" out of what a process hands on.
 void take_problems(std::string& waiting, std::string& problems);

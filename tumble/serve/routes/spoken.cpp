@@ -17,7 +17,7 @@ bool is_for_people(const std::string& key) {
 
 void say_in(Language language, Json& json, bool for_people = false) {
   if (json.is_object() && json.contains("errors") && json.contains("problems")) {
-    json["problems"] = in_language(language, refusal_from_json(json["errors"].dump()).problems);
+    json["problems"] = in_language(language, coded_problems_from_json(json["errors"].dump()).problems);
     for (auto& [key, value] : json.items())
       if (key != "problems" && key != "errors") say_in(language, value, is_for_people(key));
   } else if (json.is_object())

@@ -249,7 +249,7 @@ Problems begun_problems(const Context& context, const std::string& run, const st
   jobs::Outcome outcome{.status = -1, .messages = read_text_file(log), .problems = {}};
   outcome.messages.erase(0, outcome.messages.find('\n') + 1);  // the verb
   jobs::take_problems(handed_on, outcome.problems);
-  return jobs::refusal_of(outcome, context.options.folder.string()).problems;
+  return jobs::problems_of(outcome, context.options.folder.string()).problems;
 }
 
 HttpResponse start_run(Context& context, const HttpRequest& request) {
