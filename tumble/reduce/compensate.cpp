@@ -59,9 +59,7 @@ void sort_terms(const Inputs& known, const Works& works, const Recording& record
                                (used.per_output ? work.scale_factor * work.scale_factor : 1.0);
     (stays ? work.staying : work.terms).push_back(std::move(used));
   }
-  work.terms_with.resize(slots.size());
-  for (std::size_t j = 0; j < work.terms.size(); ++j)
-    for (const std::size_t slot : work.terms[j].slots) work.terms_with[slot].push_back(j);
+  sort_by_slots(work, slots.size());
 }
 
 /// Of an output of whose model nothing is known without inputs that are missing, nothing can be subtracted.

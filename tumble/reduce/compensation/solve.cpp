@@ -19,23 +19,24 @@ double error_of(const Work& work, const UsedTerm& used, const Values& values) {
   return used.coefficient * regressor_of(used, values) / (used.per_output ? work.scale_factor : 1.0);
 }
 
-/// Sum of the terms that depend on a slot [SI of u].
-double errors_with(const Work& work, std::size_t slot, const Values& values) {
+/// Sum of the curved terms that depend on a slot [SI of u].
+double curved_errors(const Work& work, std::size_t slot, const Values& values) {
   double sum = 0.0;
-  for (const std::size_t term : work.terms_with[slot]) sum += error_of(work, work.terms[term], values);
+  for (const std::size_t term : work.curved_with[slot]) sum += error_of(work, work.terms[term], values);
   return sum;
 }
 
-/// dE/dx [SI of u/SI of x] by the difference over a small step to both sides.
+/// dE/dx [SI of u/SI of x], of curved terms by the difference over a small step to both sides.
 double error_slope(const Work& work, std::size_t slot, Values& values) {
-  if (work.terms_with[slot].empty()) return 0.0;
+  const double linear = work.linear.slopes[slot];
+  if (work.curved_with[slot].empty()) return linear;
   const double x = values[slot], step = step_share * std::max(std::abs(x), least_input);
   values[slot] = x + step;
-  const double above = errors_with(work, slot, values);
+  const double above = curved_errors(work, slot, values);
   values[slot] = x - step;
-  const double below = errors_with(work, slot, values);
+  const double below = curved_errors(work, slot, values);
   values[slot] = x;
-  return (above - below) / (2.0 * step);
+  return linear + (above - below) / (2.0 * step);
 }
 
 void solve(Work& work, Values& values) {
@@ -100,8 +101,9 @@ std::string name_of(const Slot& slot) {
 }
 
 double errors_at(const Work& work, const Values& values) {
-  double sum = 0.0;
-  for (const auto& used : work.terms) sum += error_of(work, used, values);
+  double sum = work.linear.constant;
+  for (const auto& [slot, slope] : work.linear.of_slots) sum += slope * values[slot];
+  for (const std::size_t term : work.curved) sum += error_of(work, work.terms[term], values);
   return sum;
 }
 

@@ -55,7 +55,43 @@ UsedTerm used_term(const ModelTerm& term, const Estimate& estimate, std::vector<
   return used;
 }
 
+bool is_linear(const UsedTerm& term) {
+  return std::ranges::all_of(term.products, [](const UsedProduct& product) {
+    return product.factors.empty() || (product.factors.size() == 1 && product.factors[0].linear);
+  });
+}
+
+void add_linear(const UsedTerm& term, double coefficient, LinearPart& linear) {
+  for (const UsedProduct& product : term.products) {
+    const double slope = coefficient * product.weight;
+    if (product.factors.empty()) linear.constant += slope;
+    if (product.factors.empty()) continue;
+    linear.constant -= slope * product.factors[0].factor.origin;
+    linear.slopes[product.factors[0].slot] += slope;
+  }
+}
+
 }  // namespace
+
+void sort_by_slots(Work& work, std::size_t slot_count) {
+  work.terms_with.assign(slot_count, {});
+  work.curved_with.assign(slot_count, {});
+  work.linear.slopes.assign(slot_count, 0.0);
+  std::set<std::size_t> slots;
+  for (std::size_t j = 0; j < work.terms.size(); ++j) {
+    const UsedTerm& term = work.terms[j];
+    const bool linear = is_linear(term);
+    for (const std::size_t slot : term.slots) work.terms_with[slot].push_back(j);
+    if (linear) {
+      add_linear(term, term.coefficient / (term.per_output ? work.scale_factor : 1.0), work.linear);
+      slots.insert(term.slots.begin(), term.slots.end());
+    } else {
+      work.curved.push_back(j);
+      for (const std::size_t slot : term.slots) work.curved_with[slot].push_back(j);
+    }
+  }
+  for (const std::size_t slot : slots) work.linear.of_slots.emplace_back(slot, work.linear.slopes[slot]);
+}
 
 double regressor_of(const UsedTerm& term, const Values& values) {
   double sum = 0.0;

@@ -41,6 +41,13 @@ struct UsedTerm {
   double sum = 0.0, squares = 0.0, largest = 0.0;
 };
 
+/// A sum of inputs with constant coefficients: what most error models consist of.
+struct LinearPart {
+  double constant = 0.0;                                   ///< [SI of u]
+  std::vector<std::pair<std::size_t, double>> of_slots{};  ///< slots, and dE/dx [SI of u/SI of x]
+  std::vector<double> slopes{};                            ///< the same of each slot
+};
+
 struct Counts {
   std::size_t samples = 0, outside = 0, blank = 0, lost = 0;
   double first_outside = 0.0;
@@ -50,10 +57,13 @@ struct Counts {
 struct Work {
   const OutputModel* model = nullptr;
   const Estimate* estimate = nullptr;
-  std::size_t shown = 0;                             ///< slot of u
-  std::vector<UsedTerm> terms, staying;              ///< subtracted, and those that stay in
-  std::vector<std::vector<std::size_t>> terms_with;  ///< of each slot: those of `terms` that depend on it
-  double reading = 1.0;                              ///< [SI of K u per SI of the channel]
+  std::size_t shown = 0;                              ///< slot of u
+  std::vector<UsedTerm> terms, staying;               ///< subtracted, and those that stay in
+  std::vector<std::vector<std::size_t>> terms_with;   ///< of each slot: those of `terms` that depend on it
+  LinearPart linear;                                  ///< of the errors: the terms that are proportional to inputs
+  std::vector<std::size_t> curved;                    ///< the other ones of `terms`
+  std::vector<std::vector<std::size_t>> curved_with;  ///< of each slot: those that depend on it
+  double reading = 1.0;                               ///< [SI of K u per SI of the channel]
   double scale_factor = 1.0, offset = 0.0, delay = 0.0;
   double staying_variance = 0.0, spread_variance = 0.0;  ///< [SI^2] of u
   std::vector<Covered> covered;                          ///< whose inputs are known
@@ -80,6 +90,9 @@ void begin(UsedTerm& term);
 /// The terms of a model with the coefficients of the result, whose factors are slots of `slots`: new ones are added.
 /// Throws    Error::bad_file where a parameter has no value
 std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estimate, std::vector<Slot>& slots);
+
+/// Finds which terms depend on which slots, and their linear part.
+void sort_by_slots(Work& work, std::size_t slot_count);
 
 /// A finding for the terms that cannot be subtracted because an input is missing.
 void say_staying(const Work& work, const std::string& channel, Findings& findings);
