@@ -6,7 +6,7 @@
 
 namespace tumble {
 
-/// The texts in their order, with `between` between each two: "gyro_x, gyro_y". Empty without texts.
+/// The texts [N] in their order, with `between` between each two: "gyro_x, gyro_y". Empty without texts.
 std::string joined(std::span<const std::string> texts, std::string_view between = ", ");
 
 /// The part of the text without the blanks at its two ends. It points into `text`.
