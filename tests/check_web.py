@@ -25,7 +25,7 @@ PLACEHOLDER = re.compile(r"\{(\w+)\}")
 WORD = re.compile(r"""["'`]([a-z][a-z0-9_]*)["'`]""")
 COMMENT, HEAD = re.compile(r"/\*.*?\*/", re.DOTALL), re.compile(r"\w*\.([\w-]+)")
 MADE = re.compile(r"t\(`([a-z_]+)\$\{")
-IMPORT = re.compile(r"""^(?:import|export)\b[^;"']*["'](\.[^"']+)["']""", re.MULTILINE)
+IMPORT = re.compile(r"""(?:^(?:import|export)\b[^;"']*|\bimport\(\s*)["'](\.[^"']+)["']""", re.MULTILINE)  # also import("./row")
 
 
 def texts(root, language):
@@ -120,6 +120,8 @@ TAMPERED = {
     "a key that nobody asks for": ("web/src/a.tsx", 't("open")\n', "no page asks for web.job_done"),
     "a class of two rooms": ("web/src/station/station.css", "@media print { .bars { top: 0; } }\n", ".bars is a class of"),
     "a circle of two": ("web/src/plans/row.ts", 'import type { Form } from "./form";\n', "plans/form.tsx, plans/row.ts import each other"),
+    "a circle that a call closes": ("web/src/plans/row.ts", 'const form = () => import("./form");\n',
+                                    "plans/form.tsx, plans/row.ts import each other"),
     "a circle of three": ("web/src/a.tsx", SOUND["web/src/a.tsx"] + 'export { Form } from "./plans/form";\n',
                           "a.tsx, plans/form.tsx, plans/row.ts import each other"),
     "another version": ("third_party/web/preact/package.json", '{"name": "preact", "version": "2.0.0"}', "version 2.0.0"),

@@ -30,6 +30,7 @@ _HOMES: dict[str, str] = {
             "rigs",
             "units",
         ),
+        "_channel": ("Channel",),
         "_errors": (
             "ArgumentTypeError",
             "DataError",
@@ -42,11 +43,11 @@ _HOMES: dict[str, str] = {
         ),
         "_figure": ("Figure",),
         "_finding": ("Finding",),
-        "_frames": ("from_pandas",),
+        "_from_pandas": ("from_pandas",),
         "_method": ("Coverage", "Method", "coverage"),
         "_plan": ("Plan", "load_plan"),
         "_read": ("from_arrays", "read"),
-        "_recording": ("Channel", "Mark", "Recording"),
+        "_recording": ("Mark", "Recording"),
         "_result": ("Result", "load_result"),
         "_result_parts": ("Covariance", "Curve", "Parameter", "Table", "Verdict"),
         "_tasks": (

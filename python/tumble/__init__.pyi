@@ -7,6 +7,7 @@ from tumble import importers as importers
 from tumble import plot as plot
 from tumble._allan import AllanDeviation, allan_deviation
 from tumble._catalogue import Catalogue, Entry, checks, exports, formats, methods, models, plans, rigs, units
+from tumble._channel import Channel
 from tumble._errors import (
     ArgumentTypeError,
     DataError,
@@ -19,11 +20,11 @@ from tumble._errors import (
 )
 from tumble._figure import Figure
 from tumble._finding import Finding
-from tumble._frames import from_pandas
+from tumble._from_pandas import from_pandas
 from tumble._method import Coverage, Method, coverage
 from tumble._plan import Plan, load_plan
 from tumble._read import from_arrays, read
-from tumble._recording import Channel, Mark, Recording
+from tumble._recording import Mark, Recording
 from tumble._result import Result, load_result
 from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
 from tumble._tasks import compensate, convert, export, identify, optimise, population, predict, report, simulate

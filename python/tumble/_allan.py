@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
 from tumble._arrays import equal, refuse_what_is_not_finite, samples_of, times_of
+from tumble._channel import Channel
 from tumble._errors import DataError, TumbleWarning, UsageError, wrong_value
-from tumble._read import _rate_of
-from tumble._recording import Channel
-from tumble._text import flag_of, is_quantity, number_of, one_of, quantity_of, seconds_of, whole_of
+from tumble._text import flag_of, is_quantity, number_of, one_of, quantity_of, rate_of, seconds_of, whole_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -154,13 +153,13 @@ def allan_deviation(
 
 def _samples(x: Any, sample_rate: object, missing: str | None, look: bool) -> tuple[NDArray[np.float64], float, str]:
     if isinstance(x, Channel):
-        return x.values, x.rate if sample_rate is None else _rate_of(sample_rate, "sample_rate"), x.unit
+        return x.values, x.rate if sample_rate is None else rate_of(sample_rate, "sample_rate"), x.unit
     if sample_rate is None:
         raise UsageError("argument sample_rate: nothing was given; accepted is the sampling rate [Hz] of the array")
     unit = "1"
     if is_quantity(x):
         x, unit = quantity_of(x)
-    return samples_of(x, "x", missing, look=look), _rate_of(sample_rate, "sample_rate"), unit
+    return samples_of(x, "x", missing, look=look), rate_of(sample_rate, "sample_rate"), unit
 
 
 def _factors(taus: Any, rate: float, samples: int, longest_fraction: float) -> list[int]:

@@ -106,12 +106,10 @@ class Figure:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the drawing of the report; the name ends in .svg. For PDF: tumble.plot.save."""
-        from tumble._result import write_whole
-
         text = path_text(path, "path")
         if not text.lower().endswith(".svg"):
             raise wrong_value("path", text, "the name must end in .svg")
-        write_whole(text, self.to_svg())
+        _tumble.write_whole(text, self.to_svg())
 
     def _repr_svg_(self) -> str:
         return self.to_svg()

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from tumble import _tumble
 
 if TYPE_CHECKING:
-    from tumble._recording import Recording
-    from tumble._result import Result
+    from tumble._channel import Channel
+    from tumble._finding import Finding
+    from tumble._result_parts import Parameter, Verdict
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -19,16 +20,17 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
 
 
-def recording_table(recording: Recording) -> str:
+def recording_table(title: str, channels: Iterable[Channel]) -> str:
     """The channels of a recording."""
-    rows = ((c.name, c.shown_unit, len(c), c.missing, f"{c.rate:.6g}") for c in recording.values())
-    title = escape(f"{recording.file or 'in memory'}, {recording.duration:.6g} s")
-    return f"<p>{title}</p>" + _table(("channel", "unit", "samples", "missing", "rate [Hz]"), rows)
+    rows = ((c.name, c.shown_unit, len(c), c.missing, f"{c.rate:.6g}") for c in channels)
+    return f"<p>{escape(title)}</p>" + _table(("channel", "unit", "samples", "missing", "rate [Hz]"), rows)
 
 
-def result_table(result: Result) -> str:
+def result_table(
+    title: str, parameters: Iterable[Parameter], verdicts: Sequence[Verdict], findings: Sequence[Finding]
+) -> str:
     """Parameters, verdicts and findings of a result."""
-    parameters = (
+    rows = (
         (
             p.name,
             p.symbol,
@@ -36,12 +38,12 @@ def result_table(result: Result) -> str:
             p.unit,
             f"{p.interval[0]:.6g} to {p.interval[1]:.6g}",
         )
-        for p in result.parameters.values()
+        for p in parameters
     )
-    html = f"<p>{escape(result.title)}</p>"
-    html += _table(("parameter", "symbol", "value ± sd", "unit", "95 % interval"), parameters)
-    if result.verdicts:
-        html += _table(("parameter", "outcome", "limit"), result.verdicts)
-    if result.findings:
-        html += _table(("severity", "finding", "where"), ((f.severity, f.message, f.where) for f in result.findings))
+    html = f"<p>{escape(title)}</p>"
+    html += _table(("parameter", "symbol", "value ± sd", "unit", "95 % interval"), rows)
+    if verdicts:
+        html += _table(("parameter", "outcome", "limit"), verdicts)
+    if findings:
+        html += _table(("severity", "finding", "where"), ((f.severity, f.message, f.where) for f in findings))
     return html

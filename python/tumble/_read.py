@@ -9,19 +9,18 @@ from typing import IO, TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._arrays import samples_of, times_of
-from tumble._errors import FileError, TumbleError, UsageError, wrong_type, wrong_value
+from tumble._errors import DataError, FileError, TumbleError, UsageError, wrong_type, wrong_value
 from tumble._progress import listener
-from tumble._recording import SIGNED, Mark, Recording, _rebuild
+from tumble._recording import SIGNED, Mark, Recording, Source, rebuild
 from tumble._text import (
     count_of,
     is_quantity,
     is_unit,
     listed,
-    number_of,
     path_text,
     quantity_of,
+    rate_of,
     seconds_of,
-    si_of,
     text_of,
     units_of,
     whole_text,
@@ -128,9 +127,17 @@ def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
     return recording
 
 
-def _source_of(path: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+def _source_of(path: str, given: Mapping[str, Any]) -> Source:
     """How to read the file again, from any folder."""
-    return os.path.abspath(path), {key: value for key, value in given.items() if value is not None}
+    return read_again, (os.path.abspath(path), {key: value for key, value in given.items() if value is not None})
+
+
+def read_again(path: str, arguments: dict[str, Any], sha256: str) -> Recording:
+    """The recording of a pickle: its file is read again. Raises DataError where the file is another one now."""
+    recording = read(path, **arguments)
+    if recording.sha256 != sha256:
+        raise DataError(f"{path}: the file has changed since the recording was pickled")
+    return recording
 
 
 def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -204,7 +211,7 @@ def from_arrays(
         raise wrong_type("channels", channels, 'accepted is a dict such as {"gyro.x": (array, "deg/s")}')
     if (rate is None) == (time is None):
         raise UsageError("arguments rate and time: give one of them: the sampling rate [Hz], or a stamp [s] a sample")
-    hertz = 0.0 if rate is None else _rate_of(rate)
+    hertz = 0.0 if rate is None else rate_of(rate)
     begin = seconds_of(start, "start")
     stamps = None if time is None else times_of(time, "time")
     parts: list[tuple[str, str, Any, float, float, Any]] = []
@@ -220,7 +227,7 @@ def from_arrays(
             )
         parts.append((channel, unit, numbers, begin, hertz, stamps))
     texts = whole_text(name, "name"), whole_text(instrument, "instrument")
-    return _rebuild(parts, _marks_of(marks), *texts, {}, SIGNED, si=False)
+    return rebuild(parts, _marks_of(marks), *texts, {}, SIGNED, si=False)
 
 
 def _marks_of(marks: object) -> list[Mark]:
@@ -235,20 +242,6 @@ def _marks_of(marks: object) -> list[Mark]:
         until = math.inf if isinstance(end, float) and end == math.inf else seconds_of(end, "marks")
         made.append(Mark(whole_text(label, "marks"), seconds_of(begin, "marks"), count_of(run, "marks", 1), until))
     return sorted(made, key=lambda mark: mark.begin)
-
-
-def _rate_of(rate: object, argument: str = "rate") -> float:
-    """Sampling rate [Hz]. Raises ArgumentTypeError, UsageError."""
-    accepted = "accepted are a number [Hz], text such as '100 Hz', and a pint quantity"
-    if isinstance(rate, str) or is_quantity(rate):
-        text = text_of(rate, argument)
-        bare = text.strip().lstrip("+-").replace(".", "", 1).replace("e", "", 1).replace("-", "").isdigit()
-        hertz = si_of(f"{text} Hz" if bare else text, "Hz", argument)
-    else:
-        hertz = number_of(rate, argument, accepted)
-    if not 1e-10 <= hertz <= 1e10:
-        raise wrong_value(argument, rate, "accepted are rates above 0 Hz, from 1e-10 Hz to 1e10 Hz")
-    return hertz
 
 
 def _with_unit(key: object, given: Any) -> tuple[str, Any, str]:

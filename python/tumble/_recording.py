@@ -1,22 +1,23 @@
-"""Recordings: channels with their times, marks and origin, and the ways to get one."""
+"""Recordings: channels with their times, marks and origin."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
-from tumble import _tumble
+from tumble import _frames, _tumble
+from tumble._channel import Channel, Parts
 from tumble._errors import DataError, UsageError, shown
 from tumble._finding import Finding, findings_of
-from tumble._text import path_text, seconds_of, unit_of
+from tumble._text import path_text, seconds_of
 
 if TYPE_CHECKING:
     import os
 
-    import numpy as np
-    from numpy.typing import NDArray
+Source = tuple[Callable[..., "Recording"], tuple[Any, ...]]
+"""A function that reads the recording again, and its arguments before the checksum."""
 
 
 class Mark(NamedTuple):
@@ -28,105 +29,6 @@ class Mark(NamedTuple):
     end: float = float("inf")
 
 
-class Channel:
-    """One signal of a recording.
-
-    `values` are in SI, in the unit `unit`. The file or you wrote them in `shown_unit`; `in_()` gives them so.
-    """
-
-    __slots__ = ("_core",)
-
-    def __init__(self, core: _tumble.Channel) -> None:
-        self._core = core
-
-    @property
-    def name(self) -> str:
-        """Name, for example gyro.x."""
-        return self._core.name
-
-    @property
-    def kind(self) -> str:
-        """What it measures: angular_rate, specific_force, temperature ..."""
-        return self._core.kind
-
-    @property
-    def unit(self) -> str:
-        """Unit of `values`, in SI base units: rad/s, m/s^2, K."""
-        return self._core.unit.dimension
-
-    @property
-    def shown_unit(self) -> str:
-        """Unit in which the file has the values."""
-        return self._core.unit.text
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The samples [unit], shape (n,). A read-only view that shares the memory of the recording; NaN is missing."""
-        return self._core.values
-
-    @property
-    def times(self) -> NDArray[np.float64]:
-        """Time of each sample [s], shape (n,). Stamps are shared; the times of even samples are calculated."""
-        return self._core.times
-
-    @property
-    def rate(self) -> float:
-        """Sampling rate [Hz]; lost samples do not change it."""
-        return self._core.rate
-
-    @property
-    def start(self) -> float:
-        """Time of the first sample [s]."""
-        return self._core.start
-
-    @property
-    def uniform(self) -> bool:
-        """Whether start and rate give all times; else each sample has a stamp."""
-        return self._core.uniform
-
-    @property
-    def missing(self) -> int:
-        """Number of missing samples."""
-        return self._core.missing
-
-    def in_(self, unit: str | object | None = None) -> NDArray[np.float64]:
-        """A copy of the samples in `unit`, text or a unit of pint, by default in `shown_unit`.
-
-        Raises UsageError where the unit has another dimension. Example: `recording["gyro.x"].in_("deg/h")`
-        """
-        target = self._core.unit if unit is None else unit_of(unit, "unit")
-        if target.dimension != self._core.unit.dimension:
-            raise UsageError(
-                f"argument unit: {unit!r} has the dimension [{target.dimension}]; channel '{self.name}' is in "
-                f"{self.shown_unit} [{self.unit}]"
-            )
-        return (self.values - target.offset) / target.factor
-
-    def __len__(self) -> int:
-        return len(self._core)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        import numpy as np
-
-        return np.asarray(self.values, dtype=dtype) if copy is None else np.array(self.values, dtype=dtype, copy=copy)
-
-    def __copy__(self) -> Channel:
-        return self
-
-    def __deepcopy__(self, memo: object) -> Channel:
-        return self
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _channel_of, (self._parts(),)
-
-    def _parts(self) -> tuple[Any, ...]:
-        times = None if self.uniform else self.times
-        return self.name, self.shown_unit, self.values, self.start, self.rate, times
-
-    def __repr__(self) -> str:
-        return f"<Channel {self.name} [{self.shown_unit}], {len(self)} samples at {self.rate:.6g} Hz>"
-
-
 class Recording(Mapping[str, Channel]):
     """What was measured in one file: channels by name, marks, and where it comes from. It cannot be changed.
 
@@ -135,9 +37,9 @@ class Recording(Mapping[str, Channel]):
 
     __slots__ = ("_channels", "_core", "_source")
 
-    def __init__(self, core: _tumble.Recording, source: tuple[str, dict[str, Any]] | None = None) -> None:
+    def __init__(self, core: _tumble.Recording, source: Source | None = None) -> None:
         self._core = core
-        self._source = source  # path and arguments of read(): the way to pickle it
+        self._source = source  # how to read the file again: the way to pickle it
         channels = (Channel(core.channel(i)) for i in range(len(core)))
         self._channels = {channel.name: channel for channel in channels}
 
@@ -227,21 +129,15 @@ class Recording(Mapping[str, Channel]):
 
         Raises UsageError where the channels are not sampled together.
         """
-        from tumble._frames import recording_to_pandas
-
-        return recording_to_pandas(self)
+        return _frames.recording_to_pandas(self)
 
     def to_polars(self) -> Any:
         """A polars DataFrame with the column time and one column a channel, named `name[unit]`."""
-        from tumble._frames import recording_to_polars
-
-        return recording_to_polars(self)
+        return _frames.recording_to_polars(self)
 
     def to_xarray(self) -> Any:
         """An xarray Dataset along time, with attributes unit and rate."""
-        from tumble._frames import recording_to_xarray
-
-        return recording_to_xarray(self)
+        return _frames.recording_to_xarray(self, self.meta)
 
     def __copy__(self) -> Recording:
         return self
@@ -251,10 +147,11 @@ class Recording(Mapping[str, Channel]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._source is not None:
-            return _read_again, (*self._source, self.sha256)
+            again, arguments = self._source
+            return again, (*arguments, self.sha256)
         parts = [channel._parts() for channel in self.values()]
         marks = [tuple(mark) for mark in self.marks]
-        return _rebuild, (parts, marks, self.file, self.instrument, self.meta, SIGNED if self.sha256 else UNSIGNED)
+        return rebuild, (parts, marks, self.file, self.instrument, self.meta, SIGNED if self.sha256 else UNSIGNED)
 
     def __repr__(self) -> str:
         names = ", ".join(self._channels)
@@ -263,7 +160,7 @@ class Recording(Mapping[str, Channel]):
     def _repr_html_(self) -> str:
         from tumble._html import recording_table
 
-        return recording_table(self)
+        return recording_table(f"{self.file or 'in memory'}, {self.duration:.6g} s", self.values())
 
 
 def _bound(time: float | str | None, all_of_it: float, argument: str) -> float:
@@ -272,15 +169,12 @@ def _bound(time: float | str | None, all_of_it: float, argument: str) -> float:
     return all_of_it if unbounded else seconds_of(time, argument)
 
 
-Parts = Sequence[tuple[str, str, Any, float, float, Any]]
-
-
 SIGNED, UNSIGNED, OF_FILE = "samples", "", "file"
 """What the checksum of a recording is of."""
 
 
-def _rebuild(
-    parts: Parts,
+def rebuild(
+    parts: Sequence[Parts],
     marks: Sequence[tuple[Any, ...]],
     file: str,
     instrument: str,
@@ -294,22 +188,6 @@ def _rebuild(
     return Recording(_tumble.make_recording(channels, full, file, instrument, meta, checksum))
 
 
-def _channel_of(part: tuple[Any, ...]) -> Channel:
-    """What a pickled channel becomes."""
-    made: Channel = _rebuild([part], [], "", "", {}, UNSIGNED)[str(part[0])]
-    return made
-
-
-def rebuilt(parts: Parts, path: str, meta: dict[str, str]) -> Recording:
+def rebuilt(parts: Sequence[Parts], path: str, meta: dict[str, str]) -> Recording:
     """A recording that an importer read from a file, of name, unit, values [unit], start, rate and stamps."""
-    return _rebuild(parts, [], path, "", meta, OF_FILE, si=False)
-
-
-def _read_again(path: str, arguments: dict[str, Any], sha256: str) -> Recording:
-    """What a pickled recording becomes: its file is read again. Raises DataError where the file is another one now."""
-    from tumble._read import read
-
-    recording = read(path, **arguments)
-    if recording.sha256 != sha256:
-        raise DataError(f"{path}: the file has changed since the recording was pickled")
-    return recording
+    return rebuild(parts, [], path, "", meta, OF_FILE, si=False)

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
-from tumble._errors import LimitError, wrong_type, wrong_value
+from tumble._errors import FileError, LimitError, wrong_type, wrong_value
 from tumble._figure import Figure, figures_of
 from tumble._finding import Finding, findings_of
 from tumble._named import Named
@@ -28,7 +28,7 @@ from tumble._result_parts import (
     parameter_of,
     with_prior_of,
 )
-from tumble._text import path_text
+from tumble._text import need, path_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -161,16 +161,14 @@ class Result:
         """Writes the result: .json for the result file, .html for the report; whole or not at all."""
         text = path_text(path, "path")
         if text.lower().endswith(".json"):
-            write_whole(text, self.to_json())
+            _tumble.write_whole(text, self.to_json())
         elif text.lower().endswith((".html", ".htm")):
-            write_whole(text, self.to_html())
+            _tumble.write_whole(text, self.to_html())
         else:
             raise wrong_value("path", text, "the name must end in .json or .html")
 
     def to_uncertainties(self) -> dict[str, Any]:
         """Parameters as correlated numbers of the package uncertainties, each in the unit of its parameter."""
-        from tumble._text import need
-
         correlated = need("uncertainties", "units").correlated_values
         return dict(zip(self.parameters, correlated(self.values, self.covariance.values), strict=True))
 
@@ -183,7 +181,7 @@ class Result:
     def _repr_html_(self) -> str:
         from tumble._html import result_table
 
-        return result_table(self)
+        return result_table(self.title, self.parameters.values(), self.verdicts, self.findings)
 
     def __copy__(self) -> Result:
         return self
@@ -204,8 +202,6 @@ def load_result(path: str | os.PathLike[str]) -> Result:
 
     Raises FileError with what is missing or wrong.
     """
-    from tumble._errors import FileError
-
     text = path_text(path, "path")
     try:
         with open(text, encoding="utf-8") as file:
@@ -221,11 +217,3 @@ def result_of(given: object) -> Result:
     if isinstance(given, (str, bytes, os.PathLike)):
         return load_result(path_text(given, "result"))
     raise wrong_type("result", given, "accepted are a Result and the path of a result file")
-
-
-def write_whole(path: str, text: str) -> None:
-    """Writes beside the target, then renames: nobody finds half a file. A pipe or a device is written directly.
-
-    Raises FileError.
-    """
-    _tumble.write_whole(path, text)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tumble import _tumble
+from tumble import _frames, _tumble
 from tumble._arrays import equal
 from tumble._errors import UsageError, shown, wrong_type
 from tumble._named import Document, Named
-from tumble._text import unit_of
+from tumble._text import need, unit_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,8 +59,6 @@ class Parameter(NamedTuple):
 
     def to_pint(self, registry: Any = None) -> Any:
         """The value as a pint quantity of `registry`, by default the application registry."""
-        from tumble._text import need
-
         chosen = need("pint", "units").get_application_registry() if registry is None else registry
         if not hasattr(chosen, "Quantity"):
             raise wrong_type("registry", registry, "accepted is a UnitRegistry of pint")
@@ -70,8 +68,6 @@ class Parameter(NamedTuple):
 
     def to_uncertainties(self) -> Any:
         """The value with its standard uncertainty, of the package uncertainties, without correlations."""
-        from tumble._text import need
-
         return need("uncertainties", "units").ufloat(self.value, self.sd, self.name)
 
     def __str__(self) -> str:
@@ -274,23 +270,23 @@ class Table:
     def __len__(self) -> int:
         return len(self._rows)
 
+    def _by_name(self) -> dict[str, Any]:
+        return {one.name: self[one.name] for one in self.columns}
+
+    def _units(self) -> dict[str, str]:
+        return {one.name: one.unit for one in self.columns}
+
     def to_pandas(self) -> Any:
         """A pandas DataFrame with the units in `attrs["units"]`."""
-        from tumble._frames import table_to_pandas
-
-        return table_to_pandas(self)
+        return _frames.table_to_pandas(self._by_name(), self._units())
 
     def to_polars(self) -> Any:
         """A polars DataFrame."""
-        from tumble._frames import table_to_polars
-
-        return table_to_polars(self)
+        return _frames.table_to_polars(self._by_name())
 
     def to_arrow(self) -> Any:
         """A pyarrow Table; each field has its unit in the metadata."""
-        from tumble._frames import table_to_arrow
-
-        return table_to_arrow(self)
+        return _frames.table_to_arrow(self._by_name(), self._units())
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         return self.to_arrow().__arrow_c_stream__(requested_schema)

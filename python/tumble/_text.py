@@ -134,6 +134,20 @@ def seconds_of(value: Any, argument: str) -> float:
     return number_of(value, argument, 'accepted are numbers [s], text such as "10 s" and pint quantities')
 
 
+def rate_of(rate: object, argument: str = "rate") -> float:
+    """Sampling rate [Hz]. Raises ArgumentTypeError, UsageError."""
+    accepted = "accepted are a number [Hz], text such as '100 Hz', and a pint quantity"
+    if isinstance(rate, str) or is_quantity(rate):
+        text = text_of(rate, argument)
+        bare = text.strip().lstrip("+-").replace(".", "", 1).replace("e", "", 1).replace("-", "").isdigit()
+        hertz = si_of(f"{text} Hz" if bare else text, "Hz", argument)
+    else:
+        hertz = number_of(rate, argument, accepted)
+    if not 1e-10 <= hertz <= 1e10:
+        raise wrong_value(argument, rate, "accepted are rates above 0 Hz, from 1e-10 Hz to 1e10 Hz")
+    return hertz
+
+
 def si_of(text: str, unit: str, argument: str) -> float:
     """The quantity of a text in SI. Raises UsageError that names the argument."""
     try:

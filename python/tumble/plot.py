@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation
+from tumble._channel import Channel
 from tumble._draw import draw_around, draw_figure, draw_legend, draw_series
 from tumble._errors import DataError, FileError, UsageError, wrong_type, wrong_value
 from tumble._figure import Figure, Series
-from tumble._recording import Channel, Recording
+from tumble._recording import Recording
 from tumble._result import Result, result_of
 from tumble._text import count_of, need, path_text, seconds_of, whole_text
 

@@ -11,6 +11,19 @@ namespace {
 
 using namespace support;
 
+/// [usual steps] that the counts before and after a jump may lie from the two ends. Nine in ten steps are usual, so that
+/// fewer than one jump in ten is missed for a greater step. Chosen: a doubling asks for registers twice as large.
+constexpr double steps_from_end = 4.0;
+constexpr double rounding = 2.0;  ///< [counts] that two counts of a quiet unit may differ by
+/// [1] of the register, within which the counts come to both ends. Farther than a jump is looked for, see least_steps.
+constexpr double end_part = 0.25;
+/// [usual steps] in a register whose overflow shows: steps_from_end of them, and rounding, are then less than end_part.
+constexpr double least_steps = steps_from_end / end_part;
+/// Standard deviations, of the count of the number before, by which the last number of a register exceeds it where a
+/// counter stops. Counts that stand at both equally often differ so much in 0.2 % of records: the difference of two such
+/// counts has sqrt(2) times that sd. Without any at the number before, five and more at the last exceed it.
+constexpr double excess_sd = 4.0;
+
 /// A register of so many bits, with or without sign.
 struct Register {
   int bits = 0;
@@ -33,7 +46,7 @@ struct Jumps {
 
 /// Times at which the counts leave the register at one end and come back at the other, within a few usual steps.
 Jumps jumps_in(const std::vector<double>& values, const Register& r, double step) {
-  const double near = 4.0 * step + 2.0;
+  const double near = steps_from_end * step + rounding;
   Jumps jumps;
   for (std::size_t i = 1; i < values.size(); ++i) {
     const double a = values[i - 1], b = values[i];
@@ -60,11 +73,11 @@ double usual_step(const std::vector<double>& values, double size) {
 std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
   for (const Register& r : registers()) {
     if (spread.lowest < r.lowest || spread.highest > r.highest) continue;
-    const double quarter = 0.25 * (r.highest - r.lowest);  // more than `near` of the jumps below can be
-    if (spread.lowest > r.lowest + quarter || spread.highest < r.highest - quarter) continue;
+    const double end = end_part * (r.highest - r.lowest);
+    if (spread.lowest > r.lowest + end || spread.highest < r.highest - end) continue;
     const double step = usual_step(channel.values, r.highest - r.lowest + 1.0);
     // Counts that use the whole of it anyway run over it or do not: the counts do not show which.
-    if (16.0 * (step + 1.0) > r.highest - r.lowest) continue;
+    if (least_steps * (step + 1.0) > r.highest - r.lowest) continue;
     const Jumps jumps = jumps_in(channel.values, r, step);
     if (jumps.count == 0) continue;
     return Finding{Finding::Severity::error,
@@ -87,9 +100,8 @@ std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
       if (end == 0.0 || end != (end > 0.0 ? spread.highest : spread.lowest)) continue;
       const double next = end > 0.0 ? end - 1.0 : end + 1.0;
       const auto there = std::ranges::count(channel.values, end), before = std::ranges::count(channel.values, next);
-      if (there < 5 || static_cast<double>(there) <=
-                           static_cast<double>(before) + 4.0 * std::sqrt(static_cast<double>(before) + 1.0))
-        continue;
+      const auto below = static_cast<double>(before);
+      if (static_cast<double>(there) <= below + excess_sd * std::sqrt(below + 1.0)) continue;
       return Finding{Finding::Severity::error,
                      "counter_stopped",
                      {{"bits", r.bits},

@@ -12,6 +12,16 @@ namespace {
 using namespace support;
 
 constexpr std::size_t side = 12;  ///< windows looked at before and behind each
+/// [counts] of a window whose multiples show: the rounding of two counts is then an eighth of a window.
+constexpr double least_counts = 16.0;
+/// [1] of the median, within which all neighbours but four lie. Chosen: quiet enough to distinguish 1 window from 2 by
+/// five times this scatter; a doubling looks at windows in motion too, where a count of 1.5 windows may be rate.
+constexpr double most_scatter = 0.1;
+constexpr double rounding = 2.0;  ///< [counts] that rounding may move the counts of one window by, at both of its ends
+/// Windows in one count. Chosen: a greater ratio is a damaged count and no late read.
+constexpr double most_windows = 1000.0;
+/// [1] of a window that holds two or more, below which a quiet neighbour lies: (1 + most_scatter)/1.5 = 0.733, rounded up.
+constexpr double neighbour_bound = 0.75;
 
 /// Median of the windows about one, and how far all but four of them lie from it.
 struct Neighbours {
@@ -33,7 +43,7 @@ Neighbours neighbours_of(const std::vector<double>& values, std::size_t i) {
 /// Whether a window may hold twice what its neighbours do. Of any five neighbours one lies within a tenth of the
 /// median, since at most four of all do not, and that is 1.1/1.5 of the window at most.
 bool may_stand_out(const std::vector<double>& values, std::size_t i) {
-  const double bound = 0.75 * std::abs(values[i]);
+  const double bound = neighbour_bound * std::abs(values[i]);
   for (const std::size_t k : {i - 1, i + 1, i - 2, i + 2, i - 3})
     if (!(std::abs(values[k]) > bound)) return true;
   return false;
@@ -52,10 +62,10 @@ Late late_reads(const Channel& channel) {
     if (!std::isfinite(values[i]) || !may_stand_out(values, i)) continue;
     const Neighbours near = neighbours_of(values, i);
     const double size = std::abs(near.median);
-    if (!(size >= 16.0) || !(near.scatter <= 0.1 * size)) continue;
+    if (!(size >= least_counts) || !(near.scatter <= most_scatter * size)) continue;
     const double times = values[i] / near.median, whole = std::round(times);
-    if (whole < 2.0 || whole > 1000.0 || std::abs(values[i] - whole * near.median) > whole * (near.scatter + 2.0))
-      continue;
+    const double departure = std::abs(values[i] - whole * near.median);
+    if (whole < 2.0 || whole > most_windows || departure > whole * (near.scatter + rounding)) continue;
     if (late.windows++ == 0) late.first = i, late.times = whole;
     late.missed += static_cast<std::size_t>(whole) - 1;
   }

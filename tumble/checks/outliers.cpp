@@ -21,8 +21,21 @@ namespace {
 using namespace support;
 
 constexpr std::size_t block = 1024, thinning = 8, near = 24, ringing = 8;
-constexpr double far = 8.0;              // usual bends
-constexpr double sd_of_median = 1.4826;  // of the normal distribution: sd over the median of magnitudes
+/// [usual bends] from which on a sample is an outlier. A bend of white noise has the sd sqrt(1.5) of the noise, and the
+/// distance from both neighbours, on one side of them, reaches 8 of these in fewer than 1e-12 of normal samples: no
+/// record has one by chance. Doubled, an outlier of 10 to 20 noise sd would be missed.
+constexpr double far = 8.0;
+constexpr double sd_of_median = 1.4826;  ///< sd over the median of magnitudes, of the normal distribution
+/// [1] of an outlier's distance, that no bend beside it reaches. Chosen: a knock rings with more than a third of its peak
+/// in the next period unless its damping ratio is above 0.17. Doubled, ringing of two thirds is an outlier too.
+constexpr double most_ringing = 1.0 / 3.0;
+constexpr std::size_t least_samples = 16;  ///< of a channel: `ringing` on both sides of one
+/// [usual bends] beyond which a sample is damaged. Chosen: a jump over the whole range of a 20-bit output whose noise is
+/// one quantum. A damaged exponent or digit is farther; doubled, a few of them are outliers.
+constexpr double damaged = 1e6;
+/// [sample intervals] within which outliers of several channels are one event: two samples, and half of one for stamps
+/// that are rounded apart.
+constexpr double together_within = 2.5;
 
 /// Distance of a sample from the mean of its neighbours.
 double bend(const std::vector<double>& x, std::size_t i) { return std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); }
@@ -91,7 +104,7 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
       const double local = std::max({usual, before, after});
       const double rings = std::max(greatest_bend(x, i > ringing + 1 ? i - ringing - 1 : 1, i - 1),
                                     greatest_bend(x, i + 2, i + 2 + ringing));
-      if (!(distance > far * local) || rings > distance / 3.0) continue;
+      if (!(distance > far * local) || rings > distance * most_ringing) continue;
       found.push_back({channel.time(i), distance, local});
     }
   }
@@ -99,7 +112,7 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
 }
 
 std::vector<Outlier> outliers_of(const Channel& channel, const Recording& recording) {
-  if (channel.values.size() < 16) return {};
+  if (channel.values.size() < least_samples) return {};
   std::vector<std::size_t> moves;
   for (const Mark& mark : recording.marks)  // durations that add up are rounded
     moves.push_back(index_at(channel, mark.begin - stamp_slack(mark.begin, 1.0 / mean_rate(channel))));
@@ -114,15 +127,15 @@ std::vector<Outlier> outliers_of(const Channel& channel, const Recording& record
 }
 
 /// What no instrument puts out: a bit, a digit or a record that was damaged on its way.
-bool is_damaged(const Outlier& outlier) { return outlier.distance > 1e6 * outlier.usual; }
+bool is_damaged(const Outlier& outlier) { return outlier.distance > damaged * outlier.usual; }
 
 Finding said_of(const Channel& channel, const std::vector<Outlier>& outliers) {
   const Outlier& farthest = *std::ranges::max_element(outliers, {}, &Outlier::distance);
   // A distance has no zero: that of two temperatures is in K.
   const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
-  const bool damaged = is_damaged(farthest);
-  return {damaged ? Finding::Severity::error : Finding::Severity::warning,
-          damaged ? "damaged_sample" : "outlier",
+  const bool broken = is_damaged(farthest);
+  return {broken ? Finding::Severity::error : Finding::Severity::warning,
+          broken ? "damaged_sample" : "outlier",
           {{"distance", farthest.distance, unit}, {"times", farthest.distance / farthest.usual}},
           channel.name,
           {outliers.size(), outliers.front().time, farthest.time}};
@@ -146,7 +159,7 @@ void take_common(const Recording& recording, std::vector<std::vector<Outlier>>& 
   double close = 0.0;
   for (std::size_t c = 0; c < outliers.size(); ++c) {
     if (outliers[c].empty()) continue;
-    close = 2.5 / mean_rate(recording.channels[c]);
+    close = together_within / mean_rate(recording.channels[c]);
     const auto is_alone = [&](const Outlier& one) {
       for (std::size_t other = 0; other < all.size(); ++other)
         if (other != c && is_near(all[other], one.time, close)) return false;

@@ -12,15 +12,25 @@ namespace {
 
 using namespace support;
 
+constexpr double records_per_false_alarm = 1e6;  ///< of the size of this one, until one has such a run by chance
+/// [1] of samples that equal the one before. Below, the length would hang on a share that 1000 samples do not show; above,
+/// it would grow without bound: at 0.99 it is 2750 of a million samples.
+constexpr double least_repeats = 1e-3, most_repeats = 0.99;
+/// Equal samples in a row that are looked at. Chosen: where few samples repeat, the probability alone accepts 5 in a row
+/// of a million. Doubled, faults shorter than 16 samples are missed.
+constexpr std::size_t least_length = 8;
+constexpr double one_step = 1.5;    ///< [counts] rounding moves a count by 1, and this is more
+constexpr std::size_t enough = 32;  ///< samples beside a run that show what is usual: twice what `texture_of` needs
+
 struct Stuck {
   std::size_t times = 0, samples = 0, longest = 0, longest_begin = 0;
 };
 
-/// Runs this long come by chance once in a million records of this size: n p^(length - 1) < 1e-6.
+/// Runs this long come once in a million records of this size: n p^(length - 1) < 1/records_per_false_alarm.
 std::size_t improbable_length(std::size_t size, double repeats) {
-  const double chance = std::clamp(repeats, 1e-3, 0.99);
-  const double length = 1.0 + std::log(1e6 * static_cast<double>(size)) / -std::log(chance);
-  return std::max<std::size_t>(8, static_cast<std::size_t>(std::ceil(length)));
+  const double chance = std::clamp(repeats, least_repeats, most_repeats);
+  const double length = 1.0 + std::log(records_per_false_alarm * static_cast<double>(size)) / -std::log(chance);
+  return std::max<std::size_t>(least_length, static_cast<std::size_t>(std::ceil(length)));
 }
 
 /// Whether most steps between neighbouring counts are greater than rounding makes them. Windows of one running total
@@ -28,14 +38,14 @@ std::size_t improbable_length(std::size_t size, double repeats) {
 bool beyond_rounding(std::span<const double> counts) {
   std::size_t large = 0, steps = 0;
   for (std::size_t i = 1; i < counts.size(); ++i)
-    if (const double step = std::abs(counts[i] - counts[i - 1]); !std::isnan(step)) large += step > 1.5, ++steps;
+    if (const double step = std::abs(counts[i] - counts[i - 1]); !std::isnan(step)) large += step > one_step, ++steps;
   return 2 * large > steps;
 }
 
 /// Whether the samples on both sides of a run are noisy and so seldom repeat that the run cannot be chance: a signal
 /// may be noisy elsewhere and too coarse to move here.
 bool out_of_place(std::span<const double> values, std::size_t begin, std::size_t length, bool counts) {
-  constexpr std::size_t side = 128, enough = 32;
+  constexpr std::size_t side = 128;
   const std::size_t first = begin > side ? begin - side : 0, end = begin + length;
   for (const auto stretch :
        {values.subspan(first, begin - first), values.subspan(end, std::min(side, values.size() - end))}) {
@@ -66,7 +76,7 @@ bool out_of_place_in_segment(std::span<const double> values, const std::vector<s
   while (begin < end) {
     const auto last = std::ranges::upper_bound(borders, begin);
     const std::size_t from = *std::prev(last), to = *last, part = std::min(end, to) - begin;
-    const bool fills = borders.size() > 2 && from + 32 > begin && begin + part + 32 > to;
+    const bool fills = borders.size() > 2 && from + enough > begin && begin + part + enough > to;
     if (!fills && out_of_place(values.subspan(from, to - from), begin - from, part, counts)) return true;
     begin += part;
   }
@@ -80,7 +90,7 @@ bool breaks_off(std::span<const double> values, std::size_t begin, std::size_t l
     double steps = 0.0, n = 0.0;
     for (std::size_t i = from + 1; i < to; ++i)
       if (const double step = std::abs(values[i] - values[i - 1]); !std::isnan(step)) steps += step, ++n;
-    return steps > 1.5 * n;
+    return steps > one_step * n;
   };
   const std::size_t end = begin + length;
   return moves(begin > side ? begin - side : 0, begin) || moves(end, std::min(values.size(), end + side));

@@ -9,6 +9,18 @@ namespace {
 
 using namespace support;
 
+constexpr double least_pairs = 64.0;    ///< changes that give a slope and its scatter to an eighth
+constexpr double most_departure = 0.5;  ///< [mean intervals] of a window that is used: beyond it a stamp is missing
+/// [1] rms of the intervals over their mean. Chosen: 100 ppm of a scale factor, which the check stated_rate
+/// accepts beside counts.
+constexpr double least_scatter = 1e-4;
+/// [1] sd of the slope, for which 1 (counts that go with the interval) and 0 (stamps that are late) lie ten sd apart.
+constexpr double most_sd = 0.1;
+/// [1] about the slope 1: nearer to it than to 0. Chosen: doubled, a mixture of late stamps and unequal windows is
+/// a finding too.
+constexpr double slope_tolerance = 0.3;
+constexpr double slope_sd = 4.0;  ///< standard deviations of the slope in addition: 6e-5 of true findings are missed
+
 /// Counts against the time to the next stamp, both as changes from the pair before, so that slow motion drops out.
 struct Slope {
   double value = 0.0, sd = INFINITY;
@@ -25,18 +37,19 @@ Slope slope_of(const Channel& channel) {
     counts += n[i];
     ++used;
   }
-  if (used < 64.0 || !(intervals > 0.0) || counts == 0.0) return {};
+  if (used < least_pairs || !(intervals > 0.0) || counts == 0.0) return {};
   const double interval = intervals / used, count = counts / used;
   double xx = 0.0, xy = 0.0, yy = 0.0, pairs = 0.0;
   for (std::size_t i = 1; i + 1 < size; ++i) {
     const double a = (channel.time(i + 1) - channel.time(i)) / interval,
                  b = (channel.time(i) - channel.time(i - 1)) / interval;
-    if (!std::isfinite(n[i] - n[i - 1]) || std::abs(a - 1.0) > 0.5 || std::abs(b - 1.0) > 0.5) continue;
+    if (!std::isfinite(n[i] - n[i - 1])) continue;
+    if (std::abs(a - 1.0) > most_departure || std::abs(b - 1.0) > most_departure) continue;
     const double x = a - b, y = (n[i] - n[i - 1]) / count;
     xx += x * x, xy += x * y, yy += y * y;
     ++pairs;
   }
-  if (pairs < 64.0 || !(xx > 0.0)) return {};
+  if (pairs < least_pairs || !(xx > 0.0)) return {};
   const double value = xy / xx;
   return {value, std::sqrt(std::max(0.0, yy - value * xy) / pairs / xx), std::sqrt(0.5 * xx / pairs)};
 }
@@ -46,8 +59,9 @@ Findings run(const Recording& recording, const Plan*) {
   for (const Channel& channel : recording.channels) {
     if (!counts_pulses(channel) || channel.timeline.uniform() || !spread_of(channel).whole) continue;
     const Slope slope = slope_of(channel);
-    // One for counts that go with the interval, none for stamps that are merely late.
-    if (!(slope.scatter > 1e-4) || !(slope.sd < 0.1) || std::abs(slope.value - 1.0) > 0.3 + 4.0 * slope.sd) continue;
+    // The slope is 1 for counts that go with the interval and 0 for stamps that are merely late.
+    if (!(slope.scatter > least_scatter) || !(slope.sd < most_sd)) continue;
+    if (std::abs(slope.value - 1.0) > slope_tolerance + slope_sd * slope.sd) continue;
     findings.push_back(
         {Finding::Severity::warning, "unequal_windows", {{"scatter", slope.scatter, "%"}}, channel.name});
   }

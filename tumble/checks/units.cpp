@@ -9,6 +9,10 @@ namespace tumble::checks::units {
 
 namespace {
 
+/// [K] below which a temperature in kelvin was meant in degC. Chosen: instruments are tested from -55 degC (218 K) to about
+/// 120 degC. Doubled, tests in the cold would be accused.
+constexpr double coldest = 120.0;
+
 bool raw_output(const Unit& unit) {
   static const Dimension raw[] = {Unit::parse("count").dimension(), Unit::parse("V").dimension(),
                                   Unit::parse("A").dimension(), Unit::parse("Hz").dimension(),
@@ -61,7 +65,7 @@ void look_at_temperature(const Channel& channel, Findings& findings) {
   if (channel.unit.offset() != 0.0 && lowest < 0.0)
     findings.push_back(
         {Finding::Severity::warning, "below_absolute_zero", {{"lowest", lowest, channel.unit}}, channel.name});
-  else if (channel.unit.offset() == 0.0 && lowest < 120.0 && promise_of(channel.name) != nullptr)
+  else if (channel.unit.offset() == 0.0 && lowest < coldest && promise_of(channel.name) != nullptr)
     findings.push_back(
         {Finding::Severity::warning, "implausibly_cold", {{"lowest", lowest, channel.unit}}, channel.name});
 }

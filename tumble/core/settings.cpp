@@ -7,6 +7,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble {
 
@@ -20,18 +21,6 @@ const auto& value_in(const Map& values, std::string_view name) {
   if (found == values.end())
     throw Error(Error::Kind::internal, say("the setting '{}' was asked for but has no value", std::string(name)));
   return found->second;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 std::optional<int> whole_number(std::string_view text) {

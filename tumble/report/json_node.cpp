@@ -6,6 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/units/plain_text.hpp"
+
 namespace tumble {
 namespace {
 
@@ -13,12 +15,6 @@ const nlohmann::json& json_of(const void* value) { return *static_cast<const nlo
 
 double number_of(const nlohmann::json& value, double null_means) {
   return value.is_null() ? null_means : value.get<double>();
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ std::string_view code_of(Error::Kind kind);
 /// and `place`, the sentence that says them.
 std::string problems_to_json(std::string_view code, const Problems& problems, Language language);
 
-/// Why a program of ours carried out nothing.
+/// Problems that a process of ours has handed on.
 struct CodedProblems {
   std::string code;  ///< kind of the error, "bad_input"; empty without problems
   Problems problems;

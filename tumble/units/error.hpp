@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/plain_text.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {
@@ -22,17 +23,11 @@ class Error : public std::runtime_error {
 
   Error(Kind what, Problem problem) : Error(what, Problems{std::move(problem)}) {}
   Error(Kind what, const std::vector<std::string>& texts) : Error(what, Problems(texts.begin(), texts.end())) {}
-  Error(Kind what, Problems found) : std::runtime_error(joined(found)), kind(what), problems(std::move(found)) {}
+  Error(Kind what, Problems found)
+      : std::runtime_error(joined(texts_of(found), "\n")), kind(what), problems(std::move(found)) {}
 
   Kind kind;
   Problems problems;
-
- private:
-  static std::string joined(const Problems& found) {
-    std::string text;
-    for (const auto& problem : found) text += (text.empty() ? "" : "\n") + problem.text();
-    return text;
-  }
 };
 
 /// Why it could not be carried out, for a sentence around it. Of several problems, their English texts.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/plain_text.hpp"
 #include "tumble/units/unit.hpp"
 #include "tumble/units/words.hpp"
 
@@ -193,17 +194,10 @@ class Parser {
   bool alone_ = true;  ///< one word and nothing else so far
 };
 
-std::string_view trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 }  // namespace
 
 Unit Unit::parse(std::string_view text) {
-  const std::string_view body = trimmed(text);
+  const std::string_view body = trimmed(text, " \t\r\n");
   if (body.size() > 200) throw Error(Error::Kind::bad_input, "a unit of more than 200 characters is not understood");
   Parser parser(body);
   const Meaning meaning = parser.whole();

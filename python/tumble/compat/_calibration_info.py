@@ -91,9 +91,7 @@ class CalibrationInfo:
 
     def to_json_file(self, path: str | os.PathLike[str]) -> None:
         """Writes the text of to_json, whole or not at all."""
-        from tumble._result import write_whole
-
-        write_whole(path_text(path, "path"), self.to_json())
+        _tumble.write_whole(path_text(path, "path"), self.to_json())
 
     def to_hdf5(self, path: str | os.PathLike[str]) -> None:
         """Writes the calibration as imucal does, with the package h5py."""

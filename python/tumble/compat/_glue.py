@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
-from tumble._arrays import _array_of
 from tumble._errors import UsageError
+from tumble.compat._arguments import number_of, numbers_of, taus_of, values_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,15 +19,11 @@ def trim_data(x: ArrayLike) -> Array:
     """The data without the NaN at both ends."""
     import numpy as np
 
-    values = _numbers(x, "x")
+    values = numbers_of(x, "x")
     if values.ndim != 1:
         raise UsageError(f"argument x: an array of shape {values.shape} was given; accepted is one dimension")
     there = np.flatnonzero(~np.isnan(values))
     return values[there[0] : there[-1] + 1] if there.size else values[:0]
-
-
-def _numbers(values: Any, argument: str) -> Array:
-    return _array_of(values, argument).astype("float64", copy=False)
 
 
 def frequency2phase(freqdata: ArrayLike, rate: float) -> Array:
@@ -42,20 +38,20 @@ def phase2frequency(phase: ArrayLike, rate: float) -> Array:
     """Fractional frequency from phase [s] at a rate [Hz]."""
     import numpy as np
 
-    return float(rate) * np.diff(_numbers(phase, "phase"))
+    return float(rate) * np.diff(numbers_of(phase, "phase"))
 
 
 def phase2radians(phasedata: ArrayLike, v0: float) -> Array:
     """Phase [rad] from phase [s] of a clock of frequency v0 [Hz]."""
     import numpy as np
 
-    return 2.0 * np.pi * v0 * _numbers(phasedata, "phasedata")
+    return 2.0 * np.pi * v0 * numbers_of(phasedata, "phasedata")
 
 
 def frequency2fractional(frequency: ArrayLike, mean_frequency: float = -1) -> Array:
     """Fractional frequency from frequency [Hz], about its mean or a frequency that is given [Hz]."""
 
-    values = _numbers(frequency, "frequency")
+    values = numbers_of(frequency, "frequency")
     mean = float(values.mean()) if mean_frequency == -1 else mean_frequency
     return (values - mean) / mean
 
@@ -66,11 +62,9 @@ def tau_generator(
     """The data, the averaging factors of these taus [s], and the times [s] of these. `v` has no effect."""
     import numpy as np
 
-    from tumble.compat.allantools import _number, _taus, _values
-
-    values, hertz, most = _values(data, "data"), _number(rate, "rate"), _number(maximum_m, "maximum_m")
+    values, hertz, most = values_of(data, "data"), number_of(rate, "rate"), number_of(maximum_m, "maximum_m")
     longest = float(len(values)) if most == -1 else most
-    factors = np.array(_tumble.clock_factors(_taus(taus), hertz, len(values), longest, bool(even)), dtype=np.float64)
+    factors = np.array(_tumble.clock_factors(taus_of(taus), hertz, len(values), longest, bool(even)), dtype=np.float64)
     return values, factors, factors / hertz
 
 

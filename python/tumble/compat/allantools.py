@@ -9,14 +9,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._arrays import _array_of
 from tumble._errors import DataError, UsageError, wrong_type
-from tumble._text import one_of, whole_text
-from tumble.compat._dataset import Dataset
+from tumble._text import one_of
+from tumble.compat._arguments import Taus, number_of, taus_of, values_of
 from tumble.compat._glue import (
     frequency2fractional,
     frequency2phase,
@@ -66,7 +67,8 @@ __all__ = [
     "ttotdev",
 ]
 
-Taus = Any  # None, a word, or averaging times [s]
+KINDS = ("theo1", "mtie", "tierms")
+KEYS = ("taus", "stat", "stat_err", "stat_n")
 
 
 class NothingRemainsError(DataError, UserWarning):
@@ -160,7 +162,7 @@ def mtie_phase_fast(phase: ArrayLike, rate: float = 1.0, data_type: str = "phase
     """
     import numpy as np
 
-    values = _values(phase, "phase")
+    values = values_of(phase, "phase")
     octaves = max(values.size, 1).bit_length() - 1
     factors = np.exp2(np.arange(1.0, octaves + 1)) - 1
     _, peaks, _, terms = _tumble.clock_deviations(values[: 1 << octaves], _tumble.Stability.mtie, 1.0, True, factors)
@@ -183,9 +185,9 @@ def gradev(
               tumble.allan_deviation(..., missing="nan")
     """
     alpha = {"wp": 2, "wf": 0, "fp": -2}.get(str(noisetype), 9)
-    values = _values(data, "data")
+    values = values_of(data, "data")
     columns, upper = _tumble.clock_gap_robust(
-        values, _number(rate, "rate"), _of_phase(data_type), _taus(taus), _number(ci, "ci"), alpha
+        values, number_of(rate, "rate"), _of_phase(data_type), taus_of(taus), number_of(ci, "ci"), alpha
     )
     found, deviations, lower, terms = _some(columns, values)
     return found, deviations, [lower, upper], terms
@@ -195,8 +197,8 @@ def gcodev(
     data_1: ArrayLike, data_2: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None
 ) -> Answer:
     """Groslambert codeviation of two series of one length. Arguments and answer as of adev."""
-    one, two = _values(data_1, "data_1"), _values(data_2, "data_2")
-    return _some(_tumble.clock_codeviation(one, two, _number(rate, "rate"), _of_phase(data_type), _taus(taus)), one)
+    one, two = values_of(data_1, "data_1"), values_of(data_2, "data_2")
+    return _some(_tumble.clock_codeviation(one, two, number_of(rate, "rate"), _of_phase(data_type), taus_of(taus)), one)
 
 
 def three_cornered_hat_phase(
@@ -230,8 +232,8 @@ def confidence_interval(dev: Any, edf: float, ci: float = 0.6826894921370859) ->
     """Limits of a deviation, or of an array of them, by chi-square with edf degrees of freedom; ci 0.683: one sigma."""
     import numpy as np
 
-    lower, upper = _tumble.chi_square_limits(1.0, _number(edf, "edf"), _number(ci, "ci"))
-    size = np.abs(_array_of(dev, "dev").astype(np.float64)) if np.ndim(dev) else abs(_number(dev, "dev"))
+    lower, upper = _tumble.chi_square_limits(1.0, number_of(edf, "edf"), number_of(ci, "ci"))
+    size = np.abs(_array_of(dev, "dev").astype(np.float64)) if np.ndim(dev) else abs(number_of(dev, "dev"))
     return size * lower, size * upper
 
 
@@ -243,18 +245,66 @@ def edf_simple(N: Any, m: Any, alpha: int) -> Any:  # noqa: N803
     """
     import numpy as np
 
-    named = _number(alpha, "alpha")
+    named = number_of(alpha, "alpha")
     kind = int(named) if named in (-2.0, -1.0, 0.0, 1.0, 2.0) else 9
     if np.ndim(N) == np.ndim(m) == 0:
-        return _tumble.simple_edf(_number(N, "N"), _number(m, "m"), kind)
+        return _tumble.simple_edf(number_of(N, "N"), number_of(m, "m"), kind)
     pairs = np.broadcast(_array_of(N, "N").astype(np.float64), _array_of(m, "m").astype(np.float64))
     return np.array([_tumble.simple_edf(float(n), float(k), kind) for n, k in pairs]).reshape(pairs.shape)
 
 
+class Dataset:
+    """Data with their rate and type, and what was calculated last: `inp` and `out` as of AllanTools."""
+
+    def __init__(
+        self, data: ArrayLike | None = None, rate: float = 1.0, data_type: str = "phase", taus: Any = None
+    ) -> None:
+        self.out: dict[str, Any] = dict.fromkeys((*KEYS, "stat_unc", "stat_id"))
+        self.inp: dict[str, Any] = {}
+        self.set_input(data, rate, data_type, taus)
+
+    def set_input(self, data: ArrayLike | None, rate: float = 1.0, data_type: str = "phase", taus: Any = None) -> None:
+        """Replaces the data, the rate [Hz], the type and the averaging times [s]."""
+        self.inp = {"data": data, "rate": rate, "data_type": data_type, "taus": taus}
+
+    def compute(self, function: str) -> dict[str, Any]:
+        """Calculates an estimator given by its name, for example "oadev". Returned: taus, stat, stat_err, stat_n."""
+        one_of(function, "function", [name for name in __all__ if name in KINDS or name.endswith("dev")])
+        found = globals()[function](**self.inp)
+        result = dict(zip(KEYS, found, strict=True))
+        self.out = {**result, "stat_id": function}
+        return result
+
+    def write_results(
+        self, filename: str | os.PathLike[str], digits: int = 5, header_params: dict[str, Any] | None = None
+    ) -> None:
+        """Writes what was calculated as a table of text, in the columns of AllanTools."""
+        name, width = self.out["stat_id"], digits + 5
+        head = [f"# Input data type: {self.inp['data_type']}", f"# Input data rate: {self.inp['rate']}"]
+        head += [f"# {key}: {value}" for key, value in (header_params or {}).items()]
+        head.append(
+            f"{'AF':>5s} {'Tau':>{width}s} {'N':>10s} {'alpha':>5s} {'min_' + name:>{width}} {name:>{width}} "
+            f"{'max_' + name:>{width}} "
+        )
+        rows = zip(*(self.out[key] for key in KEYS), strict=True)
+        _tumble.write_whole(
+            os.fspath(filename), "\n".join([*head, *(self._row(row, digits - 1) for row in rows)]) + "\n"
+        )
+
+    def _row(self, row: tuple[Any, ...], digits: int) -> str:
+        tau, value, error, terms = row
+        low, middle, high = (f"{one:.{digits}e}" for one in (value - error / 2, value, value + error / 2))
+        return (
+            f"{int(tau / self.out['taus'][0]):5d} {tau:.{digits}e} {int(terms):10d} {'NaN':5s} {low} {middle} {high} "
+        )
+
+
 def _deviations(measure: str, data: Any, rate: float, data_type: str, taus: Taus) -> Answer:
-    values = _values(data, "data")
+    values = values_of(data, "data")
     return _some(
-        _tumble.clock_deviations(values, _measure(measure), _number(rate, "rate"), _of_phase(data_type), _taus(taus)),
+        _tumble.clock_deviations(
+            values, _measure(measure), number_of(rate, "rate"), _of_phase(data_type), taus_of(taus)
+        ),
         values,
     )
 
@@ -264,42 +314,8 @@ def _measure(name: str) -> _tumble.Stability:
     return measure
 
 
-def _values(data: Any, argument: str) -> Array:
-    """The data as they are, where they are contiguous float64; else a copy."""
-    import numpy as np
-
-    array = _array_of(data, argument)
-    if array.ndim != 1:
-        raise UsageError(
-            f"argument {argument}: an array with {array.ndim} dimensions, shape {array.shape}, was given; accepted is "
-            "a one-dimensional array"
-        )
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
-def _number(value: Any, argument: str) -> float:
-    """A number, or the only one of an array; NaN is one. Raises ArgumentTypeError."""
-    alone = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
-    if isinstance(alone, (str, bytes)):
-        raise wrong_type(argument, value, "accepted is a number")
-    try:
-        return float(alone)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise wrong_type(argument, value, "accepted is a number") from error
-
-
 def _of_phase(data_type: str) -> bool:
     return one_of(data_type, "data_type", ("phase", "freq")) == "phase"
-
-
-def _taus(taus: Taus) -> str | Array:
-    import numpy as np
-
-    if taus is None or (isinstance(taus, list) and not taus):
-        return "octave"
-    if isinstance(taus, str):
-        return whole_text(taus, "taus")
-    return np.ascontiguousarray(_array_of(taus, "taus"), dtype=np.float64).ravel()
 
 
 def _some(answer: Answer, values: Array) -> Answer:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from tumble._arrays import samples_of, times_of
 from tumble._errors import DataError, TumbleError, TumbleWarning, UsageError
-
-if TYPE_CHECKING:
-    from tumble._recording import Recording
+from tumble._recording import Recording, rebuilt
+from tumble._text import rate_of
 
 GROUP = "tumble.importers"
 BUILT_IN = ("parquet", "rosbag", "tdms", "xlsx")
@@ -90,17 +90,13 @@ def recording_of(
               skipped  names of what the importer cannot use
     Raises    UsageError for columns without a unit, and names that the file does not have; DataError without columns
     """
-    from tumble._arrays import samples_of, times_of
-    from tumble._read import _rate_of
-    from tumble._recording import rebuilt
-
     wanted = _selected(path, columns, request, skipped)
     _refuse_without_unit(path, wanted, request)
     names = [column.name for column in wanted]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise DataError(f"{path}: several columns are called {', '.join(twice)}; accepted are different names")
-    rate = None if request.rate is None else _rate_of(request.rate)
+    rate = None if request.rate is None else rate_of(request.rate)
     parts = []
     for column in wanted:
         times = None if column.times is None else _named(path, times_of, column.times, f"times of {column.source!r}")

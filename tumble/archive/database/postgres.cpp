@@ -2,42 +2,42 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <libpq-fe.h>
 
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <type_traits>
 
 namespace tumble::database {
 
 namespace {
 
-/// What we use of libpq, whose interface has been stable since 2003: PostgreSQL manual, chapter "libpq".
+/// The functions of libpq that are used, with the types that its header gives them: PostgreSQL manual, chapter "libpq".
 struct Libpq {
-  void* (*connectdb)(const char*);
-  int (*status)(const void*);
-  char* (*error_message)(const void*);
-  void (*finish)(void*);
-  void* (*set_notice_processor)(void*, void (*)(void*, const char*), void*);
-  void* (*exec)(void*, const char*);
-  void* (*prepare)(void*, const char*, const char*, int, const unsigned*);
-  void* (*exec_prepared)(void*, const char*, int, const char* const*, const int*, const int*, int);
-  int (*result_status)(const void*);
-  char* (*result_error_field)(const void*, int);
-  char* (*result_error_message)(const void*);
-  int (*tuples)(const void*);
-  int (*fields)(const void*);
-  unsigned (*type)(const void*, int);
-  char* (*value)(const void*, int, int);
-  int (*length)(const void*, int, int);
-  int (*is_null)(const void*, int, int);
-  char* (*command_rows)(void*);
-  void (*clear)(void*);
+  decltype(&PQconnectdb) connectdb;
+  decltype(&PQstatus) status;
+  decltype(&PQerrorMessage) error_message;
+  decltype(&PQfinish) finish;
+  decltype(&PQsetNoticeProcessor) set_notice_processor;
+  decltype(&PQexec) exec;
+  decltype(&PQprepare) prepare;
+  decltype(&PQexecPrepared) exec_prepared;
+  decltype(&PQresultStatus) result_status;
+  decltype(&PQresultErrorField) result_error_field;
+  decltype(&PQresultErrorMessage) result_error_message;
+  decltype(&PQntuples) tuples;
+  decltype(&PQnfields) fields;
+  decltype(&PQftype) type;
+  decltype(&PQgetvalue) value;
+  decltype(&PQgetlength) length;
+  decltype(&PQgetisnull) is_null;
+  decltype(&PQcmdTuples) command_rows;
+  decltype(&PQclear) clear;
 };
 
-constexpr int connection_ok = 0, command_ok = 1, tuples_ok = 2, sqlstate = 'C';
 constexpr int as_text = 0, as_bytes = 1;
-enum Type : unsigned { type_bytea = 17, type_int8 = 20, type_int4 = 23, type_float8 = 701 };
+/// Types of columns, by their number in the catalogue pg_type, which no header of a client has.
+enum Type : Oid { type_bytea = 17, type_int8 = 20, type_int4 = 23, type_float8 = 701 };
 
 template <typename Function>
 void find(void* library, const char* name, Function*& function) {
@@ -81,9 +81,9 @@ const Libpq& libpq() {
 }
 
 struct Clear {
-  void operator()(void* result) const { libpq().clear(result); }
+  void operator()(PGresult* result) const { libpq().clear(result); }
 };
-using Result = std::unique_ptr<void, Clear>;
+using Result = std::unique_ptr<PGresult, Clear>;
 
 /// Repeating helps after: unique_violation, serialization_failure, deadlock_detected.
 bool is_conflict(std::string_view state) { return state == "23505" || state == "40001" || state == "40P01"; }
@@ -95,11 +95,11 @@ std::string one_line(std::string text) {
   return text;
 }
 
-Result checked(void* connection, void* raw) {
+Result checked(const PGconn* connection, PGresult* raw) {
   Result result(raw);
-  const int status = result ? libpq().result_status(result.get()) : -1;
-  if (status == command_ok || status == tuples_ok) return result;
-  const char* const state = result ? libpq().result_error_field(result.get(), sqlstate) : nullptr;
+  const ExecStatusType status = result ? libpq().result_status(result.get()) : PGRES_FATAL_ERROR;
+  if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return result;
+  const char* const state = result ? libpq().result_error_field(result.get(), PG_DIAG_SQLSTATE) : nullptr;
   const std::string text = result ? libpq().result_error_message(result.get()) : libpq().error_message(connection);
   throw Refusal{state && is_conflict(state) ? Refusal::Kind::conflict : Refusal::Kind::failed, one_line(text)};
 }
@@ -113,7 +113,7 @@ Word word_of(const char* bytes) {
   return word;
 }
 
-Value cell_of(const void* result, int row, int column, unsigned type) {
+Value cell_of(const PGresult* result, int row, int column, Oid type) {
   if (libpq().is_null(result, row, column)) return {};
   const char* const bytes = libpq().value(result, row, column);
   const auto size = static_cast<std::size_t>(libpq().length(result, row, column));
@@ -157,10 +157,10 @@ struct Sent {
 
 }  // namespace
 
-void Postgres::Finish::operator()(void* connection) const { libpq().finish(connection); }
+void Postgres::Finish::operator()(PGconn* connection) const { libpq().finish(connection); }
 
 Postgres::Postgres(const std::string& address) : connection_(libpq().connectdb(address.c_str())) {
-  if (!connection_ || libpq().status(connection_.get()) != connection_ok)
+  if (!connection_ || libpq().status(connection_.get()) != CONNECTION_OK)
     throw Refusal{Refusal::Kind::failed,
                   connection_ ? one_line(libpq().error_message(connection_.get())) : "no memory"};
   libpq().set_notice_processor(
@@ -189,7 +189,7 @@ void Postgres::rows(const std::string& sql, const Row& values, const RowSink& si
   std::from_chars(written.data(), written.data() + written.size(), changed_);
   if (!sink) return;
   const int count = libpq().tuples(result.get()), columns = libpq().fields(result.get());
-  std::vector<unsigned> types;
+  std::vector<Oid> types;
   for (int i = 0; i < columns; ++i) types.push_back(libpq().type(result.get(), i));
   Row row(types.size());
   for (int r = 0; r < count; ++r) {

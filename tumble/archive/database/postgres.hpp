@@ -7,6 +7,8 @@
 
 #include "tumble/archive/database/value.hpp"
 
+struct pg_conn;  // a connection of libpq
+
 namespace tumble::database {
 
 /// An archive on a PostgreSQL server. libpq is loaded with the first one. All functions throw Refusal.
@@ -20,11 +22,11 @@ class Postgres {
 
  private:
   struct Finish {
-    void operator()(void* connection) const;
+    void operator()(pg_conn* connection) const;
   };
   const std::string& prepared(const std::string& sql, const Row& values);
 
-  std::unique_ptr<void, Finish> connection_;
+  std::unique_ptr<pg_conn, Finish> connection_;
   std::unordered_map<std::string, std::string> names_;  ///< of prepared statements, by their SQL
   std::int64_t changed_ = 0;
 };

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tumble/units/plain_text.hpp"
+
 namespace tumble::csv {
 
 namespace {
@@ -19,12 +21,6 @@ std::string shell_word(const std::string& text) {
   std::string word = "'";
   for (const char c : clean) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return word + "'";
-}
-
-std::string joined(const std::vector<std::string>& parts, const char* between) {
-  std::string text;
-  for (const auto& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
 }
 
 /// key=value for what the options say.
@@ -64,7 +60,7 @@ std::string units_from(const Understood& table, UnitFrom from) {
   std::vector<std::string> units;
   for (const ColumnName& name : table.names)
     if (name.from == from) units.push_back(in_quotes(name.name) + " in " + plain_text(name.unit, 20));
-  return joined(units, ", ");
+  return joined(units);
 }
 
 /// Lines before the samples that are neither header nor units nor comments.
@@ -130,7 +126,7 @@ struct Notes {
       texts.push_back((table.names[index].cell.empty() ? "column " + std::to_string(index + 1)
                                                        : in_quotes(table.names[index].name)) +
                       " (" + reason + ")");
-    if (!texts.empty()) find("columns_not_read", {{"columns", joined(texts, ", ")}});
+    if (!texts.empty()) find("columns_not_read", {{"columns", joined(texts)}});
     for (const auto& [index, reason] : table.skipped)
       if (reason == "text" && names_segments(table.names[index].name) && table.options.segment_column.empty()) {
         find("segment_column_proposed", {{"column", plain_text(table.names[index].name, 60)}});

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "tumble/formats/csv/number.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::csv {
 
@@ -14,9 +15,7 @@ bool blank(char c) { return c == ' ' || c == '\t'; }
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && (blank(text.back()) || text.back() == '\r')) text.remove_suffix(1);
-  return text;
+  return tumble::trimmed(text.substr(0, text.find_last_not_of(" \t\r") + 1));
 }
 
 std::vector<std::string> cells_of(std::string_view line, char separator) {

@@ -11,6 +11,7 @@ inline const std::string not_read = "-";  ///< in place of the name of a column
 /// Cells of one line: quotes removed and blanks around them, quoted separators kept. Blanks as separator collapse.
 std::vector<std::string> cells_of(std::string_view line, char separator);
 
+/// The text without the blanks around it and without the end of the line. It points into `text`.
 std::string_view trimmed(std::string_view text);
 
 /// In lower case, as far as it is ASCII.

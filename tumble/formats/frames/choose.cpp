@@ -9,6 +9,7 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/plain_text.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble::frames {
@@ -88,7 +89,7 @@ void keep_topics(FrameCodec& codec, const std::vector<std::string>& topics) {
 std::string listed(const std::vector<Match>& matches) {
   std::vector<std::string> each;
   for (const Match& match : matches) each.push_back(fmt::format("{} ({:.0f} %)", match.name, 100.0 * match.part));
-  return fmt::format("{}", fmt::join(each, ", "));
+  return joined(each);
 }
 
 }  // namespace

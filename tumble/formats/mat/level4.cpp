@@ -1,8 +1,8 @@
 // Version 4: each variable a head of five integers, a name, and numbers column by column.
 
 #include <algorithm>
-#include <cstring>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/mat/array.hpp"
 #include "tumble/formats/mat/numbers.hpp"
 #include "tumble/formats/topics/window.hpp"
@@ -27,12 +27,10 @@ struct Head {
 
 /// Nothing where the bytes are no head.
 std::optional<Head> head_at(const char* at) {
-  std::uint32_t words[5];
-  std::memcpy(words, at, sizeof words);
   Head head;
-  head.swapped = words[0] > 9999;
-  if (head.swapped)
-    for (std::uint32_t& word : words) word = __builtin_bswap32(word);
+  head.swapped = file::number_at<std::uint32_t>(at) > 9999;
+  std::uint32_t words[5];
+  for (std::size_t i = 0; i < 5; ++i) words[i] = file::number_at<std::uint32_t>(at + 4 * i, head.swapped);
   const std::uint32_t order = words[0] / 1000, unused = words[0] / 100 % 10, precision = words[0] / 10 % 10;
   static constexpr Stored types[] = {Stored::f64, Stored::f32, Stored::i32, Stored::i16, Stored::u16, Stored::u8};
   if (order != (head.swapped ? 1u : 0u) || unused != 0 || precision > 5 || words[0] % 10 > 2 || words[3] > 1 ||

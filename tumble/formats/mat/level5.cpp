@@ -1,10 +1,10 @@
 // MAT-File Format, The MathWorks: tagged elements, each variable a tree of them, packed by zlib or not.
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <optional>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/file/utf8.hpp"
 #include "tumble/formats/mat/array.hpp"
 #include "tumble/formats/mat/numbers.hpp"
@@ -66,11 +66,7 @@ class Level5 {
   }
 
  private:
-  std::uint32_t word(const char* at) const {
-    std::uint32_t value;
-    std::memcpy(&value, at, sizeof value);
-    return swapped_ ? __builtin_bswap32(value) : value;
-  }
+  std::uint32_t word(const char* at) const { return file::number_at<std::uint32_t>(at, swapped_); }
 
   std::string where(const std::string& name) const { return "'" + path_ + "': " + name + ": "; }
 

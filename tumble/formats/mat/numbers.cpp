@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <cstring>
 
+#include "tumble/formats/file/number_at.hpp"
+
 namespace tumble::mat {
 namespace {
 
 template <class T>
 void convert_as(const char* from, bool swapped, std::size_t count, double* to) {
   for (std::size_t k = 0; k < count; ++k, from += sizeof(T)) {
-    char bytes[sizeof(T)];
-    std::memcpy(bytes, from, sizeof(T));
-    if (swapped) std::reverse(bytes, bytes + sizeof(T));
-    T value;
-    std::memcpy(&value, bytes, sizeof(T));
-    to[k] = static_cast<double>(value);
+    to[k] = static_cast<double>(file::number_at<T>(from, swapped));
   }
 }
 

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <string_view>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/mcap/records.hpp"
-#include "tumble/formats/ros/little_endian.hpp"
 #include "tumble/formats/ros/recording.hpp"
 #include "tumble/units/error.hpp"
 
@@ -160,7 +160,7 @@ class Walk {
     constexpr std::uint64_t fixed = 6, entry = 16;  // channel, length of the entries
     if (record.size < fixed + entry || (record.size - fixed) % entry != 0 || log_.pieces.empty())
       return skip(window_, record.size);
-    const std::uint32_t channel = ros::number_at<std::uint16_t>(take(window_, fixed));
+    const std::uint32_t channel = file::number_at<std::uint16_t>(take(window_, fixed));
     const std::uint64_t entries = (record.size - fixed) / entry;
     ros::Count count{entries - (entries == 1 ? 1 : 2)};
     count.add(time_at(take(window_, entry)));

@@ -5,13 +5,11 @@
 #include <limits>
 #include <string_view>
 
-#include "tumble/formats/ros/little_endian.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mcap {
 namespace {
-
-using ros::number_at;
 
 [[noreturn]] void no_record(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
@@ -27,7 +25,7 @@ struct Fields {
   }
   template <class Number>
   Number number() {
-    return number_at<Number>(bytes(sizeof(Number)));
+    return file::number_at<Number>(bytes(sizeof(Number)));
   }
   std::string text() {
     const std::uint64_t length = number<std::uint32_t>();
@@ -57,7 +55,7 @@ void skip(ros::Window& window, std::uint64_t count) {
 bool next_record(ros::Window& window, Record& record) {
   if (window.at_end()) return false;
   const char* const bytes = take(window, 9);
-  record = {static_cast<Op>(*bytes), number_at<std::uint64_t>(bytes + 1)};
+  record = {static_cast<Op>(*bytes), file::number_at<std::uint64_t>(bytes + 1)};
   if (record.op == Op{0}) no_record("a record of the kind 0");
   return true;
 }
@@ -82,7 +80,7 @@ std::pair<std::uint32_t, ros::Connection> take_channel(ros::Window& window, cons
 }
 
 std::int64_t time_at(const char* bytes) {
-  const auto time = number_at<std::uint64_t>(bytes);
+  const auto time = file::number_at<std::uint64_t>(bytes);
   if (time > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
     no_record("the time of a message lies beyond the year 2262");
   return static_cast<std::int64_t>(time);
@@ -91,7 +89,7 @@ std::int64_t time_at(const char* bytes) {
 ros::Message take_message_header(ros::Window& window, const Record& record) {
   if (record.size < message_header) no_record(fmt::format("a message of {} bytes", record.size));
   const char* const bytes = take(window, message_header);
-  return {number_at<std::uint16_t>(bytes), time_at(bytes + 6), {}};
+  return {file::number_at<std::uint16_t>(bytes), time_at(bytes + 6), {}};
 }
 
 ChunkHeader take_chunk_header(ros::Window& window, const Record& record) {

@@ -1,9 +1,7 @@
 #include "tumble/formats/ros/message.hpp"
 
-#include <bit>
-
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/file/utf8.hpp"
-#include "tumble/formats/ros/little_endian.hpp"
 
 namespace tumble::ros {
 namespace {
@@ -26,9 +24,10 @@ constexpr std::int64_t nanoseconds = 1'000'000'000;
 bool decode_ros1(std::string_view bytes, std::size_t numbers, Body& body) {
   constexpr std::size_t fixed = 16;  // seq, stamp.secs, stamp.nsecs, length of frame_id
   if (bytes.size() < fixed) return false;
-  const std::size_t length = number_at<std::uint32_t>(bytes.data() + 12);
+  const std::size_t length = file::number_at<std::uint32_t>(bytes.data() + 12);
   if (bytes.size() - fixed < length || bytes.size() - fixed - length != 8 * numbers) return false;
-  body.stamp = nanoseconds * number_at<std::uint32_t>(bytes.data() + 4) + number_at<std::uint32_t>(bytes.data() + 8);
+  body.stamp =
+      nanoseconds * file::number_at<std::uint32_t>(bytes.data() + 4) + file::number_at<std::uint32_t>(bytes.data() + 8);
   body.frame = bytes.substr(fixed, length);
   body.numbers = bytes.data() + fixed + length;
   body.reversed = false;
@@ -45,10 +44,7 @@ bool decode_cdr(std::string_view bytes, std::size_t numbers, Body& body) {
   body.reversed = kind % 2 == 0;
   const std::size_t alignment = kind > 1 ? 4 : 8;
   bytes.remove_prefix(4);
-  const auto word = [&](std::size_t at) {
-    const auto bits = number_at<std::uint32_t>(bytes.data() + at);
-    return body.reversed ? reversed(bits) : bits;
-  };
+  const auto word = [&](std::size_t at) { return file::number_at<std::uint32_t>(bytes.data() + at, body.reversed); };
   const std::size_t length = word(8);
   if (bytes.size() - fixed < length) return false;
   const std::size_t begin = (fixed + length + alignment - 1) / alignment * alignment;
@@ -95,10 +91,7 @@ std::string known_message_types() {
   return text;
 }
 
-double Body::number(std::size_t index) const {
-  const auto bits = number_at<std::uint64_t>(numbers + 8 * index);
-  return std::bit_cast<double>(reversed ? ros::reversed(bits) : bits);
-}
+double Body::number(std::size_t index) const { return file::number_at<double>(numbers + 8 * index, reversed); }
 
 bool decode(std::string_view bytes, Encoding encoding, std::size_t numbers, Body& body) {
   if (encoding == Encoding::ros1) return decode_ros1(bytes, numbers, body);

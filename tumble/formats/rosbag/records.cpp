@@ -5,13 +5,11 @@
 #include <cstring>
 #include <string_view>
 
-#include "tumble/formats/ros/little_endian.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rosbag {
 namespace {
-
-using ros::number_at;
 
 [[noreturn]] void no_record(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
@@ -27,7 +25,7 @@ template <class Use>
 void each_field(std::string_view header, Use use) {
   while (!header.empty()) {
     if (header.size() < 4) no_record("the header of a record is damaged");
-    const std::size_t length = number_at<std::uint32_t>(header.data());
+    const std::size_t length = file::number_at<std::uint32_t>(header.data());
     if (length > header.size() - 4) no_record("the header of a record is damaged");
     const std::string_view field = header.substr(4, length);
     std::size_t equals = 0;  // after a few letters: a call of memchr takes longer
@@ -39,7 +37,8 @@ void each_field(std::string_view header, Use use) {
 }
 
 std::int64_t time_at(const char* bytes) {
-  return std::int64_t{1'000'000'000} * number_at<std::uint32_t>(bytes) + number_at<std::uint32_t>(bytes + 4);
+  return std::int64_t{1'000'000'000} * file::number_at<std::uint32_t>(bytes) +
+         file::number_at<std::uint32_t>(bytes + 4);
 }
 
 constexpr std::size_t time_size = 8;
@@ -69,9 +68,9 @@ void keep(std::string_view header, const Record& record, HeaderOfMessage& known)
 /// A field of a record other than a message.
 void take_other_field(Record& record, std::string_view name, std::string_view value) {
   const char* const bytes = value.data();
-  if (name == "size" && value.size() == 4) record.size = number_at<std::uint32_t>(bytes);
-  if (name == "index_pos" && value.size() == 8) record.index_pos = number_at<std::uint64_t>(bytes);
-  if (name == "chunk_pos" && value.size() == 8) record.chunk_pos = number_at<std::uint64_t>(bytes);
+  if (name == "size" && value.size() == 4) record.size = file::number_at<std::uint32_t>(bytes);
+  if (name == "index_pos" && value.size() == 8) record.index_pos = file::number_at<std::uint64_t>(bytes);
+  if (name == "chunk_pos" && value.size() == 8) record.chunk_pos = file::number_at<std::uint64_t>(bytes);
   if (name == "compression") record.compression = value;
   if (name == "topic") record.topic = value;
 }
@@ -81,7 +80,7 @@ void take_field(Record& record, std::string_view name, std::string_view value) {
   if (value.size() == 8 && name == "time")
     record.time = time_at(bytes);
   else if (value.size() == 4 && name == "conn")
-    record.connection = number_at<std::uint32_t>(bytes);
+    record.connection = file::number_at<std::uint32_t>(bytes);
   else if (value.size() == 1 && name == "op")
     record.op = static_cast<Op>(*bytes);
   else
@@ -97,7 +96,7 @@ bool next_record(ros::Window& window, Record& record) {
 
 bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
   if (window.at_end()) return false;
-  const std::size_t length = number_at<std::uint32_t>(take(window, 4));
+  const std::size_t length = file::number_at<std::uint32_t>(take(window, 4));
   if (length == 0 || length > ros::Window::longest)
     no_record(
         fmt::format("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
@@ -111,7 +110,7 @@ bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
     each_field(header, [&](std::string_view name, std::string_view value) { take_field(record, name, value); });
     keep(header, record, known);
   }
-  record.data = number_at<std::uint32_t>(take(window, 4));
+  record.data = file::number_at<std::uint32_t>(take(window, 4));
   if (record.op < Op::message || record.op > Op::connection)
     no_record(fmt::format("a record of the unknown kind {}", static_cast<int>(record.op)));
   return true;

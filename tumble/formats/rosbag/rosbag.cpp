@@ -4,8 +4,8 @@
 #include <set>
 #include <string_view>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/format.hpp"
-#include "tumble/formats/ros/little_endian.hpp"
 #include "tumble/formats/ros/recording.hpp"
 #include "tumble/formats/rosbag/records.hpp"
 #include "tumble/units/error.hpp"
@@ -130,8 +130,8 @@ class Walk {
     const auto time = [&] {
       const char* const bytes = window_.take(entry);
       if (!bytes) throw Cut{};
-      return std::int64_t{1'000'000'000} * ros::number_at<std::uint32_t>(bytes) +
-             ros::number_at<std::uint32_t>(bytes + 4);
+      return std::int64_t{1'000'000'000} * file::number_at<std::uint32_t>(bytes) +
+             file::number_at<std::uint32_t>(bytes + 4);
     };
     ros::Count count{record.data / entry - (record.data == entry ? 1 : 2)};
     count.add(time());

@@ -19,6 +19,7 @@
 #include "tumble/formats/zip/archive.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::sensor_logger {
 
@@ -277,12 +278,6 @@ void move_channels(SensorData& data, const std::string& name, double later, cons
     all.sources.push_back(data.table.sources[static_cast<std::size_t>(found - channels.begin())]);
     all.sources.back().begin = later;
   }
-}
-
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const auto& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
 }
 
 void say_choice(Recording& recording, const Source& source, const std::vector<std::string>& names,

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/math/room.hpp"
 
 namespace tumble::topics {
@@ -55,13 +56,13 @@ std::size_t samples_in(const Topic& topic, const char* message) {
 }
 
 double stamp_of(const Topic& topic, const char* message) {
-  const double later = topic.later ? as<std::int32_t>(message + *topic.later) : 0.0;
+  const double later = topic.later ? file::number_at<std::int32_t>(message + *topic.later) : 0.0;
   return (number_at(message + topic.time, topic.time_number) + later) / topic.ticks;
 }
 
 /// [s] between the samples of a burst.
 double interval_of(const Burst& burst, const char* message) {
-  const double interval = as<float>(message + burst.interval) / 1e6;
+  const double interval = file::number_at<float>(message + burst.interval) / 1e6;
   return interval >= 0.0 && interval <= 1.0 ? interval : 0.0;
 }
 
@@ -75,7 +76,7 @@ void each_stamp(const Topic& topic, const char* message, const Stamp& stamp) {
 
 void append_burst(const Topic& topic, const char* message, Samples& to) {
   const std::size_t count = samples_in(topic, message);
-  const double scale = as<float>(message + topic.burst->scale);
+  const double scale = file::number_at<float>(message + topic.burst->scale);
   for (std::size_t i = 0; i < topic.columns.size(); ++i) {
     const Column& column = topic.columns[i];
     const std::size_t size = size_of(column.number);

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,6 +9,7 @@
 
 #include "tumble/core/progress.hpp"
 #include "tumble/core/recording.hpp"
+#include "tumble/formats/file/number_at.hpp"
 
 namespace tumble::topics {
 
@@ -20,41 +19,31 @@ enum class Number : unsigned char { i8, u8, i16, u16, i32, u32, i64, u64, f32, f
 std::size_t size_of(Number number);  ///< [bytes]
 bool is_integer(Number number);
 
-static_assert(std::endian::native == std::endian::little, "messages are read as they lie in the file");
-
-/// The T at `at` [as written], which need not be aligned.
-template <class T>
-double as(const char* at) {
-  T value;
-  std::memcpy(&value, at, sizeof value);
-  return static_cast<double>(value);
-}
-
 /// The number at `at` [as written].
 inline double number_at(const char* at, Number number) {
   switch (number) {
     case Number::i8:
-      return as<std::int8_t>(at);
+      return file::number_at<std::int8_t>(at);
     case Number::u8:
-      return as<std::uint8_t>(at);
+      return file::number_at<std::uint8_t>(at);
     case Number::i16:
-      return as<std::int16_t>(at);
+      return file::number_at<std::int16_t>(at);
     case Number::u16:
-      return as<std::uint16_t>(at);
+      return file::number_at<std::uint16_t>(at);
     case Number::i32:
-      return as<std::int32_t>(at);
+      return file::number_at<std::int32_t>(at);
     case Number::u32:
-      return as<std::uint32_t>(at);
+      return file::number_at<std::uint32_t>(at);
     case Number::i64:
-      return as<std::int64_t>(at);
+      return static_cast<double>(file::number_at<std::int64_t>(at));
     case Number::u64:
-      return as<std::uint64_t>(at);
+      return static_cast<double>(file::number_at<std::uint64_t>(at));
     case Number::f32:
-      return as<float>(at);
+      return file::number_at<float>(at);
     case Number::f64:
       break;
   }
-  return as<double>(at);
+  return file::number_at<double>(at);
 }
 
 /// A field of the messages that becomes a channel.

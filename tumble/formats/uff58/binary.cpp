@@ -1,10 +1,10 @@
 #include "tumble/formats/uff58/binary.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <sstream>
 
 #include "tumble/formats/csv/encoding.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/topics/window.hpp"
 #include "tumble/units/error.hpp"
 
@@ -23,16 +23,6 @@ std::string in_utf8(std::string_view line, const std::string& path) {
   else
     csv::Decoder(encoding).append(line, text);
   return text;
-}
-
-template <class T>
-double number_at(const char* at, bool reversed) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, at, sizeof bytes);
-  if (reversed) std::reverse(bytes, bytes + sizeof bytes);
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
 }
 
 }  // namespace
@@ -63,8 +53,8 @@ BinaryNumbers binary_numbers(const BinaryHead& head, bool double_precision, bool
 void decode_binary(std::string_view bytes, const BinaryNumbers& kind, bool reversed, std::vector<double>& numbers) {
   numbers.clear();
   for (const char* at = bytes.data(); at < bytes.data() + bytes.size();) {
-    if (kind.size == 4 || kind.mixed) numbers.push_back(number_at<float>(at, reversed)), at += 4;
-    if (kind.size == 8) numbers.push_back(number_at<double>(at, reversed)), at += 8;
+    if (kind.size == 4 || kind.mixed) numbers.push_back(file::number_at<float>(at, reversed)), at += 4;
+    if (kind.size == 8) numbers.push_back(file::number_at<double>(at, reversed)), at += 8;
   }
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::ulog {
@@ -22,11 +22,7 @@ constexpr std::size_t longest_strange = 10000;  ///< [bytes] of a message of a t
 constexpr int chain = 3;                        ///< messages in a row that show where messages begin again
 constexpr std::size_t longest_message = message_head + 65535;
 
-std::size_t size_at(const char* head) {
-  std::uint16_t size;
-  std::memcpy(&size, head, sizeof size);
-  return size;
-}
+std::size_t size_at(const char* head) { return file::number_at<std::uint16_t>(head); }
 
 std::size_t least_size(char type) {
   switch (type) {
@@ -66,8 +62,7 @@ std::vector<std::size_t> appended(const char* flags, const std::string& path) {
   }
   std::vector<std::size_t> places;
   for (int k = 0; k < 3; ++k) {
-    std::uint64_t place;
-    std::memcpy(&place, flags + 16 + std::ptrdiff_t{8} * k, sizeof place);
+    const auto place = file::number_at<std::uint64_t>(flags + 16 + std::ptrdiff_t{8} * k);
     if ((flags[8] & 1) != 0 && place > 0) places.push_back(place);
   }
   std::ranges::sort(places);

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <set>
 
 #include "tumble/core/instant.hpp"
+#include "tumble/formats/file/number_at.hpp"
 
 namespace tumble::ulog {
 namespace {
@@ -18,13 +18,6 @@ std::string printable(std::string_view bytes) {
   std::ranges::replace_if(
       text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
   return text;
-}
-
-template <class T>
-T value_at(const char* at) {
-  T value;
-  std::memcpy(&value, at, sizeof value);
-  return value;
 }
 
 /// Takes the messages that come before the samples, and counts the samples.
@@ -41,14 +34,14 @@ class Taker {
       case 'A':
         return subscribe(message);
       case 'R':
-        scan_.subscriptions.at(value_at<std::uint16_t>(message.body)) = {};
+        scan_.subscriptions.at(file::number_at<std::uint16_t>(message.body)) = {};
         return;
       case 'I':
         return note({message.body, message.size}, scan_.information);
       case 'P':
         return note({message.body, message.size}, scan_.parameters);
       case 'O':
-        return drop(1e-3 * value_at<std::uint16_t>(message.body));
+        return drop(1e-3 * file::number_at<std::uint16_t>(message.body));
       default:
         return;
     }
@@ -75,10 +68,10 @@ class Taker {
   }
 
   void take_data(const Message& message) {
-    const auto id = value_at<std::uint16_t>(message.body);
+    const auto id = file::number_at<std::uint16_t>(message.body);
     ++scan_.topics[static_cast<std::size_t>(scan_.subscriptions.of(id).topic)].messages;
     if (message.size < 10) return;
-    time_ = value_at<std::uint64_t>(message.body + 2);
+    time_ = file::number_at<std::uint64_t>(message.body + 2);
     if (!first_) first_ = time_;
     if (const auto date = dates_.find(id); date != dates_.end() && !scan_.begun) take_date(message, date->second);
   }
@@ -87,7 +80,7 @@ class Taker {
   void take_date(const Message& message, std::size_t offset) {
     constexpr std::uint64_t latest = 9'000'000'000'000'000;  // us; what 63 bits of ns hold
     if (message.size < 2 + offset + sizeof(std::uint64_t)) return;
-    const auto date = value_at<std::uint64_t>(message.body + 2 + offset);
+    const auto date = file::number_at<std::uint64_t>(message.body + 2 + offset);
     const auto since_first = static_cast<std::int64_t>(time_ - *first_);
     if (date < latest && is_set(1000 * static_cast<std::int64_t>(date)) &&
         std::abs(since_first) < std::int64_t{1} << 50)
@@ -104,7 +97,7 @@ class Taker {
   void subscribe(const Message& message) {
     const std::string format = printable({message.body + 3, message.size - 3});
     const auto instance = static_cast<unsigned char>(message.body[0]);
-    const auto id = value_at<std::uint16_t>(message.body + 1);
+    const auto id = file::number_at<std::uint16_t>(message.body + 1);
     const auto size = size_of(scan_.definitions, format);
     if (!size || !has_time(format)) {
       if (std::ranges::find(scan_.unreadable, format) == scan_.unreadable.end()) scan_.unreadable.push_back(format);
@@ -137,7 +130,7 @@ class Taker {
     if (type.starts_with("char")) to.try_emplace(name, printable(value));
     if (const auto number = number_of(type); number && value.size() >= topics::size_of(*number))
       to.try_emplace(name, *number == topics::Number::f32
-                               ? fmt::format("{}", value_at<float>(value.data()))
+                               ? fmt::format("{}", file::number_at<float>(value.data()))
                                : fmt::format("{}", topics::number_at(value.data(), *number)));
   }
 
@@ -174,7 +167,7 @@ void replay(const std::string& path, const Progress& progress, const Take& take)
   Taker taker(again);
   walk(path, again.subscriptions, progress, [&](const Message& message) {
     if (message.type != 'D') return taker.take(message);
-    const auto id = value_at<std::uint16_t>(message.body);
+    const auto id = file::number_at<std::uint16_t>(message.body);
     take(static_cast<std::size_t>(again.subscriptions.of(id).topic), message.body + 2);
   });
 }

@@ -8,6 +8,7 @@
 
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/choose.hpp"
 #include "tumble/formats/topics/read.hpp"
@@ -159,11 +160,8 @@ struct Taken {
 
 /// Whether a message brings a sample: that of the accelerometer may be absent, or that of the message before.
 bool is_new(Taken& of, const char* message) {
-  std::uint64_t stamp;
-  std::int32_t later;
-  std::memcpy(&stamp, message + of.time, sizeof stamp);
-  std::memcpy(&later, message + of.later, sizeof later);
-  stamp += static_cast<std::uint64_t>(later);
+  const auto later = file::number_at<std::int32_t>(message + of.later);
+  const auto stamp = file::number_at<std::uint64_t>(message + of.time) + static_cast<std::uint64_t>(later);
   return later != no_sample && std::exchange(of.last, stamp) != stamp;
 }
 

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <string_view>
 #include <vector>
 
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/topics/window.hpp"
 #include "tumble/units/error.hpp"
 
@@ -67,10 +67,7 @@ class Reader {
  private:
   template <class T>
   T number(const char* at) const {
-    char bytes[sizeof(T)];
-    std::memcpy(bytes, at, sizeof bytes);
-    if (layout_.big) std::ranges::reverse(bytes);
-    return std::bit_cast<T>(bytes);
+    return file::number_at<T>(at, layout_.big);
   }
 
   void take_format(std::uint64_t size) {

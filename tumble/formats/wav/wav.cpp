@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/window.hpp"
 #include "tumble/formats/wav/layout.hpp"
@@ -78,28 +79,24 @@ Opened open(const std::string& path, const ReadOptions& options) {
 }
 
 double sample_at(const char* at, Type type) {
-  const auto as = [at](auto value) {
-    std::memcpy(&value, at, sizeof value);
-    return static_cast<double>(value);
-  };
   switch (type) {
     case Type::u8:
-      return as(std::uint8_t()) - 128.0;
+      return file::number_at<std::uint8_t>(at) - 128.0;
     case Type::i16:
-      return as(std::int16_t());
+      return file::number_at<std::int16_t>(at);
     case Type::i24: {
       std::uint32_t bits = 0;
       std::memcpy(reinterpret_cast<char*>(&bits) + 1, at, 3);
       return static_cast<double>(static_cast<std::int32_t>(bits) / 256);
     }
     case Type::i32:
-      return as(std::int32_t());
+      return file::number_at<std::int32_t>(at);
     case Type::f32:
-      return as(float());
+      return file::number_at<float>(at);
     case Type::f64:
       break;
   }
-  return as(double());
+  return file::number_at<double>(at);
 }
 
 double sample_of(const char* at, const Layout& layout) {

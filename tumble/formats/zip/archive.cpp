@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/file/packed.hpp"
 #include "tumble/units/error.hpp"
 
@@ -22,11 +23,10 @@ constexpr std::size_t most_entries = 100'000;
   throw Error{Error::Kind::bad_file, say("'{}': {}", path, reason)};
 }
 
-/// A little-endian number of `count` bytes.
-std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t count) {
-  std::uint64_t value = 0;
-  for (std::size_t i = count; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[offset + i]);
-  return value;
+/// The number at `offset` [bytes].
+template <class Number>
+std::uint64_t number_at(std::string_view bytes, std::size_t offset) {
+  return file::number_at<Number>(bytes.data() + offset);
 }
 
 /// The archive as bytes at a place.
@@ -62,7 +62,8 @@ struct Directory {
 std::size_t end_record_in(std::string_view tail) {
   const std::size_t last = tail.rfind("PK\x05\x06");
   for (std::size_t at = last; at != tail.npos; at = at == 0 ? tail.npos : tail.rfind("PK\x05\x06", at - 1))
-    if (tail.size() - at >= end_size && at + end_size + number_at(tail, at + 20, 2) == tail.size()) return at;
+    if (tail.size() - at >= end_size && at + end_size + number_at<std::uint16_t>(tail, at + 20) == tail.size())
+      return at;
   return last;
 }
 
@@ -74,25 +75,27 @@ Directory directory_of(Archive& archive, const std::string& path) {
   const std::size_t at = end_record_in(tail);
   if (at == std::string::npos || tail.size() - at < end_size)
     refuse(path, "a zip archive without its directory; the file was cut off");
-  Directory directory{number_at(tail, at + 16, 4), number_at(tail, at + 12, 4), number_at(tail, at + 10, 2)};
+  Directory directory{number_at<std::uint32_t>(tail, at + 16), number_at<std::uint32_t>(tail, at + 12),
+                      number_at<std::uint16_t>(tail, at + 10)};
   const bool large = directory.offset == 0xFFFFFFFF || directory.size == 0xFFFFFFFF || directory.entries == 0xFFFF;
   if (!large || at < locator_size || std::string_view(tail).substr(at - locator_size, 4) != "PK\x06\x07")
     return directory;
-  const std::string end64 = archive.bytes(number_at(tail, at - locator_size + 8, 8), end64_size);
+  const std::string end64 = archive.bytes(number_at<std::uint64_t>(tail, at - locator_size + 8), end64_size);
   if (!end64.starts_with("PK\x06\x06")) refuse(path, "its directory is damaged");
-  return {number_at(end64, 48, 8), number_at(end64, 40, 8), number_at(end64, 32, 8)};
+  return {number_at<std::uint64_t>(end64, 48), number_at<std::uint64_t>(end64, 40),
+          number_at<std::uint64_t>(end64, 32)};
 }
 
 /// Sizes that do not fit 32 bits stand in an extra field, in this order, those alone that are needed.
 void take_large_sizes(Entry& entry, std::string_view extra) {
   while (extra.size() >= 4) {
-    const std::uint64_t id = number_at(extra, 0, 2), size = number_at(extra, 2, 2);
+    const std::uint64_t id = number_at<std::uint16_t>(extra, 0), size = number_at<std::uint16_t>(extra, 2);
     if (size > extra.size() - 4) return;
     std::string_view field = extra.substr(4, size);
     if (id == 1)
       for (std::uint64_t* const value : {&entry.size, &entry.packed, &entry.header})
         if (*value == 0xFFFFFFFF && field.size() >= 8) {
-          *value = number_at(field, 0, 8);
+          *value = number_at<std::uint64_t>(field, 0);
           field.remove_prefix(8);
         }
     extra.remove_prefix(4 + size);
@@ -125,15 +128,16 @@ std::vector<Entry> entries_of(const std::string& path) {
   std::string_view text = bytes;
   for (std::uint64_t i = 0; i < directory.entries; ++i) {
     if (text.size() < central_size || !text.starts_with("PK\x01\x02")) refuse(path, "its directory is damaged");
-    const std::uint64_t name = number_at(text, 28, 2), extra = number_at(text, 30, 2), comment = number_at(text, 32, 2);
+    const std::uint64_t name = number_at<std::uint16_t>(text, 28), extra = number_at<std::uint16_t>(text, 30),
+                        comment = number_at<std::uint16_t>(text, 32);
     if (text.size() - central_size < name + extra + comment) refuse(path, "its directory is damaged");
     Entry entry;
-    entry.encrypted = (number_at(text, 8, 2) & 1) != 0;
-    entry.method = static_cast<std::uint16_t>(number_at(text, 10, 2));
-    entry.checksum = static_cast<std::uint32_t>(number_at(text, 16, 4));
-    entry.packed = number_at(text, 20, 4);
-    entry.size = number_at(text, 24, 4);
-    entry.header = number_at(text, 42, 4);
+    entry.encrypted = (number_at<std::uint16_t>(text, 8) & 1) != 0;
+    entry.method = static_cast<std::uint16_t>(number_at<std::uint16_t>(text, 10));
+    entry.checksum = static_cast<std::uint32_t>(number_at<std::uint32_t>(text, 16));
+    entry.packed = number_at<std::uint32_t>(text, 20);
+    entry.size = number_at<std::uint32_t>(text, 24);
+    entry.header = number_at<std::uint32_t>(text, 42);
     entry.name = text.substr(central_size, name);
     take_large_sizes(entry, text.substr(central_size + name, extra));
     if (!of_the_system(entry.name)) entries.push_back(entry);
@@ -151,7 +155,8 @@ void unpack(const std::string& path, const Entry& entry, const file::ByteSink& s
   const std::string local = archive.bytes(entry.header, local_size);
   if (!local.starts_with("PK\x03\x04"))
     refuse(from, "its place in the archive holds something else; the archive is damaged");
-  std::uint64_t offset = entry.header + local_size + number_at(local, 26, 2) + number_at(local, 28, 2);
+  std::uint64_t offset =
+      entry.header + local_size + number_at<std::uint16_t>(local, 26) + number_at<std::uint16_t>(local, 28);
   std::uint64_t size = 0;
   uLong checksum = crc32(0, nullptr, 0);
   const auto checked = [&](std::string_view bytes) {

@@ -11,6 +11,14 @@ namespace {
 /// [samples] A correlation time nearer to the sampling interval is what a filter in the instrument leaves, not a
 /// process to report.
 constexpr double shortest_time = 8.0;
+/// Correlation times that a record holds at least. Chosen: fewer show a random walk rather than a process that stays in
+/// bounds; doubled, processes of a twentieth to a fortieth of the record are not found.
+constexpr double fewest_times = 20.0;
+/// p-value of the fit without a process, above which none is looked for.
+constexpr double misfit_p = 0.05;
+/// Fall of minus twice the log-likelihood for the two parameters of a process: chi-square with 2 degrees of freedom
+/// exceeds it with p = 0.001 (13.82).
+constexpr double process_improvement = 13.8;
 
 /// The correlation time of the best likelihood between `low` and `high`, by golden section in its logarithm.
 double best_time(const std::vector<AllanObservation>& observations, std::size_t samples, AllanFitOptions options,
@@ -32,11 +40,11 @@ AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations,
                               const AllanFitOptions& options) {
   const AllanFit without = fit_allan(observations, samples, options);
   const double dof = without.degrees_of_freedom;
-  if (dof < 3.0 || chi_square_tail(without.chi_square / dof, dof) > 0.05) return without;
+  if (dof < 3.0 || chi_square_tail(without.chi_square / dof, dof) > misfit_p) return without;
   AllanFitOptions with = options;
   with.select = false;
   double best = 0.0, least = without.minus_twice_log_likelihood;
-  for (double time = shortest_time; time < static_cast<double>(samples) / 20.0; time *= 2.0) {
+  for (double time = shortest_time; time < static_cast<double>(samples) / fewest_times; time *= 2.0) {
     with.markov_time = time;
     const double one = fit_allan(observations, samples, with).minus_twice_log_likelihood;
     if (one >= least) continue;
@@ -58,7 +66,7 @@ AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations,
   }
   if (best < shortest_time) return without;
   AllanFit fit = fit_allan(observations, samples, with);
-  const bool helps = without.minus_twice_log_likelihood - fit.minus_twice_log_likelihood > 13.8;
+  const bool helps = without.minus_twice_log_likelihood - fit.minus_twice_log_likelihood > process_improvement;
   return helps && fit.terms.back().kept ? fit : without;
 }
 

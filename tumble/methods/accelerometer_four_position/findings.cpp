@@ -20,7 +20,32 @@ namespace {
 
 using enum Finding::Severity;
 
-constexpr double usual_lag = 600.0;  ///< [s] of a unit in its housing behind a thermometer outside
+constexpr double usual_lag = 600.0;     ///< [s] of a unit in its housing behind a thermometer outside
+constexpr double fewest_windows = 8.0;  ///< of a position, which show that it counts one number throughout
+constexpr double same_count = 1e-9;     ///< [1] rounding of a count that the file gives as a rate
+/// Probability below which a count that does not move is the end of a register; of positions without a fault one test in
+/// 1e5 is accused.
+constexpr double stopped_p = 1e-5;
+constexpr double least_range = 2.0;  ///< [pulses per window] that the offset must move a count over: more than rounding
+constexpr double count_margin = 0.01;  ///< [pulses] rounding of the mean of counts
+/// Standard deviations of a change within a position that still changes: noise and counting alone do not reach it (1e-15).
+constexpr double changing_sd = 8.0;
+/// [1 g] change within a segment that holds more than one position: a turn by 8 degrees from the vertical. Chosen: far above
+/// any drift, and doubled, turns by up to 11 degrees would be taken for one.
+constexpr double other_position = 0.01;
+/// Mean square of the changes of all positions over their variance, of `fewest_positions` and more: chi-square with 8
+/// degrees of freedom exceeds 4 times its mean with p = 9e-5.
+constexpr double mean_square_of_changes = 4.0;
+constexpr std::size_t fewest_positions = 8;
+/// [1] of the option same_temperature, by which the temperature may move in a position, and in a set of them.
+constexpr double moves_in_position = 0.25, moves_in_set = 0.5;
+/// [1] from the reference scale factor, beyond which a set used another reference. Chosen: a wrong unit,
+/// a clipped output or another counting time err by more; doubled, counting windows that are 10 % longer pass.
+constexpr double far_from_reference = 0.05;
+constexpr double shown_sd = 3.0;  ///< standard deviations of an angle, and of the scale factor that it changes
+/// [1] of the output at 1 g, and its standard deviations, beyond which the second order is a fault of the
+/// test. Chosen: a clipped output and a counter that overflows make more.
+constexpr double most_second_order = 0.005, second_order_sd = 10.0;
 
 std::string name_of(const Position& position) { return fmt::format("'{}' (run {})", position.label, position.run); }
 
@@ -85,7 +110,7 @@ std::pair<double, double> one_count(const Bench& bench, const Position& position
   double low = INFINITY, high = -INFINITY, n = 0.0;
   for (std::size_t i = 0; i < stretch.values.size(); ++i)
     if (const double v = stretch.values[i]; std::isfinite(v)) low = std::min(low, v), high = std::max(high, v), ++n;
-  if (n < 8.0 || high - low > 1e-9 * std::abs(high)) return {0.0, n};
+  if (n < fewest_windows || high - low > same_count * std::abs(high)) return {0.0, n};
   return {high * stretch.step / bench.pulse, n};
 }
 
@@ -128,8 +153,8 @@ void look_for_one_count(const Bench& bench, Faulty& limits) {
     }
   }
   for (const auto& [count, one] : by_count)
-    if (one.most - one.least > 2.0 && chance_of(one) < 1e-5 &&
-        greatest_count(bench) < static_cast<double>(count) + 0.01)
+    if (one.most - one.least > least_range && chance_of(one) < stopped_p &&
+        greatest_count(bench) < static_cast<double>(count) + count_margin)
       for (const Position* position : one.positions) limits.add(name_of(*position), position->output);
 }
 
@@ -148,10 +173,11 @@ void look_at_drifts(const Bench& bench, const Reduced& reduced, Findings& findin
   for (const auto& position : bench.positions) {
     const auto& values = bench.evidence.test.stretches[position.stretch].values;
     const double step = step_within(values), sd = sd_of_step(bench, position);
-    if (!(sd > 0.0) || values.size() < 8) return;
+    if (!(sd > 0.0) || static_cast<double>(values.size()) < fewest_windows) return;
     changes.push_back({step, sd});
     squares += step * step / (sd * sd * static_cast<double>(bench.positions.size()));
-    if (std::abs(step) > 8.0 * sd && std::abs(step) <= 0.01 * position.gravity) drifting.add(name_of(position), step);
+    if (std::abs(step) > changing_sd * sd && std::abs(step) <= other_position * position.gravity)
+      drifting.add(name_of(position), step);
   }
   add(drifting, warning, "segment_still_changes", "segments", "change", "g", findings);
   if (const auto late = late_unit(bench, reduced, changes, usual_lag))
@@ -162,7 +188,7 @@ void look_at_drifts(const Bench& bench, const Reduced& reduced, Findings& findin
                          {"worst", late->where},
                          {"parameter", late->quantity == bias ? "bias" : "scale_factor_error"},
                          {"shift", late->shift, late->quantity == bias ? "ug" : "ppm"}}});
-  if (drifting.names.empty() && bench.positions.size() >= 8 && squares > 4.0)
+  if (drifting.names.empty() && bench.positions.size() >= fewest_positions && squares > mean_square_of_changes)
     findings.push_back({warning, "positions_still_change", {{"times", std::sqrt(squares)}}});
 }
 
@@ -170,9 +196,9 @@ void look_at_positions(const Bench& bench, const Reduced& reduced, const Setting
   Faulty steps, limits, drifts;
   for (const auto& position : bench.positions) {
     const double step = step_within(bench.evidence.test.stretches[position.stretch].values);
-    if (std::abs(step) > 0.01 * position.gravity) steps.add(name_of(position), step);
+    if (std::abs(step) > other_position * position.gravity) steps.add(name_of(position), step);
     if (clipped(bench, position)) limits.add(name_of(position), position.output);
-    if (std::abs(position.temperature_drift) > 0.25 * settings.number("same_temperature"))
+    if (std::abs(position.temperature_drift) > moves_in_position * settings.number("same_temperature"))
       drifts.add(name_of(position), position.temperature_drift);
   }
   look_for_one_count(bench, limits);
@@ -189,9 +215,9 @@ void look_at_cells(const Bench& bench, const Reduced& reduced, const Settings& s
     const double ratio = 1.0 / (1.0 + reduced.cells[c].value[scale_factor_error]);
     if (ratio < 0.0)
       negative.add(name_of(bench, cell), ratio);
-    else if (std::abs(ratio - 1.0) > 0.05)
+    else if (std::abs(ratio - 1.0) > far_from_reference)
       far.add(name_of(bench, cell), ratio - 1.0);
-    if (cell.spread > 0.5 * settings.number("same_temperature")) moved.add(name_of(bench, cell), cell.spread);
+    if (cell.spread > moves_in_set * settings.number("same_temperature")) moved.add(name_of(bench, cell), cell.spread);
   }
   add(negative, error, "scale_factor_negative_in_set", "sets", "ratio", "1", findings);
   add(far, warning, "scale_factor_far_from_reference", "sets", "difference", "%", findings);
@@ -215,14 +241,13 @@ void look_at_sizes(const Bench& bench, const Reduced& reduced, Findings& finding
   const auto [square, square_sd] = in_the_middle(bench, reduced, second_order);
   const double scale_sd = in_the_middle(bench, reduced, scale_factor_error).second;
   const double lost = 0.5 * angle * angle;
-  if (lost > 3.0 * scale_sd && std::abs(angle) > 3.0 * angle_sd)
+  if (lost > shown_sd * scale_sd && std::abs(angle) > shown_sd * angle_sd)
     findings.push_back({error,
                         "misalignment_changes_scale_factor",
                         {{"parameter", "misalignment"}, {"angle", angle, "deg"}, {"lost", lost, "ppm"}},
                         "scale_factor_error"});
-  constexpr double most = 0.005;  // of the output at 1 g
   const double share = square * bench.positions.front().gravity;
-  if (std::abs(share) > most && std::abs(square) > 10.0 * square_sd)
+  if (std::abs(share) > most_second_order && std::abs(square) > second_order_sd * square_sd)
     findings.push_back({error,
                         "coefficient_too_large",
                         {{"parameter", "second_order_coefficient"}, {"share", share, "%"}},

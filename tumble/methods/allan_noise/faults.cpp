@@ -14,7 +14,22 @@ namespace {
 
 using Severity = Finding::Severity;
 
-constexpr double rare = 1e-5;  ///< chance of one comparison
+constexpr double rare = 1e-5;           ///< p-value of one comparison
+constexpr double median_size = 0.6745;  ///< [sd] median of the magnitudes, of the normal distribution
+/// [1] efficiency of that median: the sd is known as well as from 37 % of the differences by their squares.
+constexpr double median_efficiency = 0.37;
+/// [usual differences] below which no probability is calculated: it would be above `rare` in any record.
+constexpr double least_jump = 4.0;
+/// [1] of a jump that must remain in the means around it, where a level stays; a pulse leaves none. Chosen: a little
+/// more than half of it.
+constexpr double staying_part = 0.6;
+constexpr double looser = 10.0;  ///< times `rare` for the jumps that are counted; the worst one must be rare
+/// Shares of the record that the times of exponentials are: 1/32 to 1/2, each half of the one before, in so many tries.
+constexpr double shortest_share = 32.0, tries_of_exponentials = 5.0;
+/// Ratio of the least step of an output to its rms difference, and to its sd within a block. Rounding to steps of 2.3 sd
+/// gives differences of 1/1.33 of the step, two levels that alternate at random 1/1.41.
+constexpr double step_to_difference = 1.3, step_to_sd = 1.75;
+constexpr double step_rounding = 1e-9;  ///< [1] of a value: a smaller step comes from the arithmetic of the file
 constexpr std::size_t fewest_means = 32, fewest_of_jumps = 64, shortest_mean = 16, parts = 8;
 
 /// Means of two neighbours each; missing where one is.
@@ -40,7 +55,7 @@ Means means_of(std::vector<double> values, double unit) {
     if (!std::isnan(result.difference.back())) sizes.push_back(std::abs(result.difference.back()));
   }
   result.count = static_cast<double>(sizes.size());
-  if (!sizes.empty()) result.usual = median(sizes) / 0.6745;
+  if (!sizes.empty()) result.usual = median(sizes) / median_size;
   return result;
 }
 
@@ -49,7 +64,7 @@ bool stays(const Means& means, std::size_t i) {
   const double size = means.difference[i];
   const auto follows = [&](std::size_t from, std::size_t to) {
     const double change = means.values[to] - means.values[from];
-    return std::isnan(change) || change / size > 0.6;
+    return std::isnan(change) || change / size > staying_part;
   };
   const bool before = i > 0, after = i + 2 < means.values.size();
   return (!before || follows(i - 1, i + 1)) && (!after || follows(i, i + 2)) &&
@@ -58,7 +73,7 @@ bool stays(const Means& means, std::size_t i) {
 
 /// Probability of a difference as large or larger among all, the usual one being known from their median only.
 double chance_of_jump(const Means& means, double size) {
-  const boost::math::students_t distribution(std::max(3.0, 0.37 * means.count));
+  const boost::math::students_t distribution(std::max(3.0, median_efficiency * means.count));
   return 2.0 * means.count * boost::math::cdf(boost::math::complement(distribution, size / means.usual));
 }
 
@@ -73,9 +88,9 @@ Jumps jumps_of(const Means& means, double begin, double rate) {
   std::size_t last = 0;
   for (std::size_t i = 0; i < means.difference.size(); ++i) {
     const double size = std::abs(means.difference[i]);
-    if (!(size > 4.0 * means.usual)) continue;
+    if (!(size > least_jump * means.usual)) continue;
     const double chance = chance_of_jump(means, size);
-    if (chance > 10.0 * rare || !stays(means, i)) continue;
+    if (chance > looser * rare || !stays(means, i)) continue;
     const double time = begin + static_cast<double>(i + 1) * means.unit / rate;
     if (jumps.count == 0 || i > last + 1) ++jumps.count;
     if (jumps.count == 1 && jumps.first == 0.0) jumps.first = time;
@@ -136,8 +151,8 @@ double chance_of_exponential(const Means& means, double time) {
 double chance_of_settling(const Means& means) {
   double least = 1.0;
   const double length = static_cast<double>(means.difference.size());
-  for (double share = 32.0; share > 1.5; share *= 0.5)
-    least = std::min(least, 5.0 * chance_of_exponential(means, length / share));
+  for (double share = shortest_share; share > 1.5; share *= 0.5)
+    least = std::min(least, tries_of_exponentials * chance_of_exponential(means, length / share));
   return least;
 }
 
@@ -157,19 +172,19 @@ Findings coarse_output(std::span<const double> values, const std::string& label)
       if (std::isnan(step)) continue;
       squares += step * step;
       ++count;
-      if (step > 1e-9 * std::abs(values[i]) && step < least) least = step;
+      if (step > step_rounding * std::abs(values[i]) && step < least) least = step;
       largest = std::max(largest, step);
     }
     // Fine output is known by its first values: the mean square of all is at least this.
-    if (least * least < 1.3 * 1.3 * squares / static_cast<double>(values.size())) return {};
+    if (least * least < step_to_difference * step_to_difference * squares / static_cast<double>(values.size()))
+      return {};
     if (std::isnan(mean)) continue;
     scatter += std::max(0.0, square - mean * mean);
     ++scattered;
   }
   if (!(count > 0.0 && scattered > 0.0) || !std::isfinite(least)) return {};
-  // Rounding to steps of 2.3 sd gives differences of 1/1.33 of the step, two levels that alternate by chance 1/1.41.
   const double difference = std::sqrt(squares / count), sd = std::sqrt(scatter / scattered);
-  if (least < 1.3 * difference || least < 1.75 * sd) return {};
+  if (least < step_to_difference * difference || least < step_to_sd * sd) return {};
   return {{Severity::error, "output_coarser_than_noise", {{"step", least / std::max(sd, 1e-300)}}, label}};
 }
 

@@ -11,6 +11,7 @@
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {
@@ -55,7 +56,7 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
 }
 
 /// "'2', '4'"
-std::string listed(const std::vector<std::string>& labels) { return fmt::format("'{}'", fmt::join(labels, "', '")); }
+std::string listed(const std::vector<std::string>& labels) { return "'" + joined(labels, "', '") + "'"; }
 
 /// Counts that do not move where the Earth's rate demands pulses. A locked phase beside an edge of the counter goes to
 /// and fro over it by its noise: single pulses that add to none.

@@ -1,6 +1,7 @@
 #include "tumble/models/given/given.hpp"
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::given {
 
@@ -19,12 +20,6 @@ std::vector<std::string> given_of(const Settings& truth, const std::vector<std::
   return found;
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 void require_positive(const Settings& truth, const std::vector<std::string>& names, Problems& problems) {
   for (const auto& name : given_of(truth, names))
     if (!(truth.number(name) > 0.0)) problems.push_back(say("{} must be positive", name));
@@ -37,7 +32,7 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
   std::vector<std::string> missing;
   for (const auto& name : needed)
     if (!truth.has(name)) missing.push_back(name);
-  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", listed(given), listed(missing)));
+  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", joined(given), joined(missing)));
 }
 
 void refuse(Problems problems) {

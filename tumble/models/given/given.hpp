@@ -18,9 +18,6 @@ double number_or(const Settings& truth, std::string_view name, double fallback);
 /// The names, of those given, whose constant has a value.
 std::vector<std::string> given_of(const Settings& truth, const std::vector<std::string>& names);
 
-/// "a, b, c"
-std::string listed(const std::vector<std::string>& names);
-
 /// A message for each of the names that is given and not positive.
 void require_positive(const Settings& truth, const std::vector<std::string>& names, Problems& problems);
 

@@ -28,6 +28,19 @@ using linear::Solution;
 using Pose = std::map<std::string, std::array<double, 5>>;
 
 constexpr double hold = static_cast<double>(Motion::Kind::hold);
+/// [1] of the greatest output, and standard deviations, within which two segments show one value.
+constexpr double one_output = 1e-5, one_output_sd = 5.0;
+/// [1] of the greatest output, by which their specific forces differ where the output is clipped: 500 times `one_output`,
+/// so that the scale factor of an instrument that is not clipped would show it.
+constexpr double other_force = 5e-3;
+/// [1] of the greatest specific force, from which on a segment is one of the greatest: 11 degrees about it in a tumble.
+constexpr double near_the_end = 0.98;
+/// Ratio of the rms residuals with and without these segments. Chosen: an error model without a term that matters does not
+/// improve so much by leaving out a few segments; doubled, clipping of less than ten times the other residuals is missed.
+constexpr double much_better = 5.0;
+/// Standard deviations of a segment, and [1] of its output, by which it shows less than the others predict. Chosen: far
+/// beyond noise; below 1e-3 of the output terms that the model lacks can do the same.
+constexpr double lacking_sd = 20.0, lacking_share = 1e-3;
 
 /// The pose of every segment of a plan.
 std::vector<Pose> poses_of(const Plan& plan) {
@@ -129,12 +142,12 @@ std::vector<std::string> clipped(const Solution& solution, double sign) {
   std::vector<const SegmentSummary*> extreme;
   double low = 1e300, high = -1e300;
   for (const auto& s : solution.segments) {
-    if (most - sign * s.measured > 1e-5 * span + 5.0 * s.sd) continue;
+    if (most - sign * s.measured > one_output * span + one_output_sd * s.sd) continue;
     extreme.push_back(&s);
     low = std::min(low, sign * s.felt.specific_force.x);
     high = std::max(high, sign * s.felt.specific_force.x);
   }
-  if (extreme.size() < 2 || high - low < 5e-3 * span) return {};
+  if (extreme.size() < 2 || high - low < other_force * span) return {};
   std::vector<std::string> labels;
   for (const auto* s : extreme) labels.push_back(s->label);
   return labels;
@@ -156,14 +169,16 @@ std::vector<std::string> short_of_the_others(const Solution& solution) {
     std::vector<std::size_t> out;
     for (std::size_t i = 0; i < solution.segments.size(); ++i) {
       const double a = solution.segments[i].felt.specific_force.x;
-      if (((which & 1) != 0 && a > 0.98 * high) || ((which & 2) != 0 && a < 0.98 * low)) out.push_back(i);
+      const bool greatest = a > near_the_end * high, least = a < near_the_end * low;
+      if (((which & 1) != 0 && greatest) || ((which & 2) != 0 && least)) out.push_back(i);
     }
     const Fit fit = means.without(out);
-    if (out.empty() || !fit.determined || !(fit.rms * 5.0 < all)) continue;
+    if (out.empty() || !fit.determined || !(fit.rms * much_better < all)) continue;
     for (std::size_t k = 0; k < out.size(); ++k) {
       const auto& segment = solution.segments[out[k]];
       const double lacking = (fit.predicted[k] - segment.measured) * (fit.predicted[k] > 0.0 ? 1.0 : -1.0);
-      if (lacking > 20.0 * segment.sd && lacking > 1e-3 * std::abs(fit.predicted[k])) labels.push_back(segment.label);
+      if (lacking > lacking_sd * segment.sd && lacking > lacking_share * std::abs(fit.predicted[k]))
+        labels.push_back(segment.label);
     }
     if (labels.size() == out.size()) return labels;
     labels.clear();

@@ -8,6 +8,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::accelerometer {
 namespace {
@@ -31,8 +32,6 @@ std::string signed_share(double share, const std::string& symbol) {
 std::string meaning(const Term& term, const std::string& shares) {
   return term.name == "scale_factor" ? "K_1 (1" + shares + ")" : term.symbol + shares;
 }
-
-std::string listed(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 bool is_empty(const Dropped& dropped) {
   return std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; });
@@ -78,7 +77,7 @@ std::string meanings(const Shares& shares, const Term& hidden) {
     const auto term = signed_share(share, hidden.symbol);
     parts.push_back(name == "scale_factor" ? "scale_factor (1" + term + ")" : name + term);
   }
-  return listed(parts);
+  return joined(parts);
 }
 
 void state_contained(const Shares& shares, const Term& hidden, double scale_factor, Estimate& estimate) {
@@ -123,8 +122,8 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
     solution.findings.push_back({linear::severity_of(dropped, solution),
                                  "not_distinguished",
                                  {{"term", fmt::format("{} ({})", out.name, out.symbol)},
-                                  {"others", listed(others)},
-                                  {"meanings", listed(meanings)},
+                                  {"others", joined(others)},
+                                  {"meanings", joined(meanings)},
                                   {"advice", Phrase{advice}}}});
   }
   for (const auto& term : solution.columns)
@@ -132,7 +131,7 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
   if (empty.empty()) return;
   std::ranges::sort(empty);
   solution.findings.push_back(
-      {Finding::Severity::info, "not_shown", {{"terms", listed(empty)}}, "", {empty.size(), empty.front(), {}}});
+      {Finding::Severity::info, "not_shown", {{"terms", joined(empty)}}, "", {empty.size(), empty.front(), {}}});
 }
 
 void withhold(const std::string& name, Estimate& estimate) {

@@ -6,11 +6,12 @@
 #include <map>
 
 #include "tumble/reduce/compensation/work.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::compensation {
 namespace {
 
-std::string joined(const std::set<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
+std::string in_a_row(const std::set<std::string>& words) { return joined(std::vector(words.begin(), words.end())); }
 
 }  // namespace
 
@@ -20,7 +21,7 @@ void say_staying(const Work& work, const std::string& channel, Findings& finding
     if (!used.remains) terms[used.missing].insert(used.name);
   if (terms.empty()) return;
   std::vector<std::string> parts;
-  for (const auto& [missing, names] : terms) parts.push_back(joined(missing) + ": " + joined(names));
+  for (const auto& [missing, names] : terms) parts.push_back(in_a_row(missing) + ": " + in_a_row(names));
   findings.push_back({Finding::Severity::warning,
                       "terms_remain",
                       {{"terms", fmt::format("{}", fmt::join(parts, "; "))}, {"channel", channel}},
@@ -48,7 +49,7 @@ Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
   for (const auto& used : work.terms) {
     const double mean = used.sum / n;
     table.rows.push_back(
-        {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, joined(used.from)});
+        {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, in_a_row(used.from)});
   }
   for (const auto& used : work.staying)
     table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""),

@@ -11,6 +11,7 @@
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/plain_text.hpp"
 
 namespace tumble::linear {
 namespace {
@@ -27,8 +28,6 @@ double shown_weight(double weight, const Term& used, const Term& dropped) {
 }
 
 Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
-
-std::string listed(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 bool is_empty(const Dropped& dropped) {
   return std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; });
@@ -48,7 +47,7 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
   }
   return {severity_of(dropped, solution),
           "not_distinguished",
-          {{"term", out.name}, {"others", listed(others)}, {"meanings", listed(meanings)}, {"advice", problem.advice}}};
+          {{"term", out.name}, {"others", joined(others)}, {"meanings", joined(meanings)}, {"advice", problem.advice}}};
 }
 
 }  // namespace
@@ -99,7 +98,7 @@ void describe_dropped(const Problem& problem, Solution& solution) {
   if (empty.empty()) return;
   std::ranges::sort(empty);
   solution.findings.push_back(
-      {Finding::Severity::info, "not_shown", {{"terms", listed(empty)}}, "", {empty.size(), empty.front(), {}}});
+      {Finding::Severity::info, "not_shown", {{"terms", joined(empty)}}, "", {empty.size(), empty.front(), {}}});
 }
 
 std::vector<Term> terms_of(const std::string& model, const Settings& constants, const std::vector<std::string>& names) {

@@ -7,6 +7,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/plain_text.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble::vibration {
@@ -68,12 +69,6 @@ std::optional<RestDeparture> departure_of(const Rests& rests, double bias_sd, do
   return d;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
 /// What makes rest and plan differ.
 enum class Cause { sign, scale, bias, unknown };
 
@@ -112,7 +107,7 @@ void report_departures(const Data& data, const std::vector<double>& log_gain, co
                                            {"planned", d.planned, "g"},
                                            {"difference", off, "%"},
                                            {"ratio", std::abs(d.shown - d.planned) / d.uncertainty},
-                                           {"parameters", joined(parameters[d.unit])}};
+                                           {"parameters", joined(parameters[d.unit], " ")}};
     const Cause cause = cause_of(d, log_gain[d.unit], uncertainty[d.unit]);
     if (cause == Cause::sign)
       findings.push_back({Severity::error, "rest_inverted", values, where});

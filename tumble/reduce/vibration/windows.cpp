@@ -156,6 +156,21 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
   return variance < 0.01 ? slope : std::nan("");
 }
 
+namespace {
+
+constexpr double fewest_windows = 16.0;  ///< that show the scatter before and after
+/// [1] of `reach` on both sides of the expected count, within which a register is never left: it is not unwrapped.
+constexpr double inner_reach = 0.9;
+/// [1] of the register's size, from the expected count. After unwrapping none is farther than 0.5; one that lies so near to
+/// it could be a turn off. Chosen: a margin of 3 % of the register on both sides.
+constexpr double farthest_count = 0.47;
+/// [1] of the squares before, which unwrapping must leave at most: counts that did not wrap are not moved for nothing.
+constexpr double squares_left = 0.98;
+/// [1] of `reach`, by which the mean may be off what is expected before counts that cannot be unwrapped are a finding.
+constexpr double most_off = 0.1;
+
+}  // namespace
+
 Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
   double low = INFINITY, high = -INFINITY, sum = 0.0, n = 0.0;
   for (const double c : counts) {
@@ -165,12 +180,13 @@ Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
     sum += c;
     ++n;
   }
-  if (n < 16.0 || !std::isfinite(expected) || !(reach > 0.0)) return {};
+  if (n < fewest_windows || !std::isfinite(expected) || !(reach > 0.0)) return {};
   for (const int bits : {8, 10, 12, 14, 15, 16, 20, 24}) {
     const double m = std::ldexp(1.0, bits);
     const bool is_signed = low < 0.0;
     const double bottom = is_signed ? -0.5 * m : 0.0, top = bottom + m - 1.0;
-    if (low < bottom || high > top || (expected - 0.9 * reach > bottom && expected + 0.9 * reach < top)) continue;
+    const double inner = inner_reach * reach;
+    if (low < bottom || high > top || (expected - inner > bottom && expected + inner < top)) continue;
     Unwrapped result{Unwrapped::Outcome::repaired, bits, 0};
     std::vector<double> moved = counts;
     double mean = 0.0, before = 0.0, after = 0.0, farthest = 0.0;
@@ -188,11 +204,11 @@ Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
       before += (counts[i] - sum / n) * (counts[i] - sum / n);
       after += (moved[i] - mean) * (moved[i] - mean);
     }
-    if (farthest < 0.47 * m && after < 0.98 * before) {
+    if (farthest < farthest_count * m && after < squares_left * before) {
       counts = std::move(moved);
       return result;
     }
-    if (std::abs(sum / n - expected) > 0.1 * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
+    if (std::abs(sum / n - expected) > most_off * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
   }
   return {};
 }

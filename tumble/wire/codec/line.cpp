@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "tumble/units/plain_text.hpp"
 #include "tumble/wire/codec/checksum.hpp"
 #include "tumble/wire/codec/number.hpp"
 
@@ -153,12 +154,6 @@ std::optional<std::string_view> summed_range(const FrameChecksum& check, std::st
   const auto begin = mark + check.after.size();
   if (begin > end) return std::nullopt;
   return line.substr(begin, end - begin);
-}
-
-std::string_view trimmed(std::string_view cell) {
-  while (!cell.empty() && is_blank(cell.front())) cell.remove_prefix(1);
-  while (!cell.empty() && is_blank(cell.back())) cell.remove_suffix(1);
-  return cell;
 }
 
 std::uint64_t word_bits(std::string_view word) {

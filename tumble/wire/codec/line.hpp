@@ -29,9 +29,6 @@ bool sound_line(const FrameLayout& layout, std::string_view line);
 /// The bytes between a checksum and what is `after` it; nothing where the line does not have these.
 std::optional<std::string_view> summed_range(const FrameChecksum& check, std::string_view line);
 
-/// A cell without the spaces around it.
-std::string_view trimmed(std::string_view cell);
-
 /// All bits of the number in a cell, before `shift`; nothing where the cell is not such a number.
 std::optional<std::uint64_t> word_in(const FrameNumber& number, std::string_view cell);
 

@@ -27,7 +27,7 @@ std::string explained(const ControllerTemplate& form, const Content& content, st
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c < 0x20 || c > 0x7e) c = ' ';
-  text = trimmed(text);
+  text = stripped(text);
   return text.empty() ? "refused" : text;
 }
 

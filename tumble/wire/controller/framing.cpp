@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tumble/units/plain_text.hpp"
 #include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/template.hpp"
 
@@ -104,15 +105,15 @@ std::optional<Line> take_ended(const Controller& controller, const ControllerFra
   if (!framing.head.empty()) {
     const auto head = text.rfind(framing.head);
     if (head == std::string::npos) {
-      if (trimmed(text).empty()) return Line{"", ""};
+      if (stripped(text).empty()) return Line{"", ""};
       return Line{std::nullopt, fmt::format("'{}' does not begin with '{}'", shown(text), shown(framing.head))};
     }
-    before = trimmed(text.substr(0, head));
+    before = stripped(text.substr(0, head));
     text.erase(0, head + framing.head.size());
   }
   Line line = without_checksum(controller.checksum, framing.head, text);
   if (controller.bit7) clear_bit7(line);
-  if (line.body && controller.trim) line.body = trimmed(*line.body);
+  if (line.body && controller.trim) line.body = stripped(*line.body);
   if (!before.empty() && line.problem.empty())
     line.problem = fmt::format("'{}' stands before '{}'", shown(before), shown(framing.head));
   return line;
@@ -183,12 +184,7 @@ std::uint16_t crc16(std::string_view bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
-std::string trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t\r\n";
-  const auto begin = text.find_first_not_of(blank);
-  if (begin == std::string_view::npos) return "";
-  return std::string(text.substr(begin, text.find_last_not_of(blank) + 1 - begin));
-}
+std::string stripped(std::string_view text) { return std::string(trimmed(text, " \t\r\n")); }
 
 std::string wrap(const Controller& controller, Direction direction, const std::string& plain, bool bare,
                  std::uint16_t transaction) {

@@ -34,7 +34,7 @@ std::optional<Line> take_line(const Controller& controller, Direction direction,
 /// CRC-16 of Modbus.
 std::uint16_t crc16(std::string_view bytes);
 
-/// Without spaces and ends of lines around it.
-std::string trimmed(std::string_view text);
+/// The text without spaces and ends of lines around it.
+std::string stripped(std::string_view text);
 
 }  // namespace tumble::controller

@@ -185,7 +185,7 @@ void ControllerHost::accept(const ControllerReply& part, std::vector<ControllerR
 void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& replies) {
   const ControllerExchange* const now = awaited();
   if (now && controller_->echo != Controller::Echo::never && !sent_.empty() && body.starts_with(sent_))
-    body = controller::trimmed(body.substr(sent_.size()));
+    body = controller::stripped(body.substr(sent_.size()));
   if (probe_ || quiet_) return take_while_unclear(body, replies);
   const auto refused = now ? controller::refusal(*controller_, now, body) : std::nullopt;
   if (refused) {

@@ -86,7 +86,7 @@ std::optional<Line> take_http(const Controller& controller, Direction direction,
 }
 
 std::optional<std::string> line_of_json(const std::vector<std::string>& pointers, std::string_view text) {
-  if (pointers.empty()) return trimmed(text);
+  if (pointers.empty()) return stripped(text);
   const auto json = nlohmann::json::parse(text, nullptr, false);
   std::vector<std::string> words;
   for (const auto& pointer : pointers) {

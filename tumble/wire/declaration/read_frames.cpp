@@ -7,6 +7,7 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/plain_text.hpp"
 #include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/declaration/draft.hpp"
 
@@ -175,9 +176,6 @@ void read_vector(const toml::table& table, const std::string& variants, Draft& d
   draft.codec.vectors.push_back(vector);
 }
 
-/// "acc_8g,gyro_125"
-std::string joined(const std::vector<std::string>& variants) { return fmt::format("{}", fmt::join(variants, ",")); }
-
 void require_uses(Draft& draft) {
   if (draft.codec.frames.empty()) draft.problems.all.push_back(in_file(draft.problems.file, "there is no [[frame]]"));
   const auto counted = [](const FrameLayout& layout) { return layout.counter && layout.counter->lock > 0; };
@@ -218,13 +216,13 @@ FrameCodec read_frames(std::string_view text, const std::string& file, const std
   read_scales(root.table("scale"), draft);
   read_variants(root, variants, draft);
   for (const auto* table : declaration::tables_at(root, "frame")) declaration::read_layout(*table, draft);
-  for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, joined(variants), draft);
+  for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, joined(variants, ","), draft);
   root.close();
   require_uses(draft);
   if (!draft.problems.all.empty()) throw Error(Error::Kind::bad_input, draft.problems.sorted());
   for (const auto& [scale, meaning] : draft.scales)
     if (meaning == declaration::chosen_by_variant) codec.unchosen.push_back(scale);
-  std::erase_if(codec.vectors, [&](const FrameVector& vector) { return vector.variant != joined(variants); });
+  std::erase_if(codec.vectors, [&](const FrameVector& vector) { return vector.variant != joined(variants, ","); });
   if (auto wrong = problems_of_vectors(codec); !wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
   return codec;
 }
