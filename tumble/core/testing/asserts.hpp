@@ -84,7 +84,7 @@ inline double value_of(const Findings& findings, const std::string& code, const 
   return std::nan("");
 }
 
-/// A text, or the key of a phrase, of the first finding of this code; empty, and a failure, where there is none.
+/// A text, or the key of a phrase, of the first finding of this code; without it empty, and a failure.
 inline std::string text_of(const Findings& findings, const std::string& code, const std::string& name) {
   if (const Finding* finding = finding_of(findings, code))
     for (const FindingValue& v : finding->values) {
@@ -96,7 +96,7 @@ inline std::string text_of(const Findings& findings, const std::string& code, co
   return "";
 }
 
-/// What a test asks of a refusal that was made from a finding of this code (errors_among).
+/// The question about a refusal that was made from a finding of this code (errors_among).
 /// Given: values as they are shown, in the order of the sentence; the place first.
 inline Asked asked_finding(const std::string& code, std::vector<std::string> values = {}, std::size_t count = 1) {
   const std::string sentence = text_of("finding", code, count);

@@ -23,7 +23,7 @@ struct Refusal {
   bool empty() const { return !kind; }
 };
 
-/// What a test asks of one problem of a refusal. An empty member is not asked.
+/// A question of a test about one problem of a refusal. An empty member is not asked.
 struct Asked {
   std::vector<std::string> values =
       {};                    ///< as they are shown, in their order: those of the place, then of the sentence
