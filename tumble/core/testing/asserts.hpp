@@ -17,7 +17,7 @@
 /// of the test.
 namespace tumble {
 
-/// The first finding of this code; null where there is none.
+/// The first finding of this code, or null.
 inline const Finding* finding_of(const Findings& findings, const std::string& code) {
   const auto finding = std::ranges::find(findings, code, &Finding::code);
   return finding == findings.end() ? nullptr : &*finding;
@@ -72,7 +72,7 @@ inline bool has_error(const Findings& findings, const std::string& code) {
   return finding != nullptr && finding->severity == Finding::Severity::error;
 }
 
-/// A value [SI] of the first finding of this code; NaN, and a failure, where there is none.
+/// A value [SI] of the first finding of this code; without it NaN, and a failure.
 inline double value_of(const Findings& findings, const std::string& code, const std::string& name) {
   if (const Finding* finding = finding_of(findings, code))
     for (const FindingValue& v : finding->values) {
