@@ -172,7 +172,7 @@ TEST_P(Formats, FullDiskIsSaidAndLeavesNothing) {
   for (const rlim_t size : {rlim_t{100}, rlim_t{5000}, rlim_t{100000}, rlim_t{3000000}}) {
     const rlimit small{size, before.rlim_max};
     setrlimit(RLIMIT_FSIZE, &small);
-    const Refusal refused = refusal_of([&] { write_recording(sample(100000), file("old")); });
+    const Refused refused = refusal_of([&] { write_recording(sample(100000), file("old")); });
     setrlimit(RLIMIT_FSIZE, &before);
     const std::string reason = std::system_category().message(EFBIG);
     EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {file("old")}, .part = reason}, refused)) << size;

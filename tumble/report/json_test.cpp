@@ -5,8 +5,8 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <tuple>
 #include <set>
+#include <tuple>
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/testing/example_estimate.hpp"

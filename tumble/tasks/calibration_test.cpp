@@ -45,7 +45,7 @@ class CalibrationFile : public testing::Test {
     return write("result.json", to_json(estimate));
   }
 
-  static Refusal refusal(Plan plan) {
+  static Refused refusal(Plan plan) {
     return refusal_of([&] { read_calibration(plan); });
   }
 

@@ -46,7 +46,7 @@ class Gather : public testing::Test {
   }
 
   Problems problems(const Plan& plan, Error::Kind kind) const {
-    const Refusal refused = refusal_of([&] { gather(plan, {}, {}); });
+    const Refused refused = refusal_of([&] { gather(plan, {}, {}); });
     EXPECT_TRUE(refused.empty() || refuses(kind, Asked{}, refused));
     return refused.problems;
   }

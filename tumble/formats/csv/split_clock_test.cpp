@@ -32,6 +32,12 @@ struct CsvSplitClock : TextTable {
   }
 };
 
+std::string message_of(const Refused& refused) {
+  std::string all;
+  for (const Problem& problem : refused.problems) all += problem.text() + "\n";
+  return all;
+}
+
 TEST_F(CsvSplitClock, HourMinuteAndSecondPassMidnight) {
   for (const char* header : {"hour,minute,second,a[1]", "hh,mm,ss,a[1]", "HH,MM,SS,a[1]", "h,m,s,a[1]",
                              "Stunde,Minute,Sekunde,a[1]", "时,分,秒,a[1]", "utc_hour,utc_min,utc_sec,a[1]",
@@ -94,16 +100,16 @@ TEST_F(CsvSplitClock, WhatIsNoClockIsNotTakenForOne) {
   EXPECT_EQ(named.channels.at(0).timeline.rate, 1.0);
   expect_holds(said(named.findings, "columns_not_read"), {"'hour' (another clock)"});
   // A second of 75 and an hour of 9.5 belong to no clock.
-  expect_holds(refusal("hour,minute,second,a[1]\n9,0,70,1\n9,0,75,2\n"), {"'hour', 'minute', 'second'"});
-  expect_holds(refusal("hour,minute,second,a[1]\n9.5,0,0,1\n9.5,0,1,2\n"), {"'hour', 'minute', 'second'"});
+  expect_holds(message_of(refusal("hour,minute,second,a[1]\n9,0,70,1\n9,0,75,2\n")), {"'hour', 'minute', 'second'"});
+  expect_holds(message_of(refusal("hour,minute,second,a[1]\n9.5,0,0,1\n9.5,0,1,2\n")), {"'hour', 'minute', 'second'"});
 }
 
 TEST_F(CsvSplitClock, ADateThatDoesNotExistIsNamed) {
-  expect_holds(refusal("year,month,day,hour,minute,second,a[1]\n2026,2,28,9,0,0,1\n2026,2,30,9,0,0,2\n"),
+  expect_holds(message_of(refusal("year,month,day,hour,minute,second,a[1]\n2026,2,28,9,0,0,1\n2026,2,30,9,0,0,2\n")),
                {"2026-2-30", "the calendar does not have"});
   std::string rows = "hour,minute,second,a[1]\n";
   for (int k = 0; k < 400; ++k) rows += "9," + std::to_string(k / 60) + "," + std::to_string(k % 60) + ",1\n";
-  expect_holds(refusal(rows + "9,61,0,1\n"), {"line 402, column 2 'minute': '61' is not a time"});
+  expect_holds(message_of(refusal(rows + "9,61,0,1\n")), {"line 402, column 2 'minute': '61' is not a time"});
 }
 
 }  // namespace

@@ -391,7 +391,7 @@ TEST_F(CsvTexts, CutAnywhereItIsReadOrRefused) {
       true, true);
   EXPECT_EQ(read(whole).channels.at(0).values.size(), 3u);
   for (std::size_t size = 1; size < whole.size(); ++size) {
-    const Refusal refused = refusal(whole.substr(0, size));
+    const Refused refused = refusal(whole.substr(0, size));
     EXPECT_TRUE(refused.empty() || tumble::refuses(Error::Kind::bad_file, Asked{}, refused)) << size;
   }
 }

@@ -37,7 +37,7 @@ class Links : public testing::Test {
     return path(name);
   }
 
-  static Refusal refusal(const std::string& file) {
+  static Refused refusal(const std::string& file) {
     return refusal_of([&] { read_recording(file, {}, {}); });
   }
 

@@ -25,7 +25,7 @@ inline std::string said(const Findings& findings, std::string_view code) {
 }
 
 /// How reading is refused; empty where the file is read.
-inline Refusal refusal_of(const std::string& path, const ReadOptions& options = {}) {
+inline Refused refusal_of(const std::string& path, const ReadOptions& options = {}) {
   return refusal_of([&] { read_recording(path, options, {}); });
 }
 

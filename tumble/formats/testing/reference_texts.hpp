@@ -19,7 +19,7 @@ inline std::vector<double> ramp(double begin, std::size_t count, const Unit& uni
 }
 
 /// For tests: how a file of these bytes is refused; empty: it was read.
-inline Refusal refusal_of(const std::string& bytes, const std::string& name, const ReadOptions& options = {}) {
+inline Refused refusal_of(const std::string& bytes, const std::string& name, const ReadOptions& options = {}) {
   const ScratchFolder folder;
   write_bytes(folder.file(name), bytes);
   return refusal_of(folder.file(name), options);
@@ -31,7 +31,7 @@ inline std::size_t beginnings_read(const std::string& path, std::size_t step) {
   const auto name = path.substr(path.find_last_of('/') + 1);
   std::size_t read = 0;
   for (std::size_t size = 1; size < whole.size(); size += step) {
-    const Refusal refused = refusal_of(whole.substr(0, size), name);
+    const Refused refused = refusal_of(whole.substr(0, size), name);
     if (refused.empty())
       ++read;
     else

@@ -14,7 +14,7 @@ struct TextTable : testing::Test {
     return folder.file("a.csv");
   }
   Recording read(const std::string& content) const { return read_recording(file(content), options, {}); }
-  Refusal refusal(const std::string& content) const { return refusal_of(file(content), options); }
+  Refused refusal(const std::string& content) const { return refusal_of(file(content), options); }
   /// Whether the table is refused with such a problem, or with such problems.
   ::testing::AssertionResult refuses(const std::string& content, const Asked& asked) const {
     return tumble::refuses(Error::Kind::bad_file, asked, refusal(content));

@@ -17,7 +17,7 @@ namespace {
 constexpr double conversion_rate = 10.0, interval = 0.1;
 
 /// From 1e-7 Hz to half the rate, 1 % apart.
-std::vector<double> frequencies() {
+std::vector<double> tested_frequencies() {
   std::vector<double> frequency{1e-7};
   while (frequency.back() < 4.95) frequency.push_back(1.01 * frequency.back());
   frequency.push_back(0.5 * conversion_rate);
@@ -28,7 +28,7 @@ std::vector<double> frequencies() {
 /// folded spectrum by less than 3e-5 (second order in 1 %); below 1e-7 Hz the walk's Allan variance lacks 3e-5 at
 /// m = 1000: (2 pi f tau)^2 f S of it.
 void expect(Stability measure, const NoiseModel& noise, const std::function<double(double)>& closed) {
-  const auto frequency = frequencies();
+  const auto frequency = tested_frequencies();
   std::vector<double> density;
   for (const double f : frequency) density.push_back(sampled_density(noise, f, conversion_rate));
   for (const std::size_t m : {1u, 2u, 7u, 64u, 1000u}) {

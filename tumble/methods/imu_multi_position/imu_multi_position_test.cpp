@@ -32,7 +32,7 @@ void scale(Evidence& evidence, const std::string& name, double factor) {
   for (double& value : channel(evidence, name).values) value *= factor;
 }
 
-Refusal refusal(const Evidence& evidence) { return refusal(method(), evidence); }
+Refused refusal(const Evidence& evidence) { return refusal(method(), evidence); }
 
 /// Whether there is a finding of this code whose place begins with these words.
 bool has(const Estimate& estimate, const std::string& code, const std::string& place) {
@@ -171,7 +171,7 @@ TEST(ImuMultiPosition, NamesExchangedAndReversedAxes) {
   const auto swap = [](const char* a, const char* b) {
     return [=](Evidence& e) { std::swap(channel(e, a).values, channel(e, b).values); };
   };
-  Refusal said = with(swap("gyro_x", "gyro_y"));
+  Refused said = with(swap("gyro_x", "gyro_y"));
   EXPECT_TRUE(refuses(Error::Kind::bad_data,
                       Asked{.part = "'gyro_x' shows y, 'gyro_y' shows x: the gyros are a left-handed triad"}, said));
   said = with([](Evidence& e) { scale(e, "gyro_z", -1.0); });

@@ -65,7 +65,7 @@ double sd(const Estimate& estimate, const char* name) {
 
 double apart(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * std::numbers::pi)); }
 
-Refusal refusal(const Plan& plan, const Recording& recording) {
+Refused refusal(const Plan& plan, const Recording& recording) {
   return tumble::refusal(method(), {plan, {recording}, {}});
 }
 

@@ -140,7 +140,7 @@ TEST(RandomVibration, UnitsAreGroupedIntoTypes) {
   EXPECT_EQ(types[0].units, (std::vector<std::size_t>{0, 1}));
   EXPECT_EQ(types[1].name, "wire");
   EXPECT_EQ(types_of("", units).size(), 3u);
-  const Refusal refused = refusal_of([&] { types_of("quartz: Q1 Q3; wire: S1 Q1; ; odd; empty:", units); });
+  const Refused refused = refusal_of([&] { types_of("quartz: Q1 Q3; wire: S1 Q1; ; odd; empty:", units); });
   EXPECT_EQ(refused.problems.size(), 5u);
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"Q3"}, .pattern = "no unit"}, refused));
 }

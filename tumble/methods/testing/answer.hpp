@@ -25,7 +25,7 @@ inline bool says(const Findings& findings, const std::string& words) {
 }
 
 /// How the method refuses the evidence.
-inline Refusal refusal(const Method& method, const Evidence& evidence) {
+inline Refused refusal(const Method& method, const Evidence& evidence) {
   return refusal_of([&] { method.identify(evidence, {}); });
 }
 

@@ -16,7 +16,7 @@
 namespace tumble {
 
 /// How work ended.
-struct Refusal {
+struct Refused {
   std::optional<Error::Kind> kind = {};  ///< absent: the work was done, nothing was thrown
   Problems problems = {};
 
@@ -35,7 +35,7 @@ struct Asked {
 
 /// Runs the work, and returns how it ended. Exceptions other than Error pass.
 template <std::invocable Work>
-Refusal refusal_of(const Work& work) {
+Refused refusal_of(const Work& work) {
   try {
     static_cast<void>(work());
   } catch (const Error& error) {
@@ -100,7 +100,7 @@ inline ::testing::AssertionResult is_problem(const Problem& problem, const Asked
 }
 
 /// Whether the work was refused with this kind and for each of `all` with a problem of its own.
-inline ::testing::AssertionResult refuses(Error::Kind kind, const std::vector<Asked>& all, const Refusal& refusal) {
+inline ::testing::AssertionResult refuses(Error::Kind kind, const std::vector<Asked>& all, const Refused& refusal) {
   static constexpr std::array kinds{"bad_input", "bad_data", "bad_file", "unsupported", "internal"};
   if (!refusal.kind) return ::testing::AssertionFailure() << "nothing was thrown";
   std::vector<const Problem*> left;
@@ -120,7 +120,7 @@ inline ::testing::AssertionResult refuses(Error::Kind kind, const std::vector<As
   return failure;
 }
 
-inline ::testing::AssertionResult refuses(Error::Kind kind, const Asked& asked, const Refusal& refusal) {
+inline ::testing::AssertionResult refuses(Error::Kind kind, const Asked& asked, const Refused& refusal) {
   return refuses(kind, std::vector<Asked>{asked}, refusal);
 }
 
