@@ -245,6 +245,43 @@ class Names(unittest.TestCase):
                                          "did you mean 'parcsec'?")
             self.assertEqual(chinese[0], f"错误：{plan.name}:3：[site]：latitude：单位“parsec”第 1 个字符处：无法识别的单位“parsec”，是否应为“parcsec”？")
 
+    def test_a_name_that_is_words_of_a_table(self):
+        """Channels, paths, keys and options that are called like a sentence of the program or of the system."""
+        (self.folder / "nu.csv").write_text("time[s],no unit[deg/s],File exists[deg/s]\n0,1,1\n1,2,1\n")
+        good = self.folder / "good.csv"
+        good.write_text("time[s],gyro[deg/s]\n0,1\n1,2\n2,3\n")
+        for arguments, kept in ((["convert", self.folder / "nu.csv", "-o", self.folder / "y.csv", "--channel", "zz"], ("no unit", "File exists")),
+                                (["convert", good, "-o", "Permission denied/x.csv"], ("Permission denied",)),
+                                (["convert", good, "-o", "my test data/x.csv"], ("my test data",)),
+                                (["identify", "allan_noise", good, "-o", "File exists"], ("File exists",)),
+                                (["inspect", good, "--set", "File exists=1"], ("File exists",)),
+                                (["record", "kvh_1775", "--link", "tcp:x", "-o", self.folder / "r.h5"], ("tcp",)),
+                                (["record", "kvh_1775", "--link", "tcp:x:1", "--for", "3 m", "-o", self.folder / "r.h5"], ("--for 3 m",))):
+            chinese = "\n".join(self.both(*arguments)[1])
+            for name in kept:
+                self.assertIn(name, chinese)
+            self.assertRegex(chinese, HAN)
+            self.assertNotRegex(chinese, Refusals.SENTENCE)
+
+    def test_a_sentence_with_a_place_or_a_count_is_chinese_whole(self):
+        noheader = self.folder / "noheader.csv"
+        noheader.write_text("0,1\n1,2\n2,3\n")
+        good = self.folder / "good.csv"
+        good.write_text("time[s],gyro[deg/s]\n" + "".join(f"{k / 100},{k % 7}\n" for k in range(50)))
+        for arguments, said in ((["inspect", noheader], "“noheader.csv”第 1 行：表头处是数值（2 列）"),
+                                (["inspect", good, "--set", "columns=time[s],x[deg/s],y[m]"], "“good.csv”第 1 行：有 2 列，而 columns 命名了 3 列"),
+                                (["inspect", good, "--set", "rate=500"], "--set rate：good.csv 自带"),
+                                (["identify", "static_bias", good, "--set", "axis=foo"], "方法 static_bias"),
+                                (["identify", "allan_noise", good, "--set", "channels.signal=foo"], "good.csv：找不到用作 signal（"),
+                                (["list", "units", "foo", "bar"], "多余的参数“bar”（参见 `tumble list --help`）"),
+                                (["inspect"], "缺少 RECORDING（参见 `tumble inspect --help`）"),
+                                (["list", "methods", "allan_nois"], "methods 中没有“allan_nois”，是否应为“allan_noise”？（可用的有")):
+            english, chinese = self.both(*arguments)
+            self.assertIn(said, chinese[0])
+            for line in chinese:
+                self.assertNotRegex(line, Refusals.SENTENCE)
+            self.assertEqual(len(english), len(chinese))
+
     def test_a_result_in_a_folder_with_a_blank_can_be_computed_again(self):
         data = self.folder / "my data"
         data.mkdir()

@@ -68,7 +68,7 @@ int run(const AnswerArguments& arguments, const Terminal& terminal) {
         say("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
             open ? say(", or an answer: {}", Name{fmt::format("{}", fmt::join(open->choices, ", "))}) : Sentence()));
   ask_desk(arguments.run, request_of(*order, arguments.who).dump());
-  print_said(terminal, say("the run has '{}' from {}\n", arguments.word, arguments.who));
+  print_said(terminal, say("the run has '{}' from {}\n", arguments.word, Name{arguments.who}));
   return 0;
 }
 

@@ -35,7 +35,7 @@ int run(const ArchiveArguments& arguments, const Terminal& terminal) {
   const auto action = actions().find(arguments.action);
   if (action != actions().end()) return action->second(arguments, terminal);
   const auto words = action_names();
-  throw Error(Error::Kind::bad_input, say("archive {}: one of {} is expected{}", arguments.action,
+  throw Error(Error::Kind::bad_input, say("archive {}: one of {} is expected{}", Name{arguments.action},
                                           fmt::join(words, ", "), did_you_mean(arguments.action, words)));
 }
 
@@ -119,14 +119,14 @@ std::vector<Argument> arguments_of(ArchiveArguments& arguments) {
 const std::string& only_word(const ArchiveArguments& arguments, const std::string& name) {
   if (arguments.what.size() != 1)
     throw Error(Error::Kind::bad_input,
-                say("archive {0}: one {1} is expected: tumble archive {0} {1}", arguments.action, name));
+                say("archive {0}: one {1} is expected: tumble archive {0} {1}", Name{arguments.action}, Name{name}));
   return arguments.what.front();
 }
 
 void no_words(const ArchiveArguments& arguments) {
   if (!arguments.what.empty())
     throw Error(Error::Kind::bad_input,
-                say("archive {}: '{}' is one word too many", arguments.action, arguments.what.front()));
+                say("archive {}: '{}' is one word too many", Name{arguments.action}, arguments.what.front()));
 }
 
 Verb archive_verb() {

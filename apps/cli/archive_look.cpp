@@ -28,7 +28,7 @@ double limit_of(const std::string& text, const char* option, const Unit& unit, d
   try {
     return parse_si(text, unit);
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, say("{} {}: {}", option, text, error.problems.front()));
+    throw Error(Error::Kind::bad_input, say("{} {}: {}", option, Name{text}, error.problems.front()));
   }
 }
 
@@ -37,7 +37,7 @@ ParameterLimits limits_of(const ArchiveArguments& arguments, const Unit& unit) {
   limits.lower = limit_of(arguments.minimum, "--min", unit, limits.lower);
   limits.upper = limit_of(arguments.maximum, "--max", unit, limits.upper);
   if (!(limits.lower < limits.upper))
-    throw Error(Error::Kind::bad_input, say("--min {} is not below --max {}", arguments.minimum, arguments.maximum));
+    throw Error(Error::Kind::bad_input, say("--min {} is not below --max {}", Name{arguments.minimum}, Name{arguments.maximum}));
   return limits;
 }
 
@@ -83,7 +83,7 @@ int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
       throw Error(Error::Kind::bad_input,
                   say("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
     write_stored(archive, file->sha256, arguments.output);
-    note(terminal, say("wrote {}: {}", Name{arguments.output}, file->name));
+    note(terminal, say("wrote {}: {}", Name{arguments.output}, Name{file->name}));
     return 0;
   }
   if (const auto run = find_run(archive, digits)) {
@@ -127,7 +127,7 @@ int archive_chart(const ArchiveArguments& arguments, const Terminal& terminal) {
     const double count = parse_si(arguments.baseline, Unit());
     if (!(count >= 3.0) || count > 1e6 || count != static_cast<double>(static_cast<std::size_t>(count)))
       throw Error(Error::Kind::bad_input,
-                  say("--baseline {}: a number of points is expected, 3 or more", arguments.baseline));
+                  say("--baseline {}: a number of points is expected, 3 or more", Name{arguments.baseline}));
     request.settings.baseline = static_cast<std::size_t>(count);
   }
   show_answer(chart_of_archive(archive, request), arguments, terminal);

@@ -62,7 +62,7 @@ std::optional<Archive> optional_archive(const ArchiveOptions& options) {
 
 bool unit_is_known(const UnitName& unit, const ArchiveOptions& options, const Terminal& terminal) {
   if (!unit.model.empty() && !unit.serial.empty()) return true;
-  const std::string problem =
+  const Sentence problem =
       "the plan does not say which unit it is: [instrument] model and serial are required to archive the result";
   if (!options.address.empty()) throw Error(Error::Kind::bad_input, say("--archive: {}", problem));
   note(terminal, say("not archived: {}", problem));
@@ -93,7 +93,7 @@ UnitName unit_name(const std::string& text) {
   if (text.empty()) return {};
   const auto slash = text.find('/');
   if (slash == 0 || slash == std::string::npos || slash + 1 == text.size())
-    throw Error(Error::Kind::bad_input, say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", text));
+    throw Error(Error::Kind::bad_input, say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", Name{text}));
   return {text.substr(0, slash), text.substr(slash + 1)};
 }
 
@@ -111,7 +111,7 @@ void note_deposited(const Terminal& terminal, const Deposited& done) {
   add(done.certificates, "certificate", "certificates");
   const Sentence known = done.known > 0 ? say("; there already: {}", done.known) : Sentence();
   note(terminal, say("archived {}{}", all.empty() ? Sentence("nothing new") : all, known));
-  for (const auto& id : done.result_ids) note(terminal, say("result {}", id.substr(0, 12)));
+  for (const auto& id : done.result_ids) note(terminal, say("result {}", Name{id.substr(0, 12)}));
 }
 
 std::string utc_now() { return utc(std::chrono::system_clock::now(), "%Y-%m-%dT%H:%M:%SZ"); }

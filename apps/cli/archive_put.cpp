@@ -25,11 +25,11 @@ void add_path(const std::string& path, const ArchiveArguments& arguments, const 
     deposit.runs.insert(deposit.runs.end(), run.runs.begin(), run.runs.end());
     deposit.files.insert(deposit.files.end(), run.files.begin(), run.files.end());
   } else if (fs::is_directory(path)) {
-    problems.push_back(say("{}: is a folder, and not that of a run; give the files in it", path));
+    problems.push_back(say("{}: is a folder, and not that of a run; give the files in it", Name{path}));
   } else if (path.ends_with(".json")) {
     deposit.results.push_back({.json = read_text_file(path), .file = path, .unit = unit, .ended = arguments.date});
   } else if (path.ends_with(".html") || path.ends_with(".xml")) {
-    problems.push_back(say("{}: a certificate is archived where it is made: tumble certificate --archive", path));
+    problems.push_back(say("{}: a certificate is archived where it is made: tumble certificate --archive", Name{path}));
   } else {
     deposit.files.push_back({.path = path, .name = fs::path(path).filename().string(), .unit = unit});
   }
@@ -56,7 +56,7 @@ void note_transferred(const Terminal& terminal, const std::string& begin, const 
     return say("{} {}", count, count == 1 ? one : several);
   };
   note(terminal,
-       say("{}: {}, {}, {}{}", begin, word(done.results, "result", "results"), word(done.files, "file", "files"),
+       say("{}: {}, {}, {}{}", Name{begin}, word(done.results, "result", "results"), word(done.files, "file", "files"),
            word(done.events, "event", "events"), done.known > 0 ? say("; there already: {}", done.known) : Sentence()));
 }
 
@@ -88,7 +88,7 @@ int archive_note(const ArchiveArguments& arguments, const Terminal& terminal) {
   Archive archive = open_archive(arguments.archive);
   put_note(archive, {.about = about, .kind = arguments.kind, .text = arguments.text, .when = arguments.date},
            act_of(arguments.archive));
-  note(terminal, say("noted of {}: {}", about, arguments.kind));
+  note(terminal, say("noted of {}: {}", Name{about}, Name{arguments.kind}));
   return 0;
 }
 
@@ -97,7 +97,7 @@ int archive_withdraw(const ArchiveArguments& arguments, const Terminal& terminal
   Archive archive = open_archive(arguments.archive);
   const std::string sha256 = find_result(archive, digits);
   withdraw_result(archive, sha256, act_of(arguments.archive));
-  note(terminal, say("result {} does not count any more", sha256.substr(0, 12)));
+  note(terminal, say("result {} does not count any more", Name{sha256.substr(0, 12)}));
   return 0;
 }
 

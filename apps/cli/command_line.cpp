@@ -26,21 +26,21 @@ std::vector<std::string> option_names(const CLI::App& app) {
 }
 
 /// --rate 100 and other words that are keys of --set.
-std::string set_instead(const CLI::App& app, const std::string& extra) {
+Sentence set_instead(const CLI::App& app, const std::string& extra) {
   const auto names = option_names(app);
-  if (std::ranges::find(names, "--set") == names.end()) return "";
+  if (std::ranges::find(names, "--set") == names.end()) return {};
   const auto equals = extra.find('=');
   const auto key = extra.substr(2, equals == std::string::npos ? equals : equals - 2);
   const std::vector<std::string> keys{"rate", "missing", "columns", "segment_column", "decimal"};
-  if (std::ranges::find(keys, key) == keys.end()) return "";
-  return fmt::format("; write --set {}={}", key, equals == std::string::npos ? "VALUE" : extra.substr(equals + 1));
+  if (std::ranges::find(keys, key) == keys.end()) return {};
+  return say("; write --set {}={}", Name{key}, Name{equals == std::string::npos ? "VALUE" : extra.substr(equals + 1)});
 }
 
 /// What was on the command line that no option or argument takes, with the nearest that would.
 int refuse_extras(const CLI::App& program, const Terminal& terminal) {
   const auto used = program.get_subcommands();
   const auto& app = used.empty() ? program : *used.front();
-  const auto help = fmt::format("see `tumble {}--help`", used.empty() ? "" : app.get_name() + " ");
+  const Name verb{used.empty() ? "" : app.get_name() + " "};
   std::vector<std::string> verbs;
   for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
   Problems problems;
@@ -49,14 +49,14 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
       auto known = option_names(app);
       for (const auto& name : option_names(program)) known.push_back(name);
       problems.push_back(
-          say("unknown option '{}'{} ({})", extra,
-              set_instead(app, extra).empty() ? did_you_mean(extra, known) : Sentence(set_instead(app, extra)), help));
+          say("unknown option '{}'{} (see `tumble {}--help`)", extra,
+              set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra), verb));
     } else if (used.empty()) {
       problems.push_back(
           say("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
       break;  // what follows was meant for it
     } else {
-      problems.push_back(say("'{}' is one argument too many ({})", extra, help));
+      problems.push_back(say("'{}' is one argument too many (see `tumble {}--help`)", extra, verb));
     }
   }
   complain(terminal, problems);
@@ -182,8 +182,8 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
       return status;
     }
     const auto used = program.get_subcommands();
-    complain(terminal,
-             say("{} (see `tumble {}--help`)", error.what(), used.empty() ? "" : used.front()->get_name() + " "));
+    const std::string verb = used.empty() ? "" : used.front()->get_name() + " ";
+    complain(terminal, say("{} (see `tumble {}--help`)", said_by_library(error.what()), Name{verb}));
     return usage;
   }
   for (const auto& verb : verbs)

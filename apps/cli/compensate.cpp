@@ -28,7 +28,7 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
     if (method->compensates) able.push_back(method->name);
   throw Error(Error::Kind::unsupported,
               say("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
-                  file, estimate.method, fmt::join(able, ", ")));
+                  Name{file}, Name{estimate.method}, fmt::join(able, ", ")));
 }
 
 int run(const CompensateArguments& arguments, const Terminal& terminal) {

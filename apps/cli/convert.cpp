@@ -21,7 +21,7 @@ double time_of(const std::string& text, const std::string& option, double otherw
     return time.bare ? time.value : parse_si(text, Unit::parse("s"));
   } catch (const Error&) {
     throw Error(Error::Kind::bad_input,
-                say("{} {}: a time is expected, as in 10, \"10 s\" or \"2 min\"", option, text));
+                say("{} {}: a time is expected, as in 10, \"10 s\" or \"2 min\"", Name{option}, Name{text}));
   }
 }
 

@@ -24,7 +24,7 @@ double factor_of(const std::string& text) {
   double value = 0.0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (problem != std::errc{} || end != text.data() + text.size())
-    throw Error(Error::Kind::bad_input, say("--inflate {}: write a number, such as --inflate 10", text));
+    throw Error(Error::Kind::bad_input, say("--inflate {}: write a number, such as --inflate 10", Name{text}));
   return value;
 }
 

@@ -55,7 +55,7 @@ bool has_package(const std::string& program) {
     throw Error(Error::Kind::unsupported,
                 say("fleet {}: this is done by the Python package, which {} does not have: pip install "
                     "'tumble[fleet]'; the environment variable TUMBLE_PYTHON names the Python to use",
-                    arguments.action, program));
+                    Name{arguments.action}, Name{program}));
   std::vector<std::string> words{program, "-m", "tumble.fleet", arguments.action};
   const auto option = [&](const char* name, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {name, value});
@@ -77,7 +77,7 @@ bool has_package(const std::string& program) {
   for (auto& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   execvp(pointers.front(), pointers.data());
-  throw Error(Error::Kind::unsupported, say("fleet {}: {} cannot be run", arguments.action, program));
+  throw Error(Error::Kind::unsupported, say("fleet {}: {} cannot be run", Name{arguments.action}, Name{program}));
 }
 
 /// NAME=VALUE of --min and --max as settings NAME.min and NAME.max.
@@ -87,7 +87,7 @@ Sets limits_of(const FleetArguments& arguments) {
     for (const auto& text : texts) {
       const auto equals = text.find('=');
       if (equals == std::string::npos || equals == 0)
-        throw Error(Error::Kind::bad_input, say("{} {}: write {} PARAMETER=VALUE", option, text, option));
+        throw Error(Error::Kind::bad_input, say("{} {}: write {} PARAMETER=VALUE", option, Name{text}, option));
       sets.emplace_back(text.substr(0, equals) + "." + end, text.substr(equals + 1));
     }
   };
@@ -119,7 +119,7 @@ int run(const FleetArguments& arguments, const Terminal& terminal) {
   if (arguments.action == "summary") return summary(arguments, terminal);
   if (std::ranges::find(fleet_actions(), arguments.action) == fleet_actions().end())
     throw Error(Error::Kind::bad_input,
-                say("fleet {}: one of {} is expected{}", arguments.action, fmt::join(fleet_actions(), ", "),
+                say("fleet {}: one of {} is expected{}", Name{arguments.action}, fmt::join(fleet_actions(), ", "),
                     did_you_mean(arguments.action, fleet_actions())));
   hand_over(arguments);
 }

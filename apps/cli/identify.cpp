@@ -35,7 +35,7 @@ void refuse_another_order(const std::string& what, const std::vector<std::string
     if (is_method(word) || word.ends_with(".toml"))
       throw Error(Error::Kind::bad_input, say("the plan or the method comes first, then the recordings: tumble "
                                               "identify {} {}",
-                                              word, what));
+                                              Name{word}, Name{what}));
 }
 
 /// A plan is a file, a method a word, also where a folder has its name.

@@ -134,7 +134,7 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
     const auto prefixed = entry.value("with_prefixes", std::vector<std::string>());
     if (std::ranges::find(prefixed, name) != prefixed.end()) return entry;
   }
-  throw Error(Error::Kind::unsupported, say("there is no '{}' among the {}{} (known: {})", name, kind,
+  throw Error(Error::Kind::unsupported, say("{}{} (known: {})", say("there is no '{}' among the {}", name, Name{kind}),
                                             did_you_mean(name, known), fmt::join(known, ", ")));
 }
 

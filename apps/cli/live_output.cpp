@@ -113,7 +113,7 @@ void OutputQueue::work() {
 }
 
 [[noreturn]] void refuse_output(int error) {
-  throw Error(Error::Kind::bad_file, say("standard output: {}", std::strerror(error)));
+  throw Error(Error::Kind::bad_file, say("standard output: {}", system_reason(error)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <array>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
 
 #include "completion.hpp"
@@ -36,6 +37,12 @@ int status_of(Error::Kind kind) {
   return internal;
 }
 
+int refused(const Terminal& terminal, Error::Kind kind, const Problems& problems) {
+  complain(terminal, problems);
+  hand_on(kind, problems);
+  return status_of(kind);
+}
+
 int run_and_catch(int argc, char** argv) {
   auto terminal = terminal_of_process();
   try {
@@ -52,19 +59,17 @@ int run_and_catch(int argc, char** argv) {
   } catch (const Error& error) {
     auto problems = error.problems;
     for (auto& problem : problems) problem = with_values(problem, as_written);
-    complain(terminal, problems);
-    hand_on(error.kind, problems);
-    return status_of(error.kind);
+    return refused(terminal, error.kind, problems);
   } catch (const std::bad_alloc&) {
-    const Problem problem("not enough memory for these data; a shorter recording or fewer channels would need less");
-    complain(terminal, problem);
-    hand_on(Error::Kind::bad_data, {problem});
-    return data;
+    return refused(
+        terminal, Error::Kind::bad_data,
+        {"not enough memory for these data; a shorter recording or fewer channels would need less"});
+  } catch (const std::filesystem::filesystem_error& error) {  // a name that is too long, a folder that is closed
+    return refused(terminal, Error::Kind::bad_file,
+                   {say("'{}': {}", as_written(error.path1().string()), system_reason(error.code()))});
   } catch (const std::exception& error) {
-    const Problem problem = say("internal: {}; this is a defect of the program, please report it", error.what());
-    complain(terminal, problem);
-    hand_on(Error::Kind::internal, {problem});
-    return internal;
+    return refused(terminal, Error::Kind::internal,
+                   {say("internal: {}; this is a defect of the program, please report it", error.what())});
   }
 }
 

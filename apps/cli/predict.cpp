@@ -31,7 +31,7 @@ tumble::OptimiseOptions options_of(const PredictArguments& arguments) {
     try {
       return parse_si(text, Unit::parse(unit));
     } catch (const Error& error) {
-      for (const auto& problem : error.problems) problems.push_back(say("{} {}: {}", name, text, problem));
+      for (const auto& problem : error.problems) problems.push_back(say("{} {}: {}", name, Name{text}, problem));
       return std::nullopt;
     }
   };

@@ -117,12 +117,12 @@ class Display {
 /// 0 where the option was not given.
 double seconds_of(const std::string& option, const std::string& text) {
   if (text.empty()) return 0.0;
-  const std::string expected = fmt::format("{} {}: a duration above 0 expected, for example '10 min'", option, text);
+  const Sentence expected = say("{} {}: a duration above 0 expected, for example '10 min'", Name{option}, Name{text});
   try {
     const double seconds = parse_si(text, Unit::parse("s"));
     if (seconds > 0.0 && std::isfinite(seconds)) return seconds;
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, say("{} ({})", expected, error.what()));
+    throw Error(Error::Kind::bad_input, say("{} ({})", expected, reason_of(error)));
   }
   throw Error(Error::Kind::bad_input, expected);
 }
@@ -163,7 +163,7 @@ int run(const RecordArguments& arguments, const Terminal& terminal) {
   const RecordOutcome outcome = tumble::record(request, world);
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
   note(terminal, say("wrote {}", Name{outcome.sealed.path}));
-  if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", outcome.store));
+  if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", Name{outcome.store}));
   if (!outcome.whole) complain(terminal, outcome.ending);
   flush_live_output();
   return outcome.whole ? 0 : bad_data;

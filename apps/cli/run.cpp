@@ -67,7 +67,7 @@ std::map<std::string, std::string> units_of(const std::vector<std::string>& text
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-      throw Error(Error::Kind::bad_input, say("--unit {}: write SLOT=SERIAL, for example --unit a=0173", text));
+      throw Error(Error::Kind::bad_input, say("--unit {}: write SLOT=SERIAL, for example --unit a=0173", Name{text}));
     if (!units.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
       throw Error(Error::Kind::bad_input, say("--unit: slot '{}' has two units", text.substr(0, equals)));
   }
@@ -124,7 +124,7 @@ double allowed_speed(const std::string& text, const Station& station) {
   if (speed == 1.0 || is_here(station)) return speed;
   throw Error(
       Error::Kind::bad_input,
-      say("--speed {}: the station has devices that are not on this computer, so its rig is no virtual one", text));
+      say("--speed {}: the station has devices that are not on this computer, so its rig is no virtual one", Name{text}));
 }
 
 void print_timeline(const Plan& plan, const Terminal& terminal) {
@@ -132,13 +132,14 @@ void print_timeline(const Plan& plan, const Terminal& terminal) {
   double time = 0.0;
   for (const Segment& segment : plan.schedule) {
     const auto rule = rules.find(segment.label);
-    const std::string until = rule == rules.end() ? ""
-                                                  : fmt::format(" at most; until {}, from {:g} s on", rule->second.text,
-                                                                rule->second.at_least);
-    print_said(terminal, say("{:>9}  {} ({:g} s{})\n", hours_text(time), segment.label, segment.duration, until));
+    const Sentence until =
+        rule == rules.end()
+            ? Sentence()
+            : say(" at most; until {}, from {:g} s on", Name{rule->second.text}, rule->second.at_least);
+    print_said(terminal, say("{:>9}  {} ({:g} s{})\n", Name{hours_text(time)}, Name{segment.label}, segment.duration, until));
     time += segment.duration;
   }
-  print_said(terminal, say("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
+  print_said(terminal, say("{:>9}  end, without ways, settling and prompts\n", Name{hours_text(time)}));
 }
 
 /// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
@@ -222,7 +223,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   }
   if (end.ending != RunEnding::complete) {
     note(terminal,
-         say("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder, run.folder));
+         say("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", Name{run.folder}, Name{run.folder}));
     return 3;
   }
   Disk disk;
@@ -266,7 +267,7 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   if (process_at_desk(arguments.run))
     throw Error(Error::Kind::bad_input, say("the run '{}' goes on; where it is paused: tumble answer {} resume "
                                             "--operator NAME",
-                                            arguments.run, arguments.run));
+                                            arguments.run, Name{arguments.run}));
   const std::filesystem::path folder(arguments.run);
   PlannedRunAtStation run;
   run.resume = true;

@@ -87,7 +87,7 @@ unsigned port_of(const std::string& text) {
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (fault == std::errc{} && end == text.data() + text.size() && port <= 65535) return port;
   throw Error(Error::Kind::bad_input,
-              say("--port {}: a number from 0 to 65535 is expected; 0 chooses a free port", text));
+              say("--port {}: a number from 0 to 65535 is expected; 0 chooses a free port", Name{text}));
 }
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
@@ -105,20 +105,20 @@ void check(const ServeArguments& arguments, const std::string& host) {
   Problems problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
   if (!is_loopback(host) && arguments.certificate.empty())
-    problems.push_back(say("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", host));
+    problems.push_back(say("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", Name{host}));
   if (arguments.no_token && !arguments.users.empty())
     problems.emplace_back("--no-token: with --users everybody signs in");
   if (!is_loopback(host) && arguments.no_token)
     problems.emplace_back("--no-token: only for the computer itself, without --host");
   for (const auto& [option, file] : {std::pair("--users", arguments.users), std::pair("--key", arguments.key)})
     if (!file.empty() && lies_in(file, arguments.folder))
-      problems.push_back(say("{} {}: lies in the folder that is shown; keep it elsewhere", option, file));
+      problems.push_back(say("{} {}: lies in the folder that is shown; keep it elsewhere", option, Name{file}));
   std::error_code failed;
   if (!arguments.users.empty() && !fs::is_regular_file(arguments.users, failed))
-    problems.push_back(say("--users {}: there is no such file; --add-user NAME --role ROLE makes it", arguments.users));
+    problems.push_back(say("--users {}: there is no such file; --add-user NAME --role ROLE makes it", Name{arguments.users}));
   struct stat key {};
   if (!arguments.key.empty() && stat(arguments.key.c_str(), &key) == 0 && (key.st_mode & (S_IWGRP | S_IRWXO)) != 0)
-    problems.push_back(say("--key {0}: others may read or write this private key: chmod 600 {0}", arguments.key));
+    problems.push_back(say("--key {0}: others may read or write this private key: chmod 600 {0}", Name{arguments.key}));
   if (!fs::is_directory(arguments.folder, failed)) problems.push_back(say("'{}' is no folder", arguments.folder));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
@@ -241,7 +241,7 @@ int run(const ServeArguments& arguments, const Terminal& terminal) {
   HttpServer server(http, workbench.handler());
   workbench.set_port(server.port());
   print_said(terminal,
-             say("workbench of {}\n  {}\nCtrl+C ends it\n", options.folder.string(), link(options, server.port())));
+             say("workbench of {}\n  {}\nCtrl+C ends it\n", Name{options.folder.string()}, Name{link(options, server.port())}));
   server.run(true);
   note(terminal, "the workbench has ended; unfinished jobs begin again with the next one");
   return 0;

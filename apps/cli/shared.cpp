@@ -72,7 +72,7 @@ void write_figures(const std::vector<Figure>& originals, const std::string& path
                                          : all.parent_path() / fmt::format("{}-{}{}", all.stem().string(), i + 1,
                                                                            all.extension().string());
     write_file_atomically(one.string(), to_svg(figures[i]));
-    note(terminal, say("wrote {}: {}", Name{one.string()}, figures[i].name));
+    note(terminal, say("wrote {}: {}", Name{one.string()}, Name{figures[i].name}));
   }
 }
 
@@ -83,14 +83,14 @@ void check_output(const std::string& option, const std::string& output, const st
   const fs::path path(output);
   const auto extension = path.extension().string();
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
-    problems.push_back(say("{} {}: the name must end in {}", option, output, fmt::join(extensions, ", ")));
+    problems.push_back(say("{} {}: the name must end in {}", Name{option}, Name{output}, fmt::join(extensions, ", ")));
   std::error_code unknown;
   const auto folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, unknown))
-    problems.push_back(say("{} {}: there is no folder {}", option, output, folder.string()));
+    problems.push_back(say("{} {}: there is no folder {}", Name{option}, Name{output}, Name{folder.string()}));
   for (const auto& input : inputs)
     if (fs::equivalent(path, input, unknown))
-      problems.push_back(say("{} {}: would overwrite the input {}; choose another name", option, output, input));
+      problems.push_back(say("{} {}: would overwrite the input {}; choose another name", Name{option}, Name{output}, Name{input}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -28,7 +28,7 @@ AtomicFile kept_input() {
     const auto count = read(STDIN_FILENO, block.data(), block.size());
     if (count == 0) return kept;
     if (count < 0 && errno != EINTR)
-      throw Error(Error::Kind::bad_file, say("{}: it cannot be read: {}", said, std::strerror(errno)));
+      throw Error(Error::Kind::bad_file, say("{}: it cannot be read: {}", said, system_reason(errno)));
     if (count > 0) kept.write({block.data(), static_cast<std::size_t>(count)});
   }
 }

@@ -82,7 +82,7 @@ std::string json_of(const Answers& all) {
 int run(const StationArguments& arguments, const Terminal& terminal) {
   if (arguments.what != "check")
     throw Error(Error::Kind::bad_input,
-                say("station {}: 'check' is expected: tumble station check FILE", arguments.what));
+                say("station {}: 'check' is expected: tumble station check FILE", Name{arguments.what}));
   if (!arguments.output.empty()) check_output("-o", arguments.output, {arguments.station}, {".json"});
   Answers all = answers_of(load_station(arguments.station));
   if (!arguments.output.empty()) {

@@ -32,16 +32,16 @@ LeaseHolder chosen(const std::string& wanted) {
   for (const auto& run : all) list += "\n  " + run.run;
   if (const std::string guarded = wanted.empty() ? "" : words_of_guard(wanted);
       !guarded.empty() && !is_among(all, wanted))
-    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on: {}", wanted, guarded));
+    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on: {}", wanted, Name{guarded}));
   if (all.empty()) throw Error(Error::Kind::bad_input, "no run is going on on this machine");
   if (wanted.empty()) {
     if (all.size() == 1) return all.front();
-    throw Error(Error::Kind::bad_input, say("several runs are going on; name one:{}", list));
+    throw Error(Error::Kind::bad_input, say("several runs are going on; name one:{}", Name{list}));
   }
   const std::string path = std::filesystem::absolute(wanted).lexically_normal().string();
   const auto found = std::ranges::find(all, path, &LeaseHolder::run);
   if (found == all.end())
-    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on; these are:{}", path, list));
+    throw Error(Error::Kind::bad_input, say("the run '{}' is not going on; these are:{}", path, Name{list}));
   return *found;
 }
 

@@ -79,7 +79,7 @@ void print(std::string_view raw) {
   const std::string text = harmless(raw);
   if (is_output_live()) return put_live(STDOUT_FILENO, text);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (!written) throw Error(Error::Kind::bad_file, say("standard output: {}", std::strerror(errno)));
+  if (!written) throw Error(Error::Kind::bad_file, say("standard output: {}", system_reason(errno)));
 }
 
 void print_said(const Terminal& terminal, const Sentence& said) { print(in_language(terminal.language, said)); }

@@ -14,7 +14,7 @@ double wall_time() {
 double speed_of(const std::string& text) {
   const double speed = parse_si(text, Unit::parse("1"));
   if (speed > 0.0 && speed <= 1000.0) return speed;
-  throw Error(Error::Kind::bad_input, say("--speed {}: a number above 0, up to 1000, is expected", text));
+  throw Error(Error::Kind::bad_input, say("--speed {}: a number above 0, up to 1000, is expected", Name{text}));
 }
 
 }  // namespace tumble::cli

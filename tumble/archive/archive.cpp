@@ -35,13 +35,13 @@ void make_folder_of_files(const std::string& folder) {
   if (folder == files_in_database) return;
   std::error_code problem;
   fs::create_directories(folder, problem);
-  if (problem) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, problem.message()));
+  if (problem) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, system_reason(problem)));
 }
 
 schema::OpenArchive* open_at(const std::string& address, const std::string& when) {
   if (!database::is_server(address) && !fs::exists(address))
     throw Error(Error::Kind::bad_input,
-                say("there is no archive '{0}'; `tumble archive init --archive {0}` makes one", address));
+                say("there is no archive '{0}'; `tumble archive init --archive {0}` makes one", Name{address}));
   return schema::guarded(address, [&] {
     database::Database database(address, false);
     const auto version = schema::version_of(database);
@@ -91,7 +91,7 @@ void make_tables(const std::string& address, const std::string& folder, const Ar
   });
 }
 
-void make_whole(const std::string& path, const std::string& taken,
+void make_whole(const std::string& path, const Sentence& taken,
                 const std::function<void(const std::string& file)>& make) {
   if (NewFile::is_taken(path)) throw Error(Error::Kind::bad_input, taken);
   NewFile file(path);
@@ -125,8 +125,8 @@ void make_archive(const std::string& address, const std::string& folder, const A
     schema::guarded(address, [&] { schema::make_tables(address, folder, act); });
     return;
   }
-  const std::string taken =
-      fmt::format("'{}' is there already: an archive is never written over another file", address);
+  const Sentence taken =
+      say("'{}' is there already: an archive is never written over another file", address);
   schema::make_whole(address, taken, [&](const std::string& file) {
     make_folder_of_files(within || !folder.empty() ? folder : folder_beside(address));
     schema::make_tables(file, folder, act);

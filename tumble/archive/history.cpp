@@ -223,7 +223,7 @@ std::string result_text(const Archive& archive, const std::string& sha256) {
   return schema::guarded(archive.address(), [&] {
     const auto rows = database_of(archive).ask("SELECT packed FROM results WHERE id = ?", {schema::number_of(sha256)});
     if (rows.empty()) throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", sha256));
-    const std::string what = "result " + sha256.substr(0, 12);
+    const Sentence what = say("result {}", Name{sha256.substr(0, 12)});
     std::string json = storage::unpacked(database::bytes(rows[0], 0), what);
     if (sha256_of(json) != sha256)
       throw Error(Error::Kind::bad_file, say("{}: its bytes have changed since it was archived", what));

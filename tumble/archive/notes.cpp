@@ -57,16 +57,16 @@ Problems problems_of(const ArchiveNote& note, const ArchiveAct& act) {
   const auto& kinds = note_kinds();
   if (std::ranges::find(kinds, note.kind) == kinds.end())
     problems.push_back(
-        say("--kind {}: one of {} is expected{}", note.kind, fmt::join(kinds, ", "), did_you_mean(note.kind, kinds)));
+        say("--kind {}: one of {} is expected{}", Name{note.kind}, fmt::join(kinds, ", "), did_you_mean(note.kind, kinds)));
   if (act.who.empty()) problems.emplace_back("--by NAME is missing: an archive keeps who did what");
   if (!note.when.empty() && !parse_iso_time(note.when))
-    problems.push_back(say("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", note.when));
+    problems.push_back(say("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", Name{note.when}));
   if (note.kind == "interval") try {
       if (!(parse_si(note.text, Unit::parse("s")) > 0.0))
-        problems.push_back(say("--text {}: an interval is longer than zero", note.text));
+        problems.push_back(say("--text {}: an interval is longer than zero", Name{note.text}));
     } catch (const Error& error) {
       problems.push_back(
-          say("--text {}: an interval is a time, such as \"365 day\" ({})", note.text, error.problems.front()));
+          say("--text {}: an interval is a time, such as \"365 day\" ({})", Name{note.text}, error.problems.front()));
     }
   return problems;
 }
@@ -114,7 +114,7 @@ void withdraw_result(Archive& archive, const std::string& sha256, const ArchiveA
     database.transact([&] {
       if (!database.ask("SELECT 1 FROM corrections WHERE result = ?", {id}).empty())
         throw Error(Error::Kind::bad_input,
-                    say("the result {} was replaced or withdrawn already", sha256.substr(0, 12)));
+                    say("the result {} was replaced or withdrawn already", Name{sha256.substr(0, 12)}));
       const auto unit =
           database.ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?", {id});
       if (unit.empty())

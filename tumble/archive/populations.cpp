@@ -44,7 +44,7 @@ std::string method_of(database::Database& database, const PopulationQuery& query
   const std::string method = query.method.empty() ? methods.front() : query.method;
   if (std::ranges::find(methods, method) == methods.end())
     throw Error(Error::Kind::bad_input, say("the archive has no result of {} of the model '{}'; it has results of {}",
-                                            method, query.model, fmt::join(methods, ", ")));
+                                            Name{method}, query.model, fmt::join(methods, ", ")));
   return method;
 }
 

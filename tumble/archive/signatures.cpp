@@ -90,7 +90,7 @@ void sign(Archive& archive, const std::string& digits, const std::string& meanin
   if (thing.kind.empty())
     problems.push_back(say("the archive has no result or certificate '{}'", digits.substr(0, 12)));
   if (!thing.withdrawn.empty())
-    problems.push_back(say("it does not count any more, and cannot be signed: {}", thing.withdrawn));
+    problems.push_back(say("it does not count any more, and cannot be signed: {}", Name{thing.withdrawn}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   require_unchanged(archive, thing.kind, thing.sha256);
   const std::string chain = schema::chain_of_unit(thing.unit.model, thing.unit.serial);
@@ -103,7 +103,7 @@ void sign(Archive& archive, const std::string& digits, const std::string& meanin
                        {chain, action_of_signature, thing.sha256, act.who, detail});
       if (!before.empty())
         throw Error(Error::Kind::bad_input,
-                    say("{} has signed this {} as {} already", act.who, thing.kind.c_str(), meaning));
+                    say("{} has signed this {} as {} already", Name{act.who}, thing.kind.c_str(), Name{meaning}));
       schema::Change change(database, act.who, act.when);
       change.append(chain, {action_of_signature, thing.sha256, act.why, detail});
     });

@@ -62,7 +62,7 @@ Transferred exported_to(const Archive& archive, const UnitName& unit, Archive& t
 
 Transferred export_unit(const Archive& archive, const UnitName& unit, const std::string& path, const ArchiveAct& act) {
   Transferred done;
-  const std::string taken = fmt::format("'{}' is there already: an export is never written over it", path);
+  const Sentence taken = say("'{}' is there already: an export is never written over it", path);
   schema::make_whole(path, taken, [&](const std::string& file) {
     schema::make_tables(file, files_in_database, act);
     Archive target(file, act.when);

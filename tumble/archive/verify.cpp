@@ -30,9 +30,9 @@ class Verification {
     for (const Row& row : database_.ask(schema::select_all(schema::events) + " WHERE chain = ? ORDER BY seq", {name})) {
       ++check_.events;
       const std::string where = name + ", event " + std::to_string(database::integer(row, 1));
-      if (database::integer(row, 1) != expected) complain(say("{}: an event before it is missing", where));
-      if (text(row, 9) != previous) complain(say("{}: does not follow the event before it", where));
-      if (schema::sha256_of_event(row) != text(row, 10)) complain(say("{}: the event has changed", where));
+      if (database::integer(row, 1) != expected) complain(say("{}: an event before it is missing", Name{where}));
+      if (text(row, 9) != previous) complain(say("{}: does not follow the event before it", Name{where}));
+      if (schema::sha256_of_event(row) != text(row, 10)) complain(say("{}: the event has changed", Name{where}));
       expected = database::integer(row, 1) + 1;
       previous = text(row, 10);
       rows_of(row, where);
@@ -48,7 +48,7 @@ class Verification {
       const auto there = database_.ask("SELECT COUNT(*) FROM " + shape->name);
       const auto covered = covered_[shape];
       if (const auto count = database::integer(there.at(0), 0); count != covered)
-        complain(say("table {}: has {} rows, and events brought {}", shape->name, count, covered));
+        complain(say("table {}: has {} rows, and events brought {}", Name{shape->name}, count, covered));
     }
     check_.heads = sha256_of(heads_);
   }
@@ -68,13 +68,13 @@ class Verification {
                         ++covered_[shape];
                         contents_of(*shape, row);
                       });
-    if (digest.hex() != text(event, 8)) complain(say("{}: the {} {} has changed", where, action, subject));
+    if (digest.hex() != text(event, 8)) complain(say("{}: the {} {} has changed", Name{where}, Name{action}, Name{subject}));
   }
 
   void contents_of(const schema::Shape& shape, const Row& row) try {
     if (&shape == &schema::results) {
       ++check_.results;
-      const std::string what = "result " + text(row, 1).substr(0, 12);
+      const Sentence what = say("result {}", Name{text(row, 1).substr(0, 12)});
       if (sha256_of(storage::unpacked(database::bytes(row, shape.columns.size() - 1), what)) != text(row, 1))
         complain(say("{}: its bytes have changed since it was archived", what));
     } else if (&shape == &schema::files || &shape == &schema::certificates) {

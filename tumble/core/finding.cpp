@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "tumble/core/message_in.hpp"
+#include "tumble/core/said.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/core/text.hpp"
 #include "tumble/units/error.hpp"
@@ -80,6 +81,7 @@ struct fmt::formatter<tumble::SaidValue> {
   }
   auto format(const tumble::SaidValue& said, fmt::format_context& context) const {
     const auto& [value, language] = said;
+    if (!value.words.empty()) return fmt::format_to(context.out(), "{}", tumble::in_language(language, value.words));
     return fmt::format_to(context.out(), "{}", std::visit(tumble::Say{value.unit, how, language}, value.value));
   }
 };
@@ -165,6 +167,7 @@ SentenceValue said_value(const Finding& finding, std::string_view field) {
     nested.values.push_back({Kind::number, text.substr(0, blank), static_cast<double>(*count), {}});
     return {Kind::sentence, text, 0.0, {nested}};
   }
+  if (found != finding.values.end() && !found->words.empty()) return {Kind::sentence, text, 0.0, {found->words}};
   if (found != finding.values.end() && std::holds_alternative<Phrase>(found->value))
     return {Kind::sentence, text, 0.0, {Sentence(text.c_str())}};
   const auto* number = found == finding.values.end() ? nullptr : std::get_if<double>(&found->value);
@@ -188,9 +191,9 @@ Sentence said_of(const Finding& finding) try {
       if (doubled && (pattern[i] == '{' || pattern[i] == '}')) said.pattern += pattern[++i];
     }
   }
-  return said.text() == finding.message ? said : Sentence(finding.message);
+  return said.text() == finding.message ? said : Sentence(finding.message.c_str());
 } catch (const Error&) {  // of a method of one's own, whose sentence no table has
-  return finding.message;
+  return Sentence(finding.message.c_str());
 }
 
 Problems errors_among(const Findings& findings) {

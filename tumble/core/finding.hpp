@@ -25,6 +25,7 @@ struct FindingValue {
   std::string name;                                            ///< in the sentence and in the JSON
   std::variant<double, long long, std::string, Phrase> value;  ///< a number is [SI]; a string is a name, said as it is
   Unit unit;                                                   ///< that people are shown
+  Sentence words = {};  ///< a reason, of which `value` is the English text; empty: no sentence
 
   /// Given: value [SI], and the unit to show it in.
   FindingValue(std::string what, double value_si, const Unit& shown_in)
@@ -35,6 +36,7 @@ struct FindingValue {
       : name(std::move(what)), value(static_cast<long long>(count)) {}
   FindingValue(std::string what, std::string text) : name(std::move(what)), value(std::move(text)) {}
   FindingValue(std::string what, const char* text) : FindingValue(std::move(what), std::string(text)) {}
+  FindingValue(std::string what, Sentence said) : name(std::move(what)), value(said.text()), words(std::move(said)) {}
   FindingValue(std::string what, Phrase phrase) : name(std::move(what)), value(std::move(phrase)) {}
 };
 

@@ -57,7 +57,7 @@ std::string plain_key(std::string_view english) {
 /// "sample" of "{lost:sample}", or of said_count(): Chinese has its counting word in the sentence, and the number alone
 /// as value.
 std::set<std::string> nouns_of_findings() {
-  std::set<std::string> nouns{"count", "stamp", "step"};  // of refusals
+  std::set<std::string> nouns{"column", "count", "stamp", "step"};  // of refusals
   for (const auto& [code, english] : texts_of(Language::english, "finding"))
     for (auto colon = english.find(':'); colon != english.npos; colon = english.find(':', colon + 1)) {
       const auto end = english.find_first_not_of("abcdefghijklmnopqrstuvwxyz ", colon + 1);
@@ -96,17 +96,6 @@ const Translations& translations() {
   return table;
 }
 
-/// What the system says, "Not a directory".
-const Translations& library_sentences() {
-  static const Translations table = [] {
-    Translations all;
-    for (const auto& [english, text] : texts_of(Language::chinese, "said_by_libraries"))
-      if (english.find('{') == std::string::npos) all.emplace(english, text);
-    return all;
-  }();
-  return table;
-}
-
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 /// Whether a text that nobody has called a name has two plain words side by side. A list, "gyro, time", has none.
@@ -125,14 +114,6 @@ bool reads_like_english(std::string_view text) {
   return false;
 }
 
-/// A text that is a sentence: of the system, or of the program with words enough to be no name.
-std::optional<std::string> whole_text(const std::string& text) {
-  if (const auto found = library_sentences().find(text); found != library_sentences().end()) return found->second;
-  if (!reads_like_english(text)) return std::nullopt;
-  const auto found = translations().find(Sentence(text.c_str()).pattern);
-  return found == translations().end() ? std::nullopt : std::optional(said::filled(found->second, {}));
-}
-
 std::optional<std::string> chinese(std::string_view pattern, const std::vector<Values>& values);
 
 std::optional<std::string> chinese(const Sentence& said) {
@@ -143,12 +124,7 @@ std::optional<std::string> chinese(const Sentence& said) {
 std::optional<std::string> chinese(const Values& side_by_side, bool quoted) {
   std::string text;
   for (const SentenceValue* value : side_by_side) {
-    if (value->kind == SentenceValue::Kind::text && !quoted) {
-      const auto whole = whole_text(value->text);
-      if (!whole && reads_like_english(value->text)) return std::nullopt;
-      text += whole.value_or(value->text);
-      continue;
-    }
+    if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) return std::nullopt;
     if (value->kind != SentenceValue::Kind::sentence || value->nested.empty()) {
       text += value->text;
       continue;
@@ -209,6 +185,10 @@ std::optional<std::string> wordless(std::string_view pattern) {
       text += (open = !open) ? "“" : "”";
     else if (pattern.substr(i).starts_with(": "))
       text += "：", ++i;
+    else if (text.ends_with('}') && pattern.substr(i).starts_with("; {}"))
+      text += "；", ++i;
+    else if (text.ends_with('}') && pattern.substr(i).starts_with(", {}"))
+      text += "、", ++i;
     else
       text += pattern[i];
   }
@@ -239,6 +219,25 @@ std::optional<std::string> chinese(const Problem& problem) {
 }
 
 }  // namespace
+
+Sentence said_by_library(const std::string& text) {
+  static const std::vector<Pattern> patterns = [] {
+    std::vector<Pattern> all;
+    for (const auto& [english, chinese] : texts_of(Language::chinese, "said_by_libraries"))
+      all.emplace_back(english, plain_key(english));
+    return all;
+  }();
+  const Pattern* best = nullptr;
+  std::vector<std::string_view> values;
+  for (const Pattern& pattern : patterns)
+    if (!best || pattern.letters > best->letters)
+      if (auto found = pattern.values_in(text)) best = &pattern, values = std::move(*found);
+  if (!best) return Sentence(text.c_str());
+  Sentence said;
+  said.pattern = best->translation;
+  for (const auto value : values) said.values.push_back({SentenceValue::Kind::name, std::string(value), 0.0, {}});
+  return said;
+}
 
 std::string in_language(Language language, const Sentence& said) {
   if (language == Language::english) return said.text();

@@ -19,6 +19,10 @@ std::string in_language(Language language, const Problem& problem);
 /// Each of them.
 std::vector<std::string> in_language(Language language, const Problems& problems);
 
+/// A sentence of a library (of its command line, of its files): pattern and values are found by the keys of
+/// [said_by_libraries], and its values are names. Where none fits, the text itself, which has no translation.
+Sentence said_by_library(const std::string& text);
+
 /// A stored text of a run, of a plan, of a list: what was written in English. A sentence that the program says, a
 /// message of an error, a note, what is being done, for people who read this language. Its pattern with the places of
 /// its values, "there is no list of '{}'", is the key in [said] of text/<code>.toml, so that every place that throws

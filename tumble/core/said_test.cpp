@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
+
 #include "tumble/core/message_in.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -33,7 +36,7 @@ TEST(Said, ANameIsNeverTranslated) {
 
 TEST(Said, WhatCannotBeTranslatedWholeIsEnglishWhole) {
   EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, "colourless ideas")), "cannot read 'x': colourless ideas");
-  EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, std::string("ideas sleep"))),
+  EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, Sentence(std::string("ideas sleep")))),
             "cannot read 'x': ideas sleep");
   EXPECT_EQ(chinese(within("colourless ideas", Problem("true or false is expected"))),
             "colourless ideas: true or false is expected");
@@ -53,8 +56,44 @@ TEST(Said, ASentenceInASentenceIsTranslated) {
 TEST(Said, TheReasonThatTheSystemGivesIsTranslated) {
   for (const auto& [english, translation] :
        {std::pair("Not a directory", "不是文件夹"), {"Permission denied", "没有权限"}})
-    EXPECT_EQ(chinese(say("cannot write '{}': {}", Name{"a b.csv"}, std::string(english))),
+    EXPECT_EQ(chinese(say("cannot write '{}': {}", Name{"a b.csv"}, system_reason(english))),
               "无法写入“a b.csv”：" + std::string(translation));
+}
+
+TEST(Said, ANameThatIsASentenceOfATableStaysAsItIs) {
+  EXPECT_EQ(chinese(say("wrote {}", Name{"Is a directory"})), "已写入 Is a directory");
+  EXPECT_EQ(chinese(say("cannot read '{}': {}", std::string("File exists"), system_reason(ENOENT))),
+            "无法读取“File exists”：没有该文件或文件夹");
+}
+
+TEST(Said, ATextInQuotesIsAName) {
+  const Sentence said = say("wrote '{}'", std::string("File exists"));
+  EXPECT_EQ(said.values.at(0).kind, SentenceValue::Kind::name);
+}
+
+TEST(Said, WhatALibrarySaysIsItsPatternAndItsValues) {
+  EXPECT_EQ(chinese(said_by_library("RECORDING is required")), "缺少 RECORDING");
+  EXPECT_EQ(said_by_library("no such key").text(), "no such key");
+}
+
+TEST(Said, SentencesInARowAreTranslatedEach) {
+  const Sentence all = in_a_row({say("{} messages", 60), say("{}", Name{"x"})}, ", ");
+  EXPECT_EQ(all.text(), "60 messages, x");
+  EXPECT_EQ(chinese(say("wrote {}", all)), "已写入 60 条消息、x");
+}
+
+TEST(Said, AFullStopBehindAQuestionMarkGoes) {
+  EXPECT_EQ(chinese(say("no column '{}' for time{}; columns are {}", std::string("x"),
+                        say("; did you mean '{}'?", std::string("y")), Name{"y"})),
+            "没有作为时间的列“x”，是否应为“y”？已有的列：y");
+}
+
+TEST(Said, TheReasonInAFindingIsTranslated) {
+  const Finding finding(Finding::Severity::error, "segment_not_measurable",
+                        {{"reason", Sentence("the signal does not move: there is no line in it")}}, "10 Hz");
+  EXPECT_TRUE(message_in(Language::chinese, finding).ends_with("信号不变：其中没有谱线"))
+      << message_in(Language::chinese, finding);
+  EXPECT_TRUE(chinese(errors_among({finding}).at(0)).ends_with("信号不变：其中没有谱线"));
 }
 
 TEST(Said, LinesAreTranslatedOneByOne) {

@@ -98,7 +98,7 @@ void read_value(const Option& option, const Given& given, Settings& settings) {
       return settings.set_integers(option.name, integer_list(given.text));
     case Option::Type::word:
       if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())
-        refuse(say("'{}': expected one of {}{}", shown, joined(option.words), did_you_mean(given.text, option.words)));
+        refuse(say("'{}': expected one of {}{}", shown, Name{joined(option.words)}, did_you_mean(given.text, option.words)));
       return settings.set_word(option.name, given.text);
     case Option::Type::text:
       return settings.set_word(option.name, given.text);
@@ -156,11 +156,11 @@ void Settings::set_integers(const std::string& name, std::vector<int> values) {
   lists_[name] = std::move(values);
 }
 
-Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
+Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, const Sentence& what,
                  Problems& problems) {
   Settings settings;
   const auto complain = [&](const Given& value, Problem problem) {
-    problem = within(Where{.table = std::string(what), .place = Sentence(std::string(what))}, std::move(problem));
+    problem = within(Where{.table = what.text(), .place = what}, std::move(problem));
     problems.push_back(within(value.where, std::move(problem)));
   };
   const auto read = [&](const Option& option, const Given& value) {

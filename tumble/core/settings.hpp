@@ -64,8 +64,8 @@ class Settings {
 /// Checks what was given against what is accepted and fills in the defaults. Every problem (unknown key with the
 /// nearest known one, wrong dimension, bare number, unknown word, not a number) is appended to `problems`, with where
 /// it stands; the returned settings are complete only if none was.
-/// `what` names the owner in messages: "method allan_noise", "rig thermal_chamber".
-Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
+/// `what` names the owner in messages: say("method {}", Name{"allan_noise"}).
+Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, const Sentence& what,
                  Problems& problems);
 
 /// The defaults alone.

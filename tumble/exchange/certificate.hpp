@@ -140,7 +140,7 @@ std::string certificate_dcc(const Certificate& certificate, const std::string& p
 /// dates, releases of software, country codes. Empty: none is broken.
 ///
 /// See Schematron of the PTB for DCC 3.3.0
-std::vector<std::string> dcc_problems(const std::string& xml);
+Problems dcc_problems(const std::string& xml);
 
 /// `unit` in D-SI: "\degree\hour\tothe{-1}"; absent where D-SI has no such unit (parts of g).
 std::optional<std::string> dsi_unit(const Unit& unit);

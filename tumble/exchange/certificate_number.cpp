@@ -36,19 +36,19 @@ std::uint32_t taken_from(std::string_view& text) {
 
 }  // namespace
 
-std::string problem_of_certificate_number(const std::string& number) {
+Sentence problem_of_certificate_number(const std::string& number) {
   std::uint32_t before = 0;
   for (std::string_view rest = number; !rest.empty();) {
     const std::uint32_t code = taken_from(rest);
     const bool alike = std::ranges::any_of(
         look_alikes, [&](const CodePoints& range) { return range.first <= code && code <= range.last; });
     if (alike)
-      return fmt::format(
+      return say(
           "certificate number '{}' has the character U+{:04X}, which looks like another one or like none: write plain "
           "letters, digits, single spaces and '-'",
           number, code);
     if (code == ' ' && (before == ' ' || before == 0 || rest.empty()))
-      return fmt::format("certificate number '{}' has a space that no reader can see: write single spaces only",
+      return say("certificate number '{}' has a space that no reader can see: write single spaces only",
                          number);
     before = code;
   }

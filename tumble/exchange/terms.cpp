@@ -129,7 +129,7 @@ const CalibrationTerm& find_calibration_term(std::string_view name) {
   std::string list;
   for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
   throw Error(Error::Kind::bad_input, say("there is no term '{}'{} (known: {})", std::string(name),
-                                          did_you_mean(std::string(name), known), list));
+                                          did_you_mean(std::string(name), known), Name{list}));
 }
 
 }  // namespace tumble

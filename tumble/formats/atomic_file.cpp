@@ -116,7 +116,7 @@ void unlink_unfinished() noexcept {
 }
 
 void AtomicFile::fail(int code) const {
-  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path_, reason(code))};
+  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path_, system_reason(code))};
 }
 
 void AtomicFile::write(std::string_view bytes) {

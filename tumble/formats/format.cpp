@@ -92,7 +92,7 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
   if (const Format* format = by_extension(path, formats)) return *format;
   throw Error{Error::Kind::bad_file,
               say("'{}' is not a recording that can be read: neither its content nor its name says which; known are {}",
-                  path, extensions(formats, [](const Format&) { return true; }))};
+                  path, Name{extensions(formats, [](const Format&) { return true; })})};
 }
 
 const Format& format_of(const std::string& path, const ReadOptions& options, const FormatList& formats) {
@@ -110,11 +110,11 @@ const Format& format_to_write(const std::string& path, const FormatList& formats
   const Format* format = by_extension(path == standard_output ? "stream.csv" : path, formats);
   if (!format)
     throw Error{Error::Kind::bad_input, say("'{}': the name must say which format to write; known are {}", path,
-                                            extensions(formats, can_be_written))};
+                                            Name{extensions(formats, can_be_written)})};
   if (!can_be_written(*format))
     throw Error{Error::Kind::bad_input,
                 say("'{}': files of format {} are read, but cannot be written; the formats that can be written are {}",
-                    path, format->name, written_formats(formats))};
+                    path, format->name, Name{written_formats(formats)})};
   return *format;
 }
 

@@ -9,11 +9,11 @@
 
 namespace tumble {
 
-TemporaryFolder::TemporaryFolder(const std::string& failing) {
+TemporaryFolder::TemporaryFolder(const Sentence& failing) {
   std::error_code problem;
   std::string pattern = (std::filesystem::temp_directory_path(problem) / "tumble-XXXXXX").string();
   if (!problem && mkdtemp(pattern.data()) == nullptr) problem = {errno, std::system_category()};
-  if (problem) throw Error(Error::Kind::bad_file, say("{}: {}", failing, problem.message()));
+  if (problem) throw Error(Error::Kind::bad_file, say("{}: {}", failing, system_reason(problem)));
   path_ = pattern;
 }
 

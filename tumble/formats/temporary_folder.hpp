@@ -10,7 +10,7 @@ class TemporaryFolder {
  public:
   /// Given   failing  what a message says where it cannot be made; the reason follows
   /// Throws  Error::bad_file.
-  explicit TemporaryFolder(const std::string& failing = "a folder for temporary files (TMPDIR) cannot be made");
+  explicit TemporaryFolder(const Sentence& failing = "a folder for temporary files (TMPDIR) cannot be made");
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   ~TemporaryFolder();

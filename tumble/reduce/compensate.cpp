@@ -73,7 +73,7 @@ void refuse_without_inputs(const Recording& recording, const Works& works) {
     problems.push_back(
         say("every term of the error model of {} needs what neither a channel nor a plan states, {}: name the "
             "channels in [channels], or give the plan by --plan",
-            work.model->role, fmt::join(missing, ", ")));
+            Name{work.model->role}, fmt::join(missing, ", ")));
   }
   compensation::refuse(recording, problems);
 }
@@ -115,7 +115,7 @@ void set_reading(Work& work, const Channel& channel, Problems& problems) {
     work.reading = *shown;
   else
     problems.push_back(
-        say("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(), model.recorded.text()));
+        say("channel {} is in {}, but was calibrated in {}", Name{channel.name}, Name{channel.unit.text()}, Name{model.recorded.text()}));
 }
 
 /// The channel of an output. Where a result has one output and no channel plays its role, the only one of its kind.
@@ -169,7 +169,7 @@ void set_places(const Recording& recording, Works& works) {
     set_reading(work, *own, problems);
     if (problems.empty() && !sampled_together(first, *own))
       problems.push_back(
-          say("channels {} and {} are not sampled together: bring them to one clock first", first.name, own->name));
+          say("channels {} and {} are not sampled together: bring them to one clock first", Name{first.name}, Name{own->name}));
   }
   compensation::refuse(recording, problems);
 }
@@ -246,7 +246,7 @@ const Channel* channel_of(const Estimate& estimate, const Recording& recording, 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   if (estimate.models.empty())
     throw Error(Error::Kind::unsupported,
-                say("{} identifies no error model that could be subtracted from a recording", estimate.method));
+                say("{} identifies no error model that could be subtracted from a recording", Name{estimate.method}));
   if (estimate.covariance.rows != estimate.parameters.size())
     throw Error(Error::Kind::bad_file, "the result's covariance does not belong to its parameters");
   Compensation out{recording, {}, {}};

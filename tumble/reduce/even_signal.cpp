@@ -95,8 +95,8 @@ void refuse_pieces_far_apart(const std::vector<double>& stamps, double rate) {
   throw Error(Error::Kind::bad_data,
               say("{} samples in {}, with a pause of {} at {}: the pieces are too far apart to be one "
                   "record. Put each piece into a file of its own, or mark each as a run of its own",
-                  stamps.size(), say_seconds(length), say_seconds(stamps[longest] - stamps[longest - 1]),
-                  say_instant(stamps[longest - 1])));
+                  stamps.size(), Name{say_seconds(length)}, Name{say_seconds(stamps[longest] - stamps[longest - 1])},
+                  Name{say_instant(stamps[longest - 1])}));
 }
 
 void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& signal) {
@@ -107,7 +107,7 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
     throw Error(Error::Kind::bad_data,
                 say("the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
                     "the samples as evenly spaced",
-                    say_instant(stamps[clock.first_backward]), said_count(clock.backward, "step")));
+                    Name{say_instant(stamps[clock.first_backward])}, said_count(clock.backward, "step")));
   signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
   if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
   const FindingValue rms{"rms", clock.jitter_rms, "s"};
@@ -148,7 +148,7 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
     for (const Channel* channel : chosen(evidence, recording, wanted)) {
       if (!wanted.accepts(*channel))
         throw Error(Error::Kind::bad_data,
-                    say("{} is in {}: the method needs {}", channel->name, channel->unit.text(), wanted.what));
+                    say("{} is in {}: the method needs {}", Name{channel->name}, Name{channel->unit.text()}, Sentence(wanted.what.c_str())));
       const SampleRange range = samples_between(*channel, run.begin, run.end);
       ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
       const int number = ++runs[channel->name];
@@ -158,7 +158,7 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
   }
   if (all.empty())
     throw Error(Error::Kind::bad_data,
-                say("no channel of {}; the recordings hold {}", wanted.what, described(evidence.recordings)));
+                say("no channel of {}; the recordings hold {}", Sentence(wanted.what.c_str()), Name{described(evidence.recordings)}));
   return all;
 }
 
@@ -169,7 +169,7 @@ Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t 
   const auto first = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
   if (first == values.end()) return extremes;  // none is present
   const auto at = begin + static_cast<std::size_t>(first - values.begin());
-  throw Error(Error::Kind::bad_data, say("{}: infinite at {}", label, say_instant(channel.time(at))));
+  throw Error(Error::Kind::bad_data, say("{}: infinite at {}", Name{label}, Name{say_instant(channel.time(at))}));
 }
 
 EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing) {
@@ -201,18 +201,18 @@ EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string
   return signal;
 }
 
-std::string unusable(const Extremes& extremes, std::size_t samples, double rate) {
+Sentence unusable(const Extremes& extremes, std::size_t samples, double rate) {
   constexpr std::size_t fewest = 16;
   if (samples == 0) return "holds no sample";
   if (extremes.present == 0) return "holds no number, only missing samples";
   if (extremes.present < fewest)
-    return fmt::format("holds {}, too few: at least {} are needed", say_count(extremes.present, "sample"), fewest);
+    return say("holds {}, too few: at least {} are needed", said_count(extremes.present, "sample"), fewest);
   if (extremes.lowest == extremes.highest) return "does not change: stuck, or not connected";
   if (!(rate > 0.0)) return "has no sampling rate: give rate=... in Hz";
-  return "";
+  return {};
 }
 
-std::string unusable(const EvenSignal& signal) { return unusable(signal.extremes, signal.values.size(), signal.rate); }
+Sentence unusable(const EvenSignal& signal) { return unusable(signal.extremes, signal.values.size(), signal.rate); }
 
 Scatter scatter_of(std::span<const double> values, std::size_t first) {
   constexpr std::size_t lanes = 4;

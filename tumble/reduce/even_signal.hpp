@@ -64,8 +64,8 @@ Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t 
 
 /// Reason why a noise analysis is not possible (too short, constant, NaN); empty for a usable signal.
 /// Given: rate [Hz].
-std::string unusable(const Extremes& extremes, std::size_t samples, double rate);
-std::string unusable(const EvenSignal& signal);
+Sentence unusable(const Extremes& extremes, std::size_t samples, double rate);
+Sentence unusable(const EvenSignal& signal);
 
 /// Scatter of a block of samples, the first of which is number `first` of the record.
 struct Scatter {

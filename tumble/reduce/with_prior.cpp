@@ -219,9 +219,9 @@ void refuse_other_dimensions(const Estimate& result, const Estimate& population)
   for (const auto& parameter : population.parameters) {
     const auto* own = find_parameter(result, parameter.name);
     if (own && own->unit.dimension() != parameter.unit.dimension())
-      problems.push_back(say("{} is in {} [{}], but in {} [{}] in the population that is its prior", parameter.name,
-                             own->unit.text(), name(own->unit.dimension()), parameter.unit.text(),
-                             name(parameter.unit.dimension())));
+      problems.push_back(say("{} is in {} [{}], but in {} [{}] in the population that is its prior", Name{parameter.name},
+                             Name{own->unit.text()}, Name{name(own->unit.dimension())}, Name{parameter.unit.text()},
+                             Name{name(parameter.unit.dimension())}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
@@ -239,7 +239,7 @@ Problems problems_of_prior(const Estimate& population, const std::string& model,
     problems.push_back(say("is of units of the model '{}', the plan is of a '{}'", population.instrument_model, model));
   if (population.population->method != method)
     problems.push_back(
-        say("is made from results of {}, the plan's method is {}", population.population->method, method));
+        say("is made from results of {}, the plan's method is {}", Name{population.population->method}, Name{method}));
   if (population.parameters.empty()) problems.emplace_back("has no parameters");
   return problems;
 }

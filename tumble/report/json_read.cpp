@@ -33,7 +33,7 @@ void to_si(std::vector<double>& values, const Unit& unit) {
 
 void expect_size(const Node& node, std::size_t size, std::size_t expected, const std::string& why) {
   if (!node.absent() && size != expected) {
-    node.complain(say("{} values are expected ({}), not {}", expected, why, size));
+    node.complain(say("{} values are expected ({}), not {}", expected, Sentence(why.c_str()), size));
   }
 }
 
@@ -155,7 +155,7 @@ void check_factors(const Node& node, const Estimate& estimate) {
     for (std::size_t j = 0; j <= i; ++j)
       if (std::abs(sum(i, j) - c(i, j)) > 1e-6 * std::sqrt(c(i, i)) * std::sqrt(c(j, j))) {
         node.complain(say("factors give the covariance {0} of {2} and {3}, not {1}", sum(i, j), c(i, j),
-                          estimate.parameters[i].name, estimate.parameters[j].name));
+                          Name{estimate.parameters[i].name}, Name{estimate.parameters[j].name}));
         return;
       }
 }

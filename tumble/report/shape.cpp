@@ -9,7 +9,7 @@ namespace tumble {
 void require_shape(const Estimate& estimate) {
   Problems problems;
   const auto expect = [&](const std::string& what, std::size_t size, std::size_t expected) {
-    if (size != expected) problems.push_back(say("{} has {} values, not {}", what, size, expected));
+    if (size != expected) problems.push_back(say("{} has {} values, not {}", Name{what}, size, expected));
   };
   const auto count = estimate.parameters.size();
   const auto& covariance = estimate.covariance;

@@ -73,14 +73,14 @@ fs::path own_folder(const fs::path& path) {
   const bool made = mkdir(path.c_str(), S_IRWXU) == 0 || errno == EEXIST;
   if (!made || lstat(path.c_str(), &link) != 0 || stat(path.c_str(), &folder) != 0 || !S_ISDIR(folder.st_mode))
     throw Error{Error::Kind::bad_file, say("cannot make the folder '{}': {}", path.string(),
-                                           std::generic_category().message(S_ISREG(folder.st_mode) ? ENOTDIR : errno))};
+                                           system_reason(S_ISREG(folder.st_mode) ? ENOTDIR : errno))};
   if (link.st_uid != geteuid() || folder.st_uid != geteuid())
     throw Error{
         Error::Kind::bad_file,
         say("'{}' belongs to another user: remove it, or name another place (HOME, XDG_CACHE_HOME, XDG_STATE_HOME)",
             path.string())};
   if ((folder.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, say("others may write into '{}': chmod 700 {}", path.string(), path.string())};
+    throw Error{Error::Kind::bad_file, say("others may write into '{}': chmod 700 {}", path.string(), Name{path.string()})};
   return path;
 }
 

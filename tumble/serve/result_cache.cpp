@@ -85,7 +85,7 @@ std::shared_ptr<const Estimate> ResultCache::read(const std::string& path) {
   const auto name = std::filesystem::path(path).filename().string();
   std::error_code failed;
   if (const auto bytes = std::filesystem::file_size(path, failed); !failed && bytes > largest_result)
-    throw Error{Error::Kind::bad_file, say("{}: {} bytes are more than a result has", name, bytes)};
+    throw Error{Error::Kind::bad_file, say("{}: {} bytes are more than a result has", Name{name}, bytes)};
   auto estimate = std::make_shared<const Estimate>(estimate_from_json(read_text_file(path), name));
   const std::scoped_lock lock(mutex_);
   std::erase_if(read_, [&](const Entry& entry) { return entry.path == path; });

@@ -85,7 +85,7 @@ std::vector<User> users_of(const std::string& text, const std::string& path) {
 void require_private(const std::string& path) {
   struct stat state {};
   if (stat(path.c_str(), &state) == 0 && (state.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, say("{}: others may write this file of users: chmod 600 {}", path, path)};
+    throw Error{Error::Kind::bad_file, say("{}: others may write this file of users: chmod 600 {}", Name{path}, Name{path})};
 }
 
 std::string entry_of(const User& user) {
@@ -124,7 +124,7 @@ void add_user(const std::string& path, const User& user) {
 void change_password(const std::string& path, const std::string& user, const std::string& hash) {
   const auto users = read_users(path);
   const auto found = std::ranges::find(users, user, &User::name);
-  if (found == users.end()) throw Error{Error::Kind::bad_input, say("{}: there is no user '{}'", path, user)};
+  if (found == users.end()) throw Error{Error::Kind::bad_input, say("{}: there is no user '{}'", Name{path}, user)};
   const PlanPath place{"user", std::to_string(found - users.begin()), "password"};
   write_private(path, with_value(read_text_file(path), path, place, toml_text(hash)));
 }

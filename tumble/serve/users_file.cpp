@@ -67,7 +67,7 @@ UsersFile::UsersFile(const std::string& file) : state_(std::make_shared<State>()
   state_->users = std::make_shared<const std::vector<User>>(read_users(file));
   if (state_->users->empty())
     throw Error{Error::Kind::bad_input,
-                say("{} has no users: tumble serve --users {} --add-user NAME --role approve", file, file)};
+                say("{} has no users: tumble serve --users {} --add-user NAME --role approve", Name{file}, Name{file})};
   std::thread([state = state_] { state->look_again_and_again(); }).detach();
 }
 

@@ -81,7 +81,7 @@ struct Workbench::State {
     for (const Route& route : routes)
       if (route.path == request.path) allowed += (allowed.empty() ? "" : ", ") + route.method;
     if (allowed.empty()) return routes::problem_response(404, "there is nothing at this address");
-    auto response = routes::problem_response(405, say("this address is asked by {}", allowed));
+    auto response = routes::problem_response(405, say("this address is asked by {}", Name{allowed}));
     response.headers.emplace_back("Allow", allowed);
     return response;
   }
@@ -143,7 +143,7 @@ struct Workbench::State {
       } catch (const Error& error) {
         refused = refusal_of_error(error);
       } catch (const fs::filesystem_error& error) {
-        refused = routes::problem_response(507, error.code().message());
+        refused = routes::problem_response(507, system_reason(error.code()));
       }
     if (refused) routes::say_refusal(head, *refused), add_safety(*refused);
     return refused;
@@ -186,7 +186,7 @@ struct Workbench::State {
     } catch (const Error& error) {
       response = refusal_of_error(error);
     } catch (const fs::filesystem_error& error) {
-      response = routes::problem_response(507, say("the folder cannot be written: {}", error.code().message()));
+      response = routes::problem_response(507, say("the folder cannot be written: {}", system_reason(error.code())));
     } catch (const std::bad_alloc&) {
       response = routes::problem_response(503, "there is not enough memory for this answer");
     } catch (const std::exception& error) {
@@ -217,7 +217,7 @@ void Workbench::set_port(unsigned port) { state_->context.guard.port = port; }
 
 std::vector<std::string> workbench_routes() {
   std::vector<std::string> all;
-  for (const Route& route : all_routes()) all.push_back(say("{} {}", route.method, route.path));
+  for (const Route& route : all_routes()) all.push_back(say("{} {}", Name{route.method}, Name{route.path}));
   return all;
 }
 

@@ -39,7 +39,7 @@ void append_oversampling_problems(const Plan& plan, Problems& problems) {
       problems.push_back(
           say("[beside.{}.truth] oversampling = {}, but all instruments make their steps "
               "together: write it in [truth], where it is {}",
-              one.name, own, oversampling));
+              Name{one.name}, own, oversampling));
 }
 
 /// The fastest that a motion is [Hz]; 0: it does not oscillate.
@@ -67,7 +67,7 @@ void append_rate_problems(const Plan& plan, Problems& problems) {
         problems.push_back(
             say("segment '{}': {} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
                 "{:.6g}: raise [truth] oversampling",
-                segment.label, axis, highest, 2.0 * highest, rate));
+                segment.label, Name{axis}, highest, 2.0 * highest, rate));
     }
   double samples = 0.0;
   for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;

@@ -92,7 +92,7 @@ std::string sealed_file(const std::string& run, const Facts& facts, const std::s
   throw Error(Error::Kind::bad_file,
               say("the recording of the run '{0}' that was sealed is not there any more, or has changed; `tumble "
                   "seal {0}` makes it again",
-                  run));
+                  Name{run}));
 }
 
 /// Equipment in the text of a station, whose other files need not be there any more.
@@ -136,7 +136,7 @@ std::vector<FileDeposit> recordings_of(const std::string& run, const Story& stor
     recordings.push_back({.path = path, .name = fs::path(path).filename().string(), .role = "recording", .slot = slot});
   }
   if (recordings.empty())
-    throw Error(Error::Kind::bad_file, say("the run '{0}' is not sealed: `tumble seal {0}`", run));
+    throw Error(Error::Kind::bad_file, say("the run '{0}' is not sealed: `tumble seal {0}`", Name{run}));
   return recordings;
 }
 

@@ -25,7 +25,7 @@ struct Disk::Inner {
 namespace {
 
 [[noreturn]] void refuse_disk_call(const Sentence& what, int code) {
-  throw Error(Error::Kind::bad_file, say("{}: {}", what, std::system_category().message(code)));
+  throw Error(Error::Kind::bad_file, say("{}: {}", what, system_reason(code)));
 }
 
 void require_done(disk::Outcome outcome, const Sentence& what) {

@@ -83,7 +83,7 @@ std::string utc_text(const std::string& seconds) {
 [[noreturn]] void refuse_guard(const Sentence& what, int note) {
   const std::string why = std::strerror(errno);
   if (note >= 0) close(note);
-  throw Error(Error::Kind::bad_file, say("the guard of the run cannot be started: {}: {}", what, why));
+  throw Error(Error::Kind::bad_file, say("the guard of the run cannot be started: {}: {}", what, system_reason(why)));
 }
 
 /// The folder of a run may come from anywhere: what leads elsewhere, or is no file, is not the note. -1: there is none.

@@ -127,7 +127,7 @@ std::uint64_t write_raw(const std::string& run, const std::string& file) {
       if (link.name != content.links.front().name)
         throw Error(Error::Kind::bad_data, say("'{}' holds the bytes of several links ({}, {}): a file of raw "
                                                "bytes is that of one",
-                                               path, content.links.front().name, link.name));
+                                               path, Name{content.links.front().name}, Name{link.name}));
     AtomicFile output(file);
     std::uint64_t written = 0;
     recorder::visit(store, content, [&](const StoreItem& item) {

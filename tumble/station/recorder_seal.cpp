@@ -196,7 +196,7 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
     fs::remove(fs::path(folder_of_file(path)) / live_samples_name, ignored);
     return sealed;
   } catch (const recorder::Refusal& refusal) {
-    throw Error(Error::Kind::bad_file, say("'{}' cannot be sealed: {}", path, refusal.text));
+    throw Error(Error::Kind::bad_file, say("'{}' cannot be sealed: {}", path, system_reason(refusal.text)));
   }
 }
 

@@ -43,8 +43,8 @@ DeclaredInstrument instrument_to_record(const RecordRequest& request) {
     throw Error(Error::Kind::bad_input,
                 say("the frames of {} do not say what their numbers mean ({}); name the variant of the device, "
                     "for example {}:{} (variants: {})",
-                    choice.name, fmt::join(instrument.codec.unchosen, ", "), choice.name,
-                    instrument.codec.variants.front(), fmt::join(instrument.codec.variants, ", ")));
+                    Name{choice.name}, fmt::join(instrument.codec.unchosen, ", "), Name{choice.name},
+                    Name{instrument.codec.variants.front()}, fmt::join(instrument.codec.variants, ", ")));
   return instrument;
 }
 
@@ -55,7 +55,7 @@ void check_start(const RecordRequest& request, const FrameLink& declared) {
   throw Error(Error::Kind::bad_input,
               say("'{}' only listens, and {} is started by commands; give its address, udp:HOST:{}, or use "
                   "--no-start for an instrument that streams already",
-                  text_of(request.link), request.instrument, request.link.port));
+                  text_of(request.link), Name{request.instrument}, request.link.port));
 }
 
 LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
@@ -65,7 +65,7 @@ LinkAddress with_declared_line(LinkAddress address, const FrameLink& declared) {
   if (address.baud == 0)
     throw Error(Error::Kind::bad_input,
                 say("'{}': the declaration has no rate of the line; give it, for example {}:115200", text_of(address),
-                    "serial:" + address.device));
+                    Name{"serial:" + address.device}));
   return address;
 }
 
@@ -76,7 +76,7 @@ void check_output_is_free(const RecordRequest& request, const std::string& folde
         say("'{}' is there already; a recording does not replace another: choose another name", request.output));
   if (fs::exists(fs::path(folder) / live_store_name))
     throw Error(Error::Kind::bad_file,
-                say("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder, folder,
+                say("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder, Name{folder},
                     request.output));
 }
 
@@ -113,7 +113,7 @@ class Session {
   void open_store() {
     std::error_code refused;
     const bool made = fs::create_directory(folder_, refused);
-    if (refused) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder_, refused.message()));
+    if (refused) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder_, system_reason(refused)));
     try {
       RecorderOptions options;
       options.clock = world_.clock;
@@ -186,7 +186,7 @@ class Session {
       throw Error(Error::Kind::bad_data,
                   say("{}: {}; compare the declaration and the rate of the line, or use --no-start for an "
                       "instrument that streams already",
-                      instrument_.link.name, line_.at(now())));
+                      Name{instrument_.link.name}, Name{line_.at(now())}));
     }
   }
 
@@ -198,13 +198,13 @@ class Session {
     const std::string& link = instrument_.link.name;
     if (received_ == 0)
       throw Error(Error::Kind::bad_data,
-                  say("{}: {}", link, outcome_.whole ? "nothing was received" : outcome_.ending));
+                  say("{}: {}", Name{link}, Name{outcome_.whole ? "nothing was received" : outcome_.ending}));
     Problems problems;
     if (!outcome_.whole) problems.push_back(outcome_.ending);
     problems.push_back(
         say("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
             "line (the bytes: `tumble seal {} --raw FILE.raw`)",
-            link, instrument_.codec.name, received_, folder_));
+            Name{link}, Name{instrument_.codec.name}, received_, Name{folder_}));
     throw Error(Error::Kind::bad_data, problems);
   }
 
@@ -243,7 +243,7 @@ class Session {
         Problems problems = error.problems;
         problems.insert(problems.begin(),
                         outcome_.whole ? Problem("the recording cannot be sealed") : Problem(outcome_.ending));
-        problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_));
+        problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, Name{folder_}));
         throw Error(error.kind, problems);
       }
     }();

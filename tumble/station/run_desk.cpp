@@ -190,7 +190,7 @@ std::string RunDesk::Inner::take_order(const Json& request) {
   if (std::ranges::find(open_prompt->choices, choice) == open_prompt->choices.end()) {
     std::string choices;
     for (const auto& one : open_prompt->choices) choices += (choices.empty() ? "" : ", ") + one;
-    return problem(say("'{}' is no answer to question {} (answers: {})", choice, number, choices));
+    return problem(say("'{}' is no answer to question {} (answers: {})", choice, number, Name{choices}));
   }
   orders.push_back(PromptAnswer{number, choice, who});
   open_prompt.reset();
@@ -289,7 +289,7 @@ void RunDesk::open(const std::string& folder, const RunFacts& facts, double spee
   if (!code) inner.acceptor.listen(64, code);
   if (code)
     throw Error(Error::Kind::bad_file,
-                say("the run cannot be watched from elsewhere: {}: {}", inner.socket_path, code.message()));
+                say("the run cannot be watched from elsewhere: {}: {}", Name{inner.socket_path}, system_reason(code)));
   inner.accept();
   inner.thread = quiet_thread([&inner] { inner.context.run(); });
 }

@@ -205,7 +205,7 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
     for (const StationAxis& axis : station.axes) {
       if (axis.device != d) continue;
       if (std::ranges::find(axes, axis.name) == axes.end())
-        problems.push_back(say("the rig of the plan has no axis '{}', which {} drives", axis.name, one.device.name));
+        problems.push_back(say("the rig of the plan has no axis '{}', which {} drives", axis.name, Name{one.device.name}));
       one.axes.emplace(axis.number, axis);
       if (one.device.axes.size() < static_cast<std::size_t>(axis.number))
         one.device.axes.resize(static_cast<std::size_t>(axis.number));
@@ -272,7 +272,7 @@ void VirtualBench::put(const std::map<std::string, double>& axes) {
   Segment by_hand;
   for (const auto& [axis, value] : axes) by_hand.axes[axis] = {.value = value};
   if (const auto why = inner_->rig.carry_out(inner_->now, by_hand); !why.empty())
-    throw Error(Error::Kind::bad_input, say("it cannot be put there by hand: {}", why));
+    throw Error(Error::Kind::bad_input, say("it cannot be put there by hand: {}", Sentence(why.c_str())));
 }
 
 void VirtualBench::power(bool on) { inner_->rig.power(inner_->now, on); }

@@ -24,7 +24,7 @@ struct Asked {
   double need(const std::string& name) {
     const auto found = request.values.find(name);
     if (found != request.values.end() && std::isfinite(found->second)) return found->second;
-    refuse(say("{} needs a value of {}", request.verb, name));
+    refuse(say("{} needs a value of {}", Name{request.verb}, Name{name}));
     return 0.0;
   }
   double value_or(const std::string& name, double otherwise) const {
@@ -201,9 +201,9 @@ ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, cons
   const auto verb = verbs().find(request.verb);
   const auto axis = static_cast<std::size_t>(request.axis - 1);
   if (verb == verbs().end()) {
-    asked.refuse(say("{} does not know '{}'", device.name, request.verb));
+    asked.refuse(say("{} does not know '{}'", Name{device.name}, request.verb));
   } else if (request.axis < 1 || axis >= device.axes.size()) {
-    asked.refuse(say("{} has no axis {}", device.name, request.axis));
+    asked.refuse(say("{} has no axis {}", Name{device.name}, request.axis));
   } else {
     asked.axis = device.axes[axis];
     if (asked.axis == "power")

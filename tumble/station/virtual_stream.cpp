@@ -91,7 +91,7 @@ VirtualStream::VirtualStream(FrameCodec codec, double sample_rate, std::map<std:
     : codec_(std::move(codec)), rate_(sample_rate), names_(std::move(names)) {
   while (layout_ < codec_.frames.size() && codec_.frames[layout_].fields.empty()) ++layout_;
   if (layout_ == codec_.frames.size())
-    throw Error(Error::Kind::bad_input, say("{}: no frame carries a channel", codec_.name));
+    throw Error(Error::Kind::bad_input, say("{}: no frame carries a channel", Name{codec_.name}));
 }
 
 void VirtualStream::freeze(const std::string& channel, bool on) {
@@ -110,8 +110,8 @@ void VirtualStream::find_sources(const VirtualSamples& samples) {
     const auto found = std::ranges::find(samples.channels, wanted, &Channel::name);
     sources_.push_back(found == samples.channels.end() ? nullptr : &*found);
     if (sources_.back() && !(found->unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_input, say("{}: {} is in {}, but the rig gives {}", codec_.name, channel.name,
-                                              channel.unit.text(), found->unit.text()));
+      throw Error(Error::Kind::bad_input, say("{}: {} is in {}, but the rig gives {}", Name{codec_.name}, Name{channel.name},
+                                              Name{channel.unit.text()}, Name{found->unit.text()}));
   }
 }
 

@@ -36,12 +36,12 @@ constexpr const char* no_date = "2000-01-01T00:00:00Z";
 /// The folder with the results of a fleet: those of the version that fleet.json names, or the folder itself.
 fs::path folder_of_results(const std::string& folder) {
   std::error_code failed;
-  if (!fs::is_directory(folder, failed)) throw Error(Error::Kind::bad_input, say("{}: is not a folder", folder));
+  if (!fs::is_directory(folder, failed)) throw Error(Error::Kind::bad_input, say("{}: is not a folder", Name{folder}));
   const fs::path document = fs::path(folder) / "fleet.json";
   if (!fs::exists(document)) return folder;
   const Json json = Json::parse(read_text_file(document.string()), nullptr, false);
   if (!json.is_object() || !json.contains("tumble") || !json["tumble"].is_string())
-    throw Error(Error::Kind::bad_file, say("{}: is not what tumble fleet run writes", document.string()));
+    throw Error(Error::Kind::bad_file, say("{}: is not what tumble fleet run writes", Name{document.string()}));
   return fs::path(folder) / "results" / json["tumble"].get<std::string>();
 }
 
@@ -109,7 +109,7 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   if (!fleet.method.empty() && method != fleet.method)
     throw Error(Error::Kind::bad_input, say("{}: is a result of {}, and others are of {}: results of one method "
                                             "are expected",
-                                            file, method, fleet.method));
+                                            Name{file}, Name{method}, Name{fleet.method}));
   fleet.method = method;
   const auto& instrument = json.at("instrument");
   UnitName unit{instrument.value("model", ""), instrument.value("serial", "")};
@@ -117,7 +117,7 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   fleet.model = unit.model;
   if (unit.serial.empty())
     throw Error(Error::Kind::bad_input,
-                say("{}: has no serial number: tumble fleet run takes it from the file's name", file));
+                say("{}: has no serial number: tumble fleet run takes it from the file's name", Name{file}));
   if (const auto inputs = inputs_of(json); !inputs.empty() && !recordings.insert(inputs).second) {
     fleet.same_recording.push_back(unit.serial);
     return std::nullopt;
@@ -129,7 +129,7 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
   ++fleet.units;
   return ResultDeposit{.json = std::move(text), .file = file, .unit = unit};
 } catch (const Json::exception&) {
-  throw Error(Error::Kind::bad_file, say("{}: is not a result of tumble identify", file));
+  throw Error(Error::Kind::bad_file, say("{}: is not a result of tumble identify", Name{file}));
 }
 
 FleetResults put_into(Archive& archive, const std::vector<std::string>& files, const ArchiveAct& act) {
@@ -167,7 +167,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
   const auto files = results_in(folder);
   if (files.empty())
     throw Error(Error::Kind::bad_input,
-                say("{}: holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes them", folder));
+                say("{}: holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes them", Name{folder}));
   const TemporaryFolder temporary;
   const std::string address = (temporary.path() / "fleet.db").string();
   const ArchiveAct act{.who = "fleet summary", .when = no_date, .why = {}};
@@ -182,7 +182,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
   if (found.units < fewest_units)
     throw Error(Error::Kind::bad_data, say("{}: {} units have a result of their own, and a summary needs {} or "
                                            "more",
-                                           folder, found.units, fewest_units));
+                                           Name{folder}, found.units, fewest_units));
   fleet::Overview overview;
   for (const auto& name : names) try {
       const Unit shown = parameter_over_units(archive, name, found.model).shown;
@@ -194,7 +194,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
     }
   if (all.parameters.empty())
     throw Error(Error::Kind::bad_data,
-                say("{}: no parameter can be summarised: of each there are fewer than three units", folder));
+                say("{}: no parameter can be summarised: of each there are fewer than three units", Name{folder}));
   fleet::finish(overview, all);
   if (!found.same_recording.empty())
     all.findings.push_back({Severity::warning,

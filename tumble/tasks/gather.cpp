@@ -122,6 +122,9 @@ std::vector<std::string> names_of(const std::vector<NamedKind>& columns) {
   return names;
 }
 
+/// What the column of a role holds: words of the program.
+Sentence role_words(const Role& role) { return Sentence(std::string(role.description).c_str()); }
+
 /// The columns of a file for a message: a second look, since only those of the roles were read. The first block says
 /// them, and the file may be larger than memory.
 std::vector<NamedKind> columns_in(const Recording& recording, ReadOptions options) {
@@ -140,13 +143,14 @@ std::vector<NamedKind> columns_in(const Recording& recording, ReadOptions option
   return columns_of(recording.channels);
 }
 
-std::string missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,
-                            const std::vector<std::string>& columns) {
-  const auto how = plan.file.empty() ? fmt::format("--set channels.{}=...", role.name)
-                                     : fmt::format("[channels] {} = \"...\" in {}", role.name, plan.file);
-  return fmt::format("{}: no column '{}' for {} ({}){}; columns are {}; name the right one with {}",
-                     recording.origin.file, wanted, role.name, role.description, did_you_mean(wanted, columns),
-                     fmt::join(columns, ", "), how);
+Problem missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,
+                        const std::vector<std::string>& columns) {
+  const Sentence how = plan.file.empty()
+                           ? say("--set channels.{}=...", Name{role.name})
+                           : say("[channels] {} = \"...\" in {}", Name{role.name}, Name{plan.file});
+  return in_file(recording.origin.file,
+                 say("no column '{}' for {} ({}){}; columns are {}; name the right one with {}", wanted,
+                     Name{role.name}, role_words(role), did_you_mean(wanted, columns), fmt::join(columns, ", "), how));
 }
 
 /// A role that no column plays.
@@ -168,20 +172,22 @@ void report_missing(const Plan& plan, const std::vector<Role>& roles, const std:
       proposal += plan.file.empty() ? fmt::format(" --set channels.{}={}", role, channel)
                                     : fmt::format("{}{} = \"{}\"", proposal.empty() ? " " : "; ", role, channel);
   if (!proposal.empty())
-    problems.push_back(say("{}: by the names of its columns{}:{}", recording.origin.file,
-                           plan.file.empty() ? Sentence() : say(", in [channels] of {}", Name{plan.file}), proposal));
+    problems.push_back(in_file(
+        recording.origin.file,
+        say("by the names of its columns{}:{}",
+            plan.file.empty() ? Sentence() : say(", in [channels] of {}", Name{plan.file}), Name{proposal})));
 }
 
-/// What is wrong with the unit of a channel in a role, or empty.
-std::string wrong_unit(const Role& role, const Channel& channel, const Recording& recording) {
-  if (role.unit.empty()) return "";
+/// What is wrong with the unit of a channel in a role.
+std::optional<Problem> wrong_unit(const Role& role, const Channel& channel, const Recording& recording) {
+  if (role.unit.empty()) return std::nullopt;
   const auto expected = Unit::parse(role.unit);
-  if (channel.unit.dimension() == expected.dimension()) return "";
-  return fmt::format(
-      "{}: column '{}' is in {} [{}], but {} ({}) must be in {} or another unit of [{}]; correct the unit in the file, "
-      "or name another column",
-      recording.origin.file, channel.name, channel.unit.text(), name(channel.unit.dimension()), role.name,
-      role.description, role.unit, name(expected.dimension()));
+  if (channel.unit.dimension() == expected.dimension()) return std::nullopt;
+  return in_file(recording.origin.file,
+                 say("column '{}' is in {} [{}], but {} ({}) must be in {} or another unit of [{}]; correct the unit in "
+                     "the file, or name another column",
+                     channel.name, Name{channel.unit.text()}, Name{name(channel.unit.dimension())}, Name{role.name},
+                     role_words(role), Name{std::string(role.unit)}, Name{name(expected.dimension())}));
 }
 
 /// Reads what the roles need. A file that has none of it is read whole: then what it lacks is said with what it has.
@@ -222,13 +228,13 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
     const bool part = evidence.plans[r] && !evidence.plans[r]->channels.empty();  // says itself what it holds
     for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
     std::vector<MissingRole> missing;
-    std::vector<std::string> wrong_units;
+    Problems wrong_units;
     for (const auto& role : roles) {
       const auto channels = role.several ? channels_for(evidence, recording, role.name)
                                          : std::vector{channel_for(evidence, recording, role.name)};
       for (const auto* channel : channels)
         if (channel)
-          if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) wrong_units.push_back(problem);
+          if (auto problem = wrong_unit(role, *channel, recording)) wrong_units.push_back(std::move(*problem));
       const bool named = !part && evidence.plan.channels.contains(role.name);
       if (!named && (!role.required || (!channels.empty() && channels.front()))) continue;
       for (const auto& column : named ? columns_of(evidence.plan, role) : std::vector{role.name})
@@ -256,11 +262,11 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       used = is_clock_column(column, evidence.recordings[r].origin.file, read_by[r]);
     if (!used)
       problems.push_back(
-          say("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
+          say("--set unit.{}: no file has a column '{}'{}", Name{column}, column, did_you_mean(column, known)));
   }
   for (const auto& recording : evidence.recordings)
     if (said.rate)
-      if (auto problem = rate_conflict(recording, *said.rate); !problem.empty()) problems.push_back(std::move(problem));
+      if (auto problem = rate_conflict(recording, *said.rate)) problems.push_back(std::move(*problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -275,7 +281,7 @@ void select_channels(const std::vector<std::string>& only, Recording& recording)
 Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
                     const Progress& progress) {
   if (plan.method.empty())
-    throw Error(Error::Kind::bad_input, say("{}: names no method: method = \"...\" at the top", plan.file));
+    throw Error(Error::Kind::bad_input, say("{}: names no method: method = \"...\" at the top", Name{plan.file}));
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles);
   auto entries = plan.recordings;
@@ -348,7 +354,7 @@ Recording header_of(const Recording& block, const Plan& plan, const RecordingEnt
     throw Error(Error::Kind::unsupported,
                 say("{} holds {} power-ups and is too large for memory: only a single power-up can be "
                     "processed in blocks; write each power-up to its own file, or raise --memory-limit",
-                    entry.file, runs));
+                    Name{entry.file}, runs));
   check_roles({plan, {header}, {nullptr}}, find_method(plan.method).roles(), {options});
   return header;
 }

@@ -63,7 +63,7 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
   Problems problems;
   for (const auto& limit : limits) {
     const auto complain = [&](const Sentence& message) {
-      problems.push_back(say("{}{}[[limit]]: {}", limit.where, limit.where.empty() ? "" : ": ", message));
+      problems.push_back(say("{}{}[[limit]]: {}", Name{limit.where}, limit.where.empty() ? "" : ": ", message));
     };
     const auto* parameter = find_parameter(estimate, limit.parameter);
     const auto hidden = find_upper_limit(estimate, limit.parameter);

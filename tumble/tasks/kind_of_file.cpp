@@ -68,18 +68,15 @@ FileKind kind_of_file(const std::string& path) try {
 void refuse_other_kind(const std::string& path, FileKind wanted) {
   const FileKind kind = kind_of_file(path);
   if (kind == wanted || kind == FileKind::unknown) return;
-  std::string text;
+  const Name name{path};
+  const auto refuse = [](Sentence text) { throw Error(Error::Kind::bad_input, std::move(text)); };
   if (kind == FileKind::recording && wanted == FileKind::plan)
-    text = fmt::format("{} is a recording; the method or the plan comes first: tumble identify allan_noise {}", path,
-                       path);
-  else if (kind == FileKind::recording)
-    text = fmt::format("{} is a recording, and a result is needed: tumble identify allan_noise {} -o result.json", path,
-                       path);
-  else if (kind == FileKind::result)
-    text = fmt::format("{} is a result, and a plan is needed; to read the result: tumble report {}", path, path);
-  else
-    text = fmt::format("{} is a plan, and a result is needed: tumble identify {} -o result.json", path, path);
-  throw Error(Error::Kind::bad_input, text);
+    refuse(say("{} is a recording; the method or the plan comes first: tumble identify allan_noise {}", name, name));
+  if (kind == FileKind::recording)
+    refuse(say("{} is a recording, and a result is needed: tumble identify allan_noise {} -o result.json", name, name));
+  if (kind == FileKind::result)
+    refuse(say("{} is a result, and a plan is needed; to read the result: tumble report {}", name, name));
+  refuse(say("{} is a plan, and a result is needed: tumble identify {} -o result.json", name, name));
 }
 
 }  // namespace tumble

@@ -181,7 +181,7 @@ void override_values(toml::table& document, const Sets& sets, FileProblems& prob
     if (dot == std::string::npos ||
         (section != "laboratory" && section != "customer" && section != "item" && section != "certificate")) {
       problems.all.push_back(
-          say("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected", key));
+          say("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected", Name{key}));
       continue;
     }
     auto* table = document.get_as<toml::table>(section);

@@ -72,7 +72,7 @@ void read_instrument(Reading& reading, const toml::table& table) {
 }
 
 /// The keys of a table, as overridden by the command line, against what `options` accept.
-Settings resolve_section(Reading& reading, Section& section, const std::vector<Option>& options, std::string_view what,
+Settings resolve_section(Reading& reading, Section& section, const std::vector<Option>& options, const Sentence& what,
                          const std::vector<Given>& sets) {
   return resolve(options, overridden(section.rest(), sets), what, reading.problems.all);
 }
@@ -87,7 +87,7 @@ void read_rig(Reading& reading, const toml::table& table) {
   reading.rig = look_up(
       section, "kind", [&]() -> auto& { return find_rig(*kind); });
   if (reading.rig)
-    reading.plan.rig = resolve_section(reading, section, reading.rig->options(), "rig " + *kind, reading.sets.rig);
+    reading.plan.rig = resolve_section(reading, section, reading.rig->options(), say("rig {}", Name{*kind}), reading.sets.rig);
 }
 
 bool takes_several(const Reading& reading, const std::string& name) {
@@ -132,7 +132,7 @@ void read_settings(Reading& reading, const toml::table& table) {
   Section section(table, "[settings]", reading.problems);
   if (reading.method)
     reading.plan.settings = resolve_section(reading, section, reading.method->options(),
-                                            "method " + reading.plan.method, settings_given(reading));
+                                            say("method {}", Name{reading.plan.method}), settings_given(reading));
   else if (reading.plan.method.empty() && !table.empty())
     section.problem("needs the plan's method: method = \"...\" at the top");
 }
@@ -141,7 +141,7 @@ void read_truth(Reading& reading, const toml::table& table) {
   Section section(table, "[truth]", reading.problems);
   if (reading.model)
     reading.plan.truth = resolve_section(reading, section, truth_options(*reading.model),
-                                         "model " + reading.plan.instrument_model, reading.sets.truth);
+                                         say("model {}", Name{reading.plan.instrument_model}), reading.sets.truth);
   else if (reading.plan.instrument_model.empty())
     section.problem("needs the instrument's model: [instrument] model = \"...\"");
 }
@@ -173,7 +173,7 @@ Beside read_one_beside(Reading& reading, const std::string& name, const toml::ta
     }
   if (model)
     beside.truth = resolve(truth_options(*model), overridden(std::move(given), sets),
-                           fmt::format("model {}", beside.model), reading.problems.all);
+                           say("model {}", Name{beside.model}), reading.problems.all);
   section.close();
   return beside;
 }
@@ -188,7 +188,7 @@ void read_beside(Reading& reading, const toml::table& tables, const toml::table&
   for (const auto& set : reading.sets.beside) {
     const auto known = [&](const Beside& one) { return set.key.starts_with(one.name + ".truth."); };
     if (std::none_of(reading.plan.beside.begin(), reading.plan.beside.end(), known))
-      reading.problems.all.push_back(say("--set beside.{}: the plan has no such [beside.NAME.truth]", set.key));
+      reading.problems.all.push_back(say("--set beside.{}: the plan has no such [beside.NAME.truth]", Name{set.key}));
   }
 }
 
@@ -204,7 +204,7 @@ std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section
     if (plan.instrument_model == model || (reading.method && reading.method->several_instruments))
       return std::make_shared<const Plan>(std::move(plan));
     section.problem_at("plan",
-                       say("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", file,
+                       say("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", Name{file},
                            plan.instrument_model, model));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) reading.problems.all.push_back(problem);
@@ -235,7 +235,7 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     }
     section.close();
     const auto files = files_like(entry.file);
-    if (files.empty()) section.problem_at("file", say("no file is called like {}", entry.file));
+    if (files.empty()) section.problem_at("file", say("no file is called like {}", Name{entry.file}));
     for (const auto& one : files) {
       entry.file = one;
       reading.plan.recordings.push_back(entry);
@@ -266,7 +266,7 @@ void read_channel_sets(Reading& reading) {
     for (const auto& role : reading.method->roles()) roles.push_back(role.name);
   for (const auto& [role, text] : reading.sets.channels) try {
       if (reading.method && std::find(roles.begin(), roles.end(), role) == roles.end())
-        throw Error(Error::Kind::bad_input, say("{} has no such role{} (roles: {})", reading.plan.method,
+        throw Error(Error::Kind::bad_input, say("{} has no such role{} (roles: {})", Name{reading.plan.method},
                                                 did_you_mean(role, roles), fmt::join(roles, ", ")));
       auto choices = parse_choices(text);
       if (choices.size() > 1 && !takes_several(reading, role))
@@ -286,7 +286,7 @@ void read_calibration(Reading& reading, Section& root) {
   if (text) reading.plan.calibration.file = *text;
   if (set) reading.plan.calibration.file = *set;
   if ((!text && !set) || !reading.method || reading.method->takes_calibration) return;
-  const auto problem = fmt::format("{} does not use a calibration", reading.plan.method);
+  const auto problem = say("{} does not use a calibration", Name{reading.plan.method});
   if (set) reading.problems.all.push_back(say("--set calibration: {}", problem));
   if (text) root.problem_at("calibration", problem);
 }
@@ -309,7 +309,7 @@ void read_sections(Reading& reading, const toml::table& document) {
                                              reading.method, reading.problems);
   if (reading.sets.prior) {
     reading.plan.prior.from = *reading.sets.prior;
-    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : ""; !refusal.empty())
+    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence(); !refusal.empty())
       reading.problems.all.push_back(say("--set prior: {}", refusal));
   }
   read_instrument(reading, section("instrument"));
@@ -328,7 +328,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
   if (given("beside") || !reading.sets.beside.empty()) read_beside(reading, section("beside"), truth);
   if (!reading.sets.rig.empty() && !given("rig"))
-    reading.problems.all.push_back(say("--set rig.{}: the plan has no [rig]", reading.sets.rig.front().key));
+    reading.problems.all.push_back(say("--set rig.{}: the plan has no [rig]", Name{reading.sets.rig.front().key}));
   root.close();
 }
 
@@ -372,16 +372,16 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   const auto& method = find_method(name);
   if (method.needs_plan)
     throw Error(Error::Kind::bad_input,
-                say("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", name));
+                say("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", Name{name}));
   Reading reading;
   reading.plan.method = name;
   for (const auto& [key, value] : sets) reading.plan.command_line[key] = value;
   reading.method = &method;
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;
-  reading.plan.settings = resolve(method.options(), settings_given(reading), "method " + name, reading.problems.all);
+  reading.plan.settings = resolve(method.options(), settings_given(reading), say("method {}", Name{name}), reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)
-    reading.problems.all.push_back(say("--set calibration: {} does not use a calibration", name));
+    reading.problems.all.push_back(say("--set calibration: {} does not use a calibration", Name{name}));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");
   if (const auto refusal = plan_file::refusal_of_prior(method); reading.sets.prior && !refusal.empty())
     reading.problems.all.push_back(say("--set prior: {}", refusal));
@@ -390,7 +390,7 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
       {"truth.", &reading.sets.truth}, {"rig.", &reading.sets.rig}, {"beside.", &reading.sets.beside}};
   for (const auto& [prefix, sets_of_plan] : of_plans)
     for (const auto& given : *sets_of_plan)
-      reading.problems.all.push_back(say("--set {}: there is no plan that it could change", (prefix + given.key)));
+      reading.problems.all.push_back(say("--set {}: there is no plan that it could change", Name{prefix + given.key}));
   read_channel_sets(reading);
   if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
   return reading.plan;

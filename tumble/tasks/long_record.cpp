@@ -20,7 +20,7 @@ Streamed stream_of(const Plan& plan, const std::string& file, const Progress& pr
   alone.recordings.clear();
   auto streamed = open_stream(alone, {file}, 0, progress);
   if (!streamed)
-    throw Error(Error::Kind::bad_data, say("{}: holds no samples, or cannot be read block after block", file));
+    throw Error(Error::Kind::bad_data, say("{}: holds no samples, or cannot be read block after block", Name{file}));
   return std::move(*streamed);
 }
 
@@ -55,19 +55,19 @@ Clock clock_of(const std::vector<RecordPiece>& pieces) {
 /// What of a file does not fit to the first.
 Problems misfits(const RecordPiece& piece, const RecordPiece& first) {
   if (piece.channels.size() != first.channels.size())
-    return {say("{}: has {} channels, and {} has {}: all files of a record must have the same", piece.file,
-                piece.channels.size(), first.file, first.channels.size())};
+    return {say("{}: has {} channels, and {} has {}: all files of a record must have the same", Name{piece.file},
+                piece.channels.size(), Name{first.file}, first.channels.size())};
   Problems problems;
   for (std::size_t k = 0; k < piece.channels.size(); ++k) {
     const ChannelExtent &mine = piece.channels[k], &wanted = first.channels[k];
     if (mine.label != wanted.label)
       problems.push_back(
-          say("{}: channel '{}' stands where {} has '{}'", piece.file, mine.label, first.file, wanted.label));
+          say("{}: channel '{}' stands where {} has '{}'", Name{piece.file}, mine.label, Name{first.file}, wanted.label));
     else if (!(std::abs(mine.rate / wanted.rate - 1.0) < 1e-3))
       problems.push_back(
           say("{}: {} has {:.6g} Hz, and in {} {:.6g} Hz: write --set rate=... if one of them is "
               "wrong",
-              piece.file, mine.label, mine.rate, first.file, wanted.rate));
+              Name{piece.file}, Name{mine.label}, mine.rate, Name{first.file}, wanted.rate));
   }
   return problems;
 }
@@ -125,7 +125,7 @@ RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
           problems.push_back(
               say("{}: begins {} before {} ends: give the files in the order of their times, each "
                   "once",
-                  pieces[i].file, say_seconds(-step.lost / pieces[i].channels[k].rate), pieces[i - 1].file));
+                  Name{pieces[i].file}, Name{say_seconds(-step.lost / pieces[i].channels[k].rate)}, Name{pieces[i - 1].file}));
       }
       lost += place.lost_before;
       gaps += place.lost_before > 0 ? 1 : 0;
@@ -163,7 +163,7 @@ ReducedPiece reduce_piece(const Plan& plan, const std::string& file, const Recor
   const auto channels = extent.channels();
   for (std::size_t k = 0; k < channels.size(); ++k)
     if (channels[k].samples != piece.channels[k].samples)
-      throw Error(Error::Kind::bad_data, say("{}: has changed since it was measured: {} samples, before {}", piece.file,
+      throw Error(Error::Kind::bad_data, say("{}: has changed since it was measured: {} samples, before {}", Name{piece.file},
                                              channels[k].samples, piece.channels[k].samples));
   reduced.sha256 = streamed.checksum();
   return reduced;

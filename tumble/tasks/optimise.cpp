@@ -102,7 +102,7 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
     for (const auto& [axis, motion] : segment.axes)
       if (motion.kind == Motion::Kind::ramp || motion.kind == Motion::Kind::random)
         problems.push_back(say("segment '{}': {} {}: only holds, rates and oscillations are optimised", segment.label,
-                               axis, motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
+                               Name{axis}, motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
   if (!plan.instrument_model.empty())
     for (auto& problem : problems_of_terms(plan, options.terms)) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -145,7 +145,7 @@ Work prepare(const Plan& plan, const OptimiseOptions& options) {
   });
   if (work.all.empty())
     throw Error(Error::Kind::bad_input, say("{}: {} is too short for any two motions of the rig {} with its settling",
-                                            plan.file, say_seconds(work.time), plan.rig_kind));
+                                            Name{plan.file}, Name{say_seconds(work.time)}, Name{plan.rig_kind}));
   bool others = false;
   work.terms = terms_told(work, others);
   if (others && !work.from_terms) {  // the method's parameters are not the terms of which the information is known
@@ -274,7 +274,7 @@ ScheduleRow row(const Work& work, const std::string& name, Schedule schedule) {
     out.estimate = evaluate(work, with(work.plan, out.schedule));
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data && error.kind != Error::Kind::bad_input) throw;
-    out.refused = error.problems.empty() ? error.what() : error.problems.front();
+    out.refused = error.problems.empty() ? reason_of(error) : sentence_of(error.problems.front());
   }
   return out;
 }
@@ -325,7 +325,7 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
   const Plan& plan = work.plan;
   if (!chosen.estimate)
     throw Error(Error::Kind::bad_input,
-                say("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
+                say("{}: no schedule was found in {}: {}", Name{plan.file}, Name{say_seconds(work.time)}, chosen.refused));
   Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
   if (work.instead_of_method)
     out.estimate.findings.push_back({Finding::Severity::warning,

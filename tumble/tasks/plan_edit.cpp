@@ -46,7 +46,7 @@ class Text {
     return byte;
   }
   [[noreturn]] void refuse(const Sentence& what) const {
-    throw Error(Error::Kind::bad_input, say("{}: {}: change it in the text", file_, what));
+    throw Error(Error::Kind::bad_input, say("{}: {}: change it in the text", Name{file_}, what));
   }
   std::string replaced(std::size_t begin, std::size_t end, const std::string& by) const {
     return text_.substr(0, begin) + by + text_.substr(end);
@@ -236,10 +236,10 @@ struct Lines {
 
 const toml::array& list_of(const Text& text, const PlanList& which) {
   const auto* array = text.document()[which.name].as_array();
-  if (!array || which.index >= array->size()) text.refuse(say("there is no such [[{}]]", which.name));
+  if (!array || which.index >= array->size()) text.refuse(say("there is no such [[{}]]", Name{which.name}));
   for (const auto& node : *array)
     if (!node.is_table() || node.as_table()->is_inline())
-      text.refuse(say("{} is not written as [[{}]]", which.name, which.name));
+      text.refuse(say("{} is not written as [[{}]]", Name{which.name}, Name{which.name}));
   return *array;
 }
 
@@ -283,7 +283,7 @@ std::string with_value(const std::string& plan, const std::string& file, const P
   if (!parent) return text.checked(with_new_section(text, path.front(), key, value), wanted);
   const auto& table = *parent->as_table();
   if (const auto* node = table.get(key)) {
-    if (node->is_table() && !node->as_table()->is_inline()) text.refuse(say("{} is a section", key));
+    if (node->is_table() && !node->as_table()->is_inline()) text.refuse(say("{} is a section", Name{key}));
     return text.checked(text.replaced(text.place(node->source().begin), text.place(node->source().end), value), wanted);
   }
   return text.checked(table.is_inline() ? inserted_inline(text, table, key, value)

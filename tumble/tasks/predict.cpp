@@ -57,7 +57,7 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
   const auto outputs = output_problems(plan, felt, terms);
   if (std::ranges::all_of(outputs, [](const auto& output) { return output.problem.columns.empty(); }))
     throw Error(Error::Kind::bad_input,
-                say("{}: the schedule excites no term of {}", plan.file, plan.instrument_model));
+                say("{}: the schedule excites no term of {}", Name{plan.file}, Name{plan.instrument_model}));
   auto estimate = predict_outputs(plan, outputs);
   for (const auto& output : outputs)
     if (advise) add_advice(plan, felt, output, estimate.findings);

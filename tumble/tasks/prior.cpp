@@ -28,7 +28,7 @@ Estimate of_archive(const Plan& plan, const Archive* archive) {
     throw Error(Error::Kind::bad_input,
                 say("{}: prior = \"archive\" needs the archive: --archive ARCHIVE or the environment variable "
                     "TUMBLE_ARCHIVE; or name a file that `tumble population` wrote",
-                    where(plan)));
+                    Name{where(plan)}));
   return population_of(*archive, {plan.instrument_model, plan.method, plan.instrument_serial});
 }
 

@@ -56,7 +56,7 @@ void lay_out(const Archive& archive, const Provenance& provenance, const Workpla
       write_stored(archive, sha256, path);
     else
       missing.push_back(
-          say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name, sha256.substr(0, 12)));
+          say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name, Name{sha256.substr(0, 12)}));
   };
   for (const auto& plan : provenance.plans) {
     if (!plan.text) {

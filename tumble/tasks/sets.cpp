@@ -117,7 +117,7 @@ ReadOptions read_options(const Sets& sets) {
       problems.push_back(
           say("--set {}: reading a file takes rate, missing, columns, segment_column, decimal, time, date, encoding, "
               "skip, topic, frames and unit.<column>",
-              set.first));
+              Name{set.first}));
   try {
     const auto reading = sorted(known).reading;
     if (problems.empty()) return reading;

@@ -148,7 +148,7 @@ Goal goal_of(const Plan& plan, const Estimate& optimised) {
   }
   if (goal.terms.empty())
     throw Error(Error::Kind::bad_input,
-                say("{}: the schedule determines no term that a shorter one could reach", plan.file));
+                say("{}: the schedule determines no term that a shorter one could reach", Name{plan.file}));
   const Estimate& population = *plan.prior.population;
   for (std::size_t t = 0; t < goal.terms.size(); ++t) {
     double widest = goal.sds[t];
@@ -177,7 +177,7 @@ Table shorter_table(double full, const Found& positions, const Found& prior) {
 Optimised shorten(const Plan& given, const OptimiseOptions& options, const Progress& progress) {
   Plan plan = given;
   read_prior(plan);
-  if (!plan.prior.population) throw Error(Error::Kind::bad_input, say("{}: the plan has no prior", plan.file));
+  if (!plan.prior.population) throw Error(Error::Kind::bad_input, say("{}: the plan has no prior", Name{plan.file}));
   int done = 0;
   const auto step = [&] {
     report(progress, static_cast<double>(++done) / (2.0 * halvings + 1.0), "searching shorter tests");

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "tumble/units/plain_text.hpp"
@@ -33,6 +34,17 @@ class Error : public std::runtime_error {
 /// Why it could not be carried out, for a sentence around it. Of several problems, their English texts.
 inline Sentence reason_of(const Error& error) {
   return error.problems.size() == 1 ? sentence_of(error.problems.front()) : Sentence(std::string(error.what()));
+}
+
+/// A sentence of the system about a failure, "Permission denied": its Chinese is in [said_by_libraries].
+inline Sentence system_reason(const std::string& message) { return Sentence(message.c_str()); }
+/// The sentence for a value of errno.
+inline Sentence system_reason(int code) { return system_reason(std::generic_category().message(code)); }
+/// The sentence for a code of the standard library or of Boost.
+template <class Code>
+requires requires(const Code& code) { code.message(); }
+Sentence system_reason(const Code& code) {
+  return system_reason(std::string(code.message()));
 }
 
 }  // namespace tumble

@@ -142,6 +142,8 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
     const Field field = field_at(pattern, i, next);
     const SayArgument& argument = arguments[field.argument];
     SentenceValue value{argument.kind, "", argument.number, {}};
+    if (value.kind == SentenceValue::Kind::text && in_quotes(pattern, i, field.end))
+      value.kind = SentenceValue::Kind::name;
     value.text = fmt::vformat(fmt::format("{{{}{}}}", field.argument, field.how), values);
     if (argument.sentence) value.nested.push_back(*argument.sentence);
     if (argument.problem) value.nested.push_back(sentence_of(*argument.problem));
@@ -149,6 +151,16 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
     said.pattern += "{}";
     said.values.push_back(std::move(value));
     i = field.end;
+  }
+  return said;
+}
+
+Sentence in_a_row(const std::vector<Sentence>& parts, std::string_view between) {
+  Sentence said;
+  for (const Sentence& part : parts) {
+    if (!said.pattern.empty()) said.pattern += between;
+    said.pattern += "{}";
+    said.values.push_back({SentenceValue::Kind::sentence, part.text(), 0.0, {part}});
   }
   return said;
 }

@@ -26,7 +26,7 @@ struct Sentence {
   Sentence() = default;
   /// Words of the program without values.
   Sentence(const char* words);
-  /// A text from elsewhere, which has no translation.
+  /// A text from elsewhere, which has no translation: what the program says itself is made by say().
   Sentence(std::string text);
 
   bool empty() const { return pattern.empty(); }
@@ -112,6 +112,12 @@ struct SayArgument {
   const char* words = nullptr;  ///< of the program: a sentence without values
 };
 
+/// Whether the place of a value, from `begin` to behind its brace, stands in quotes.
+constexpr bool in_quotes(std::string_view pattern, std::size_t begin, std::size_t end) {
+  if (begin == 0 || end >= pattern.size() || pattern[begin - 1] != pattern[end]) return false;
+  return pattern[end] == '\'' || pattern[end] == '"' || pattern[end] == '`';
+}
+
 /// The sentence that `say` returns, with one of `arguments` for each of `values`.
 Sentence made_sentence(std::string_view pattern, fmt::format_args values, const SayArgument* arguments);
 
@@ -124,26 +130,57 @@ inline SayArgument say_argument(const Problem& problem) {
 }
 inline SayArgument say_argument(const char* words) { return {.kind = SentenceValue::Kind::sentence, .words = words}; }
 template <class T>
+constexpr bool is_say_text =
+    std::same_as<T, std::string> || std::same_as<T, std::string_view> || std::same_as<T, char*>;
+template <class T>
 SayArgument say_argument(const T& value) {
-  if constexpr (std::same_as<T, bool> || std::same_as<T, char>)
-    return {};
+  if constexpr (is_say_text<T>)
+    return {.kind = SentenceValue::Kind::text};
   else if constexpr (std::is_array_v<T>)
     return say_argument(static_cast<const char*>(value));
-  else if constexpr (std::is_arithmetic_v<T>)
+  else if constexpr (std::is_arithmetic_v<T> && !std::same_as<T, bool> && !std::same_as<T, char>)
     return {.kind = SentenceValue::Kind::number, .number = static_cast<double>(value)};
   else
-    return {};
+    return {.kind = SentenceValue::Kind::name};  // a list of names
 }
 
-/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). The
-/// kind of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before
-/// it), words of the program (const char*), a text.
+/// The English pattern of a sentence, checked when it is compiled: as fmt checks it, and each text (std::string) stands
+/// in quotes. A text outside of quotes is a Name, or a Sentence where it has words: else nobody knows which.
 template <class... Values>
-Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
-  const fmt::string_view english = pattern;
+struct SayPattern {
+  std::string_view english;
+
+  template <std::convertible_to<std::string_view> Literal>
+  consteval SayPattern(const Literal& literal) : english(literal) {
+    [[maybe_unused]] const fmt::format_string<Values...> checked(literal);
+    constexpr std::array<bool, sizeof...(Values) + 1> is_text{is_say_text<Values>...};
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < english.size(); ++i) {
+      if (english[i] != '{') continue;
+      const char first = english[i + 1];
+      if (first == '{') {
+        ++i;
+        continue;
+      }
+      const std::size_t value = first >= '0' && first <= '9' ? static_cast<std::size_t>(first - '0') : next++;
+      const std::size_t end = english.find('}', i);
+      if (is_text[value] && !in_quotes(english, i, end + 1)) throw "this text is a Name or a Sentence";
+      i = end;
+    }
+  }
+};
+
+/// A sentence from its English pattern: say("cannot read '{}': {}", path, reason). The kind of a value follows from its
+/// type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words of the program
+/// (const char*), a text, which stands in quotes and is a name.
+template <class... Values>
+Sentence say(SayPattern<std::type_identity_t<Values>...> pattern, const Values&... values) {
   const std::array<SayArgument, sizeof...(Values) + 1> arguments{say_argument(values)...};
-  return made_sentence({english.data(), english.size()}, fmt::make_format_args(values...), arguments.data());
+  return made_sentence(pattern.english, fmt::make_format_args(values...), arguments.data());
 }
+
+/// Sentences one after the other with `between`, "; " or ", ", between them.
+Sentence in_a_row(const std::vector<Sentence>& parts, std::string_view between);
 
 inline std::string shown_text(const Sentence& said) { return said.text(); }
 inline std::string shown_text(const Problem& problem) { return problem.text(); }

@@ -110,7 +110,7 @@ std::int64_t Sqlite::changed() const { return sqlite3_changes64(handle_.get()); 
 Problems Sqlite::damage() {
   Problems problems;
   rows("PRAGMA integrity_check", {}, [&](const Row& row) {
-    if (text(row, 0) != "ok") problems.push_back(text(row, 0));
+    if (text(row, 0) != "ok") problems.push_back(Sentence(text(row, 0).c_str()));
   });
   return problems;
 }

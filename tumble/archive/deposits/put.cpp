@@ -189,9 +189,9 @@ std::string form_of(const CertificateDeposit& certificate) {
 
 }  // namespace
 
-std::string problem_of_number(database::Database& database, const CertificateDeposit& certificate,
+Sentence problem_of_number(database::Database& database, const CertificateDeposit& certificate,
                               const std::string& sha256) {
-  std::string problem = problem_of_certificate_number(certificate.number);
+  Sentence problem = problem_of_certificate_number(certificate.number);
   if (!problem.empty()) return problem;
   database.visit(
       "SELECT c.sha256, r.sha256, u.model, u.serial, c.rule, c.issued, e.time, e.who, c.format FROM certificates c "
@@ -205,16 +205,16 @@ std::string problem_of_number(database::Database& database, const CertificateDep
         const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued &&
                           cell(8) != form_of(certificate);
         if (!problem.empty() || cell(0) == sha256 || same) return;
-        const std::string other =
+        const Sentence other =
             same_result
-                ? fmt::format("another certificate on this result (issued on {}, rule {}, {})",
-                              cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4), cell(8))
-                : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
-        problem = fmt::format(
+                ? say("another certificate on this result (issued on {}, rule {}, {})",
+                              Name{cell(5).empty() ? "-" : cell(5)}, Name{cell(4).empty() ? "-" : cell(4)}, Name{cell(8)})
+                : say("a certificate of {}/{} on the result {}", Name{cell(2)}, Name{cell(3)}, Name{cell(1).substr(0, 12)});
+        problem = say(
             "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
             "certificate.number. "
             "An amended certificate has its own number too, and names the old one in certificate.replaces",
-            certificate.number, other, cell(6).empty() ? "an unknown time" : cell(6), cell(7));
+            certificate.number, other, cell(6).empty() ? Sentence("an unknown time") : say("{}", Name{cell(6)}), Name{cell(7)});
       });
   return problem;
 }

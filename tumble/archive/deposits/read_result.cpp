@@ -72,8 +72,8 @@ ReadResult read_result(const ResultDeposit& deposit, Problems& problems) {
     problems.push_back(
         say("{}: the result does not say which unit it is of: give --unit MODEL/SERIAL, or [instrument] model "
             "and serial in the plan",
-            deposit.file));
-  for (auto& problem : problems_of_name(result.unit)) problems.push_back(say("{}: {}", deposit.file, problem));
+            Name{deposit.file}));
+  for (auto& problem : problems_of_name(result.unit)) problems.push_back(say("{}: {}", Name{deposit.file}, problem));
   result.begun = deposit.begun;
   result.ended = deposit.ended;
   if (result.begun.empty() && result.ended.empty()) times_of(result.estimate, result.begun, result.ended);
@@ -81,7 +81,7 @@ ReadResult read_result(const ResultDeposit& deposit, Problems& problems) {
   for (const auto& time : std::set{result.begun, result.ended})
     if (!time.empty() && !parse_iso_time(time))
       problems.push_back(
-          say("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z", deposit.file, time));
+          say("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z", Name{deposit.file}, time));
   return result;
 }
 

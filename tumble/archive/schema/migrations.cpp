@@ -187,10 +187,10 @@ std::vector<std::string> problems_of_triggers(database::Database& database) {
       there = found.erase(text.substr(0, end)) == 1 && there;
       text.erase(0, end + 2);
     }
-    if (!there) problems.push_back(say("table {}: the trigger that refuses changes is missing", table));
+    if (!there) problems.push_back(say("table {}: the trigger that refuses changes is missing", Name{table}));
   }
   for (const auto& other : found)
-    problems.push_back(say("a trigger that is no part of an archive: {}", other.substr(0, 80)));
+    problems.push_back(say("a trigger that is no part of an archive: {}", Name{other.substr(0, 80)}));
   return problems;
 }
 

@@ -32,7 +32,7 @@ void make_tables(const std::string& address, const std::string& folder, const Ar
 ///
 /// Given     taken  the refusal where another file has the name, before or after
 /// Throws    Error::bad_input with `taken`; Error::bad_file for what a database refuses
-void make_whole(const std::string& path, const std::string& taken,
+void make_whole(const std::string& path, const Sentence& taken,
                 const std::function<void(const std::string& file)>& make);
 
 /// Does `work`; what the database refuses becomes an error that names the archive.
@@ -41,7 +41,7 @@ auto guarded(const std::string& address, const Work& work) {
   try {
     return work();
   } catch (const database::Refusal& refusal) {
-    throw Error(Error::Kind::bad_file, say("archive '{}': {}", shown_address(address), refusal.text));
+    throw Error(Error::Kind::bad_file, say("archive '{}': {}", shown_address(address), Sentence(refusal.text.c_str())));
   }
 }
 

@@ -74,7 +74,7 @@ Charted charted(const Archive& archive, const ChartRequest& request, Findings& f
   if (count < fewest_points)
     throw Error(Error::Kind::bad_data, say("a chart of {} needs {} {} with a result or more, and the archive "
                                            "has {}",
-                                           what.parameter, fewest_points, points, count));
+                                           Name{what.parameter}, fewest_points, points, count));
   out.baseline = request.settings.baseline;
   if (out.baseline == 0) out.baseline = std::clamp<std::size_t>(count / 2, 3, usual_baseline);
   for (const auto& occasion : out.occasions) out.points.push_back({occasion.value, occasion.private_sd, 0.0});

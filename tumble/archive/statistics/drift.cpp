@@ -59,7 +59,7 @@ UnitPast past_of(const Archive& archive, const DriftRequest& request) {
   }
   if (past.occasions.empty())
     throw Error(Error::Kind::bad_input, say("{} has no result with the parameter '{}' since it was adjusted ({})",
-                                            name_of(request.what.unit), request.what.parameter, past.adjusted));
+                                            Name{name_of(request.what.unit)}, request.what.parameter, Name{past.adjusted}));
   past.origin = past.adjusted.empty() ? past.occasions.front().moment : begin;
   return past;
 }

@@ -45,7 +45,7 @@ ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, F
   past.units = first_of_each_unit(past.occasions, past.over.units.size()).size();
   if (past.units < fewest_units)
     throw Error(Error::Kind::bad_data, say("a summary of {} needs {} units or more, and the archive has {}",
-                                           what.parameter, fewest_units, past.units));
+                                           Name{what.parameter}, fewest_units, past.units));
   past.errors = shared_errors(archive, what.parameter, past.occasions);
   return past;
 }

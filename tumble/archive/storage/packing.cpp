@@ -34,7 +34,7 @@ struct Unpacker {
     void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
   };
   std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
-  std::string what;
+  Sentence what;
   std::string room = std::string(block, '\0');
   std::size_t open = 0;  ///< not 0: within a frame
 
@@ -102,7 +102,7 @@ void pack(std::istream& stream, const std::string& path, const std::string& sha2
 /// Unpacks what comes piece by piece, and compares it with its seal.
 class SealedBytes {
  public:
-  SealedBytes(std::string what, const std::function<void(std::string_view)>& sink)
+  SealedBytes(Sentence what, const std::function<void(std::string_view)>& sink)
       : unpacker_{.what = std::move(what)}, sink_(sink) {}
 
   void add(std::string_view bytes) {
@@ -120,7 +120,7 @@ class SealedBytes {
     if (unpacker_.open != 0 || pending_ != std::string(trailer_head) + stored_.hex() || content_.hex() != sha256)
       damaged(unpacker_.what);
   }
-  const std::string& what() const { return unpacker_.what; }
+  const Sentence& what() const { return unpacker_.what; }
 
  private:
   Unpacker unpacker_;
@@ -139,7 +139,7 @@ std::ifstream opened_file(const std::string& path) {
 void make_folder(const fs::path& folder) {
   std::error_code problem;
   if (!fs::create_directories(folder, problem) && problem)
-    throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder.string(), problem.message()));
+    throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder.string(), system_reason(problem)));
   synchronise_folder(folder.parent_path().string());
 }
 
@@ -192,7 +192,7 @@ std::string seal_of(std::string_view bytes) {
   return sealed ? sha256_of(bytes) : std::string();
 }
 
-std::string unpacked(std::string_view bytes, const std::string& what) {
+std::string unpacked(std::string_view bytes, const Sentence& what) {
   const bool sealed = !seal_of(bytes).empty();
   const std::string_view frame = sealed ? bytes.substr(0, bytes.size() - trailer_bytes) : bytes;
   if (sealed && sha256_of(frame) != bytes.substr(bytes.size() - hex_digits)) damaged(what);
@@ -224,9 +224,9 @@ std::string keep(const Place& place, const std::string& path) {
 
 void unpack(const Place& place, const std::string& sha256, const std::function<void(std::string_view)>& sink) {
   const std::string file = place.folder.empty() ? "the file " + sha256 : place_of(place.folder, sha256);
-  SealedBytes sealed("'" + file + "'", sink);
+  SealedBytes sealed(say("'{}'", file), sink);
   const auto missing = [&] {
-    throw Error(Error::Kind::bad_file, say("'{}' is missing: it holds the file of SHA-256 {}", file, sha256));
+    throw Error(Error::Kind::bad_file, say("'{}' is missing: it holds the file of SHA-256 {}", file, Name{sha256}));
   };
   if (place.folder.empty()) {
     for (std::int64_t part = 0;; ++part) {

@@ -13,7 +13,7 @@ namespace tumble::storage {
 std::string packed(std::string_view text);
 /// And back. Throws Error::bad_file for damaged bytes, which `what` names. Bytes without a seal are those of an archive
 /// of version 1.
-std::string unpacked(std::string_view bytes, const std::string& what);
+std::string unpacked(std::string_view bytes, const Sentence& what);
 /// The SHA-256 of these bytes, where they have a seal; else empty.
 std::string seal_of(std::string_view bytes);
 

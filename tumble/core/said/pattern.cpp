@@ -7,6 +7,7 @@ namespace tumble::said {
 namespace {
 
 bool is_han(std::string_view letter) {
+  if (letter == "”") return true;
   return letter.size() == 3 && static_cast<unsigned char>(letter[0]) >= 0xe3 &&
          static_cast<unsigned char>(letter[0]) <= 0xe9;
 }
@@ -18,9 +19,10 @@ std::string_view last_letter(std::string_view text) {
   return text.substr(begin);
 }
 
-/// Appends what follows. A blank stands between Chinese and Latin letters alone: where a value turned out to be
+/// Appends what follows. After a question mark a full stop goes. A blank stands between Chinese and Latin letters alone: where a value turned out to be
 /// Chinese, it goes.
 void append(std::string& text, std::string_view more) {
+  if (text.ends_with("？") && more.starts_with("。")) more.remove_prefix(std::string_view("。").size());
   const bool ends = text.ends_with(' ') && is_han(last_letter(std::string_view(text).substr(0, text.size() - 1)));
   if (ends && is_han(more.substr(0, 3))) text.pop_back();
   if (more.starts_with(' ') && is_han(more.substr(1, 3)) && is_han(last_letter(text))) more.remove_prefix(1);

@@ -33,7 +33,7 @@ void refuse_long_text(const std::string& text, const std::string& file) {
   constexpr std::size_t most = 16'000'000;
   if (text.size() > most)
     throw Error(Error::Kind::bad_input,
-                say("{}: has {} MB; a plan or a declaration may have {} MB: is this a recording?", file,
+                say("{}: has {} MB; a plan or a declaration may have {} MB: is this a recording?", Name{file},
                     text.size() / 1'000'000, most / 1'000'000));
 }
 

@@ -116,12 +116,12 @@ std::vector<int> Section::integers(std::string_view key) {
 std::optional<double> Section::si_of(const toml::node& node, std::string_view key, const Unit& expected) {
   const auto text = text_of(node);
   if (!text || node.is_array()) {
-    complain(node, key, say("a quantity is expected, for example \"1 {}\"", expected.text()));
+    complain(node, key, say("a quantity is expected, for example \"1 {}\"", Name{expected.text()}));
     return std::nullopt;
   }
   const bool needs_unit = expected.dimension() != Dimension{};
   if (!node.is_string() && needs_unit) {
-    complain(node, key, say("a bare number needs its unit: \"{} {}\"", *text, expected.text()));
+    complain(node, key, say("a bare number needs its unit: \"{} {}\"", Name{*text}, Name{expected.text()}));
     return std::nullopt;
   }
   try {
@@ -143,7 +143,7 @@ std::vector<double> Section::quantities(std::string_view key, const Unit& expect
   if (!node) return values;
   const auto* array = node->as_array();
   if (!array) {
-    complain(*node, key, say("a list of quantities is expected: [\"1 {0}\", \"2 {0}\"]", expected.text()));
+    complain(*node, key, say("a list of quantities is expected: [\"1 {0}\", \"2 {0}\"]", Name{expected.text()}));
     return values;
   }
   for (const auto& element : *array)
@@ -192,8 +192,12 @@ void Section::close() {
   }
 }
 
-void Section::missing(std::string_view key, std::string_view example) {
-  problem(say("{0} is missing, for example {0} = {1}", Name{std::string(key)}, Name{std::string(example)}));
+void Section::missing(std::string_view key, const char* example) {
+  problem(say("{0} is missing, for example {0} = {1}", Name{std::string(key)}, example));
+}
+
+void Section::missing(std::string_view key, const std::string& example) {
+  problem(say("{0} is missing, for example {0} = {1}", Name{std::string(key)}, Name{example}));
 }
 
 void Section::problem(const Problem& problem) { problems_.add(table_.source(), within(named(""), problem)); }

@@ -56,7 +56,8 @@ class Section {
   /// Every key not asked for is a problem, with the nearest of those that were.
   void close();
 
-  void missing(std::string_view key, std::string_view example);
+  void missing(std::string_view key, const char* example);
+  void missing(std::string_view key, const std::string& example);
   void problem(const Problem& problem);
   void problem_at(std::string_view key, const Problem& problem);
   const std::string& name() const { return name_; }

@@ -24,7 +24,7 @@ std::string Reader::setting(const std::string& name) const {
 }
 
 void Reader::claim(const std::string& what, std::set<std::string>& claimed) {
-  if (!claimed.insert(what).second) problem(say("another result states {} as well: name one of them", what));
+  if (!claimed.insert(what).second) problem(say("another result states {} as well: name one of them", Name{what}));
 }
 
 std::string role(bool gyro, std::size_t axis) { return std::string(gyro ? "gyro_" : "accelerometer_") + "xyz"[axis]; }
@@ -43,10 +43,10 @@ void read(Reader& reader, std::set<std::string>& claimed) {
   const Estimate& estimate = reader.estimate();
   if (!reader.input().axis.empty() && estimate.models.size() != 1)
     return reader.problem(
-        say("a result of {} names its axes itself: write the file without {}=", estimate.method, reader.input().axis));
+        say("a result of {} names its axes itself: write the file without {}=", Name{estimate.method}, Name{reader.input().axis}));
   read_models(reader, claimed);
   if (!read_noise(reader, claimed) && estimate.models.empty())
-    reader.problem(say("a result of {} holds no error model and no noise of a sensor", estimate.method));
+    reader.problem(say("a result of {} holds no error model and no noise of a sensor", Name{estimate.method}));
 }
 
 /// Title, model and serial: of the first result that has them; a serial that differs is a problem.

@@ -285,8 +285,8 @@ void set_output(Reader& reader, const Placed& placed) {
   const bool only = std::ranges::count(t.axes, true) == 1;
   if (!only && !(t.output.dimension() == unit.dimension()))
     reader.problem(placed.gyro
-                       ? say("its output is in {}, that of another gyro in {}", unit.text(), t.output.text())
-                       : say("its output is in {}, that of another accelerometer in {}", unit.text(), t.output.text()));
+                       ? say("its output is in {}, that of another gyro in {}", Name{unit.text()}, Name{t.output.text()})
+                       : say("its output is in {}, that of another accelerometer in {}", Name{unit.text()}, Name{t.output.text()}));
   t.output = unit;
   const std::string text = reading_of(placed.model);
   if (text.empty() || text == t.reading) return;
@@ -301,10 +301,10 @@ std::string name_of(Reader& reader, const OutputModel& model, bool gyro, bool al
   for (std::size_t i = 0; i < 3; ++i)
     if (named == role(gyro, i)) return named;
   reader.problem(
-      gyro ? say("it is of one gyro, so that it cannot be {}; write gyro_x=FILE, gyro_y=FILE or gyro_z=FILE", named)
+      gyro ? say("it is of one gyro, so that it cannot be {}; write gyro_x=FILE, gyro_y=FILE or gyro_z=FILE", Name{named})
            : say("it is of one accelerometer, so that it cannot be {}; write accelerometer_x=FILE, "
                  "accelerometer_y=FILE or accelerometer_z=FILE",
-                 named));
+                 Name{named}));
   return own;
 }
 

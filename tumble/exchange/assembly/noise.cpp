@@ -44,7 +44,7 @@ std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
         reader.problem(
             say("of the channel {} the axis is not known (channels are {}): let its name say x, y or "
                 "z, as gyro_x, ax_g or GyrX do",
-                label, fmt::join(labels, ", ")));
+                Name{label}, fmt::join(labels, ", ")));
       }
     }
   }

@@ -35,8 +35,8 @@ double bound_of(std::string_view text, const Unit* unit) {
   const Quantity quantity = parse_quantity(text);
   if (unit != nullptr && quantity.unit.dimension() != unit->dimension())
     throw Error(Error::Kind::bad_input,
-                say("the limit{} is in {} [{}], the parameter in {} [{}]", text, quantity.unit.text(),
-                    name(quantity.unit.dimension()), unit->text(), name(unit->dimension())));
+                say("the limit{} is in {} [{}], the parameter in {} [{}]", Name{std::string(text)}, Name{quantity.unit.text()},
+                    Name{name(quantity.unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
   return quantity.unit.to_si(quantity.value);
 }
 
@@ -118,7 +118,7 @@ void find_missing_covariances(const Estimate& estimate, Problems& problems) {
     for (const std::size_t j : indices)
       if (j < i && !std::isfinite(estimate.covariance(i, j) + estimate.covariance(j, i)))
         problems.push_back(say("the covariance of {} and {} is missing: a certificate cannot state it",
-                               estimate.parameters[j].name, estimate.parameters[i].name));
+                               Name{estimate.parameters[j].name}, Name{estimate.parameters[i].name}));
 }
 
 /// A certificate states what was measured, and how well.
@@ -132,12 +132,12 @@ void refuse_unmeasured(const Estimate& estimate) {
     const Parameter& parameter = estimate.parameters[i];
     if (const double sd = standard_uncertainty(estimate, i);
         !(sd > 0.0 && std::isfinite(sd) && parameter.degrees_of_freedom >= least_degrees))
-      problems.push_back(say("{} has no uncertainty: a certificate cannot state it", parameter.name));
+      problems.push_back(say("{} has no uncertainty: a certificate cannot state it", Name{parameter.name}));
     else if (has_wrong_interval(parameter))
       problems.push_back(
           say("{} has a 95 % interval that does not hold its value, or of no width: a "
               "certificate cannot state it",
-              parameter.name));
+              Name{parameter.name}));
   }
   if (problems.empty()) find_missing_covariances(estimate, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
@@ -151,12 +151,12 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
   for (const auto& known : details.populations) {
     const auto* parameter = find_parameter(estimate, known.parameter);
     if (!parameter)
-      problems.push_back(say("{}: [[population]] parameter: the result has no '{}' (parameters: {})", details.file,
+      problems.push_back(say("{}: [[population]] parameter: the result has no '{}' (parameters: {})", Name{details.file},
                              known.parameter, fmt::join(names, ", ")));
     else if (parameter->unit.dimension() != known.unit.dimension())
-      problems.push_back(say("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", details.file,
-                             known.parameter, known.unit.text(), name(known.unit.dimension()), parameter->unit.text(),
-                             name(parameter->unit.dimension())));
+      problems.push_back(say("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", Name{details.file},
+                             known.parameter, Name{known.unit.text()}, Name{name(known.unit.dimension())}, Name{parameter->unit.text()},
+                             Name{name(parameter->unit.dimension())}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }

@@ -88,13 +88,13 @@ struct Walk {
   std::vector<std::pair<std::string, std::string>> references;  ///< id that is meant, and where
 
   void complain(const pugi::xml_node& node, const Sentence& what) {
-    problems.push_back(say("{}: {}", node.path('/'), what));
+    problems.push_back(say("{}: {}", Name{node.path('/')}, what));
   }
 
   void check_units(const pugi::xml_node& node, const std::string& text) {
     if (words_of(text).empty()) complain(node, "a unit of D-SI is missing");
     for (const auto& unit : words_of(text))
-      if (!is_dsi(unit)) complain(node, "'" + unit + "' is no unit of D-SI");
+      if (!is_dsi(unit)) complain(node, say("'{}' is no unit of D-SI", unit));
   }
 
   /// Every list beside valueXMLList has one word, or as many as there are values.
@@ -102,7 +102,7 @@ struct Walk {
     const auto values = words_of(node.child_value("si:valueXMLList")).size();
     const auto check = [&](const pugi::xml_node& list) {
       const auto count = words_of(list.child_value()).size();
-      if (count != 1 && count != values) complain(list, fmt::format("{} words for {} values", count, values));
+      if (count != 1 && count != values) complain(list, say("{} words for {} values", count, values));
       if (std::string_view(list.child_value()).find("  ") != std::string_view::npos)
         complain(list, "two blanks in a list");
     };
@@ -127,10 +127,10 @@ struct Walk {
       for (const auto& word : words_of(column.child("si:covarianceXMLList").child_value("si:valueXMLList")))
         numbers.push_back(std::strtod(word.c_str(), nullptr));
       if (numbers.size() != count)
-        return complain(matrix, fmt::format("a column of {} for {} values", numbers.size(), count));
+        return complain(matrix, say("a column of {} for {} values", numbers.size(), count));
     }
     if (columns.size() != count)
-      return complain(matrix, fmt::format("{} columns for {} values", columns.size(), count));
+      return complain(matrix, say("{} columns for {} values", columns.size(), count));
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t j = 0; j < i; ++j)
         if (columns[i][j] != columns[j][i]) return complain(matrix, "is not symmetric");
@@ -159,9 +159,9 @@ struct Walk {
     if (name == "si:unit" || name == "si:unitXMLList") check_units(node, text);
     if (name == "si:realListXMLList") check_list(node);
     if (name == "dcc:release" && !is_release(text))
-      complain(node, "'" + text + "': a letter and numbers such as v1.4.0 are expected");
+      complain(node, say("'{}': a letter and numbers such as v1.4.0 are expected", text));
     if ((name == "dcc:countryCode" || name == "dcc:countryCodeISO3166_1") && !certificate::is_country(text))
-      complain(node, "'" + text + "' is no country of ISO 3166-1");
+      complain(node, say("'{}' is no country of ISO 3166-1", text));
     if (const auto id = node.attribute("id")) ids.insert(id.value());
     if (const auto to = node.attribute("refId"))
       for (const auto& word : words_of(to.value())) references.emplace_back(word, node.path('/'));
@@ -182,7 +182,7 @@ struct Walk {
   void check_results(const pugi::xml_node& results) {
     for (const auto& result : results.children("dcc:measurementResult"))
       for (const char* part : {"dcc:usedMethods", "dcc:influenceConditions"})
-        if (!result.child(part)) complain(result, std::string(part) + " is missing");
+        if (!result.child(part)) complain(result, say("{} is missing", Name{part}));
     const auto signers =
         results.parent().child("dcc:administrativeData").child("dcc:respPersons").children("dcc:respPerson");
     if (std::none_of(signers.begin(), signers.end(), [](const auto& person) {
@@ -194,19 +194,19 @@ struct Walk {
 
 }  // namespace
 
-std::vector<std::string> dcc_problems(const std::string& xml) {
+Problems dcc_problems(const std::string& xml) {
   pugi::xml_document document;
   if (const auto read = document.load_buffer(xml.data(), xml.size()); !read)
-    return {fmt::format("not XML: {} at byte {}", read.description(), read.offset)};
+    return {say("not XML: {} at byte {}", read.description(), read.offset)};
   const auto root = document.child("dcc:digitalCalibrationCertificate");
-  if (!root) return {"dcc:digitalCalibrationCertificate is missing"};
+  if (!root) return {say("{} is missing", Name{"dcc:digitalCalibrationCertificate"})};
   Walk walk;
   walk.check_core(root.child("dcc:administrativeData").child("dcc:coreData"));
   walk.check_results(root.child("dcc:measurementResults"));
   walk.check_element(root);
   for (const auto& [id, where] : walk.references)
-    if (!walk.ids.contains(id)) walk.problems.push_back(say("{}: refId '{}' is no id", where, id));
-  return texts_of(walk.problems);
+    if (!walk.ids.contains(id)) walk.problems.push_back(say("{}: refId '{}' is no id", Name{where}, id));
+  return walk.problems;
 }
 
 }  // namespace tumble

@@ -21,7 +21,7 @@ void expect_order(const std::optional<Date>& first, const std::optional<Date>& s
                   const CertificateDetails& details, Problems& problems) {
   if (first && second && *second < *first)
     problems.push_back(in_file(
-        details.file, say("[certificate] {}: {} is after {}", Name{names}, iso_date(*first), iso_date(*second))));
+        details.file, say("[certificate] {}: {} is after {}", Name{names}, Name{iso_date(*first)}, Name{iso_date(*second)})));
 }
 
 /// What a DCC has no place for: dates before the year 1, addresses of pages with characters that none has.
@@ -30,7 +30,7 @@ void check_forms(const CertificateDetails& details, Problems& problems) {
                                   std::pair{"ended", &details.ended}, std::pair{"issued", &details.issued}})
     if (*date && (*date)->year() < std::chrono::year(1))
       problems.push_back(
-          in_file(details.file, say("[certificate] {}: {} is no day of a test", Name{key}, iso_date(**date))));
+          in_file(details.file, say("[certificate] {}: {} is no day of a test", Name{key}, Name{iso_date(**date)})));
   for (const auto& [section, link] :
        {std::pair{"[laboratory]", &details.laboratory.contact.link}, std::pair{"[customer]", &details.customer.link}})
     if (link->find_first_of(" <>\"{}|\\^`") != std::string::npos)
@@ -51,7 +51,7 @@ void check_equipment(const CertificateDetails& details, Problems& problems) {
       complain(
           say("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
               "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
-              iso_date(*one.due), iso_date(*details.ended)));
+              Name{iso_date(*one.due)}, Name{iso_date(*details.ended)}));
   }
 }
 

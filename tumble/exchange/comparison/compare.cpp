@@ -111,9 +111,9 @@ std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
     const auto* other = find_parameter(b.estimate, one.name);
     if (!other) continue;
     if (other->unit.dimension() != one.unit.dimension() || other->unit.offset() != one.unit.offset()) {
-      problems.push_back(say("{} is in {} [{}] in {}, but in {} [{}] in {}", one.name, one.unit.text(),
-                             name(one.unit.dimension()), a.name, other->unit.text(), name(other->unit.dimension()),
-                             b.name));
+      problems.push_back(say("{} is in {} [{}] in {}, but in {} [{}] in {}", Name{one.name}, Name{one.unit.text()},
+                             Name{name(one.unit.dimension())}, Name{a.name}, Name{other->unit.text()}, Name{name(other->unit.dimension())},
+                             Name{b.name}));
       continue;
     }
     const auto j = static_cast<std::size_t>(other - b.estimate.parameters.data());
@@ -122,7 +122,7 @@ std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
     if (std::isfinite(known)) common.push_back({i, j});
   }
   if (problems.empty() && common.empty())
-    problems.push_back(say("{} and {} have no parameter with a value in common", a.name, b.name));
+    problems.push_back(say("{} and {} have no parameter with a value in common", Name{a.name}, Name{b.name}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return common;
 }

@@ -59,14 +59,13 @@ std::string shown(double si_value, bool gyro) {
 double largest(Vector3 v) { return std::max({v.x, v.y, v.z}); }
 
 /// "0.012 m/s^2 within 9.8 m/s^2": size of the error without a term, and where.
-std::string loss(const ImuCalibration& c, const CalibrationTerm& term) {
-  std::string text = fmt::format("without it the {} are off by up to {} within {} and {}",
-                                 term.gyro ? "rates" : "specific forces", shown(error_without(c, term), term.gyro),
-                                 shown(largest(c.gyros.range), true), shown(largest(c.accelerometers.range), false));
-  if (!std::isnan(c.coldest))
-    text += fmt::format(", {:.1f} to {:.1f} degC", Unit::parse("degC").from_si(c.coldest),
-                        Unit::parse("degC").from_si(c.hottest));
-  return text;
+Sentence loss(const ImuCalibration& c, const CalibrationTerm& term) {
+  const Sentence text = say("without it the {} are off by up to {} within {} and {}",
+                            term.gyro ? "rates" : "specific forces", Name{shown(error_without(c, term), term.gyro)},
+                            Name{shown(largest(c.gyros.range), true)}, Name{shown(largest(c.accelerometers.range), false)});
+  if (std::isnan(c.coldest)) return text;
+  return say("{}, {:.1f} to {:.1f} degC", text, Unit::parse("degC").from_si(c.coldest),
+             Unit::parse("degC").from_si(c.hottest));
 }
 
 /// "0.0117 -0.0246 0.0310 m/s^2": the bias of a triad, which the consumer estimates.
@@ -90,7 +89,7 @@ std::vector<std::string> dropped_terms(const Export& entry, const std::vector<st
           fmt::format("not in this file, {} estimates it: {}{}", entry.name, term.name, values_of(whole, term)));
       term.remove(c);
     } else if (holds(drop, term.name)) {
-      lines.push_back(fmt::format("dropped: {}; {}", term.name, loss(whole, term)));
+      lines.push_back(fmt::format("dropped: {}; {}", term.name, loss(whole, term).text()));
       term.remove(c);
     } else if (!holds(carried, term.name)) {
       problems.push_back(say("{} cannot carry {} ({}); {}; --drop {} accepts that", entry.name, term.name,
@@ -110,7 +109,7 @@ void check_outputs(const Export& entry, const ImuCalibration& c, Problems& probl
       problems.push_back(
           say("{} reads {} in {}, but they were calibrated in {}: calibrate outputs that are "
               "converted to {}",
-              entry.name, gyro ? "gyros" : "accelerometers", wanted.text(), t.output.text(), wanted.text()));
+              entry.name, gyro ? "gyros" : "accelerometers", Name{wanted.text()}, Name{t.output.text()}, Name{wanted.text()}));
   }
 }
 
@@ -212,7 +211,7 @@ const Export& find_export(std::string_view name) {
 std::string export_calibration(const Export& entry, ImuCalibration calibration, const ExportRequest& request) {
   Problems problems;
   const Settings settings =
-      resolve(options_of(entry), request.settings, fmt::format("export {}", entry.name), problems);
+      resolve(options_of(entry), request.settings, say("export {}", Name{entry.name}), problems);
   if (!(request.inflate > 0.0) || !std::isfinite(request.inflate))
     problems.emplace_back("--inflate must be a number above 0");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

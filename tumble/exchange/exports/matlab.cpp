@@ -37,7 +37,7 @@ void check_outputs_of_sensor(const ImuCalibration& c) {
       throw Error(Error::Kind::bad_input,
                   say("matlab: an imuSensor gives {}, but the calibration is of outputs in {}: leave the "
                       "setting rate away to have the matrices alone",
-                      wanted.text(), t->output.text()));
+                      Name{wanted.text()}, Name{t->output.text()}));
   }
 }
 

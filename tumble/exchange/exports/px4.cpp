@@ -68,7 +68,7 @@ void check_scales(const std::array<AxisCorrection, 3>& axes, const std::string& 
       problems.push_back(
           say("{}_{}SCALE would be {:.3g}, but PX4 takes scales above 0 alone: accelerometer_{} is reversed; "
               "correct the wiring in [channels]",
-              prefix, "XYZ"[i], axes[i].scale, "xyz"[i]));
+              Name{prefix}, "XYZ"[i], axes[i].scale, "xyz"[i]));
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {

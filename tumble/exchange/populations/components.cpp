@@ -191,12 +191,12 @@ void add_curves(const std::vector<OccasionResult>& results, const std::string& p
 
 /// Removes the results that do not show the parameter by itself; `others`: the parameters that they have.
 void keep_those_with(const std::string& parameter, std::vector<OccasionResult>& results,
-                     std::vector<std::pair<std::string, std::string>>& not_used, std::vector<std::string>& others) {
+                     std::vector<std::pair<std::string, Sentence>>& not_used, std::vector<std::string>& others) {
   std::erase_if(results, [&](const OccasionResult& one) {
     if (place_of(one.estimate, parameter) < one.estimate.parameters.size()) return false;
     for (const auto& other : one.estimate.parameters)
       if (std::ranges::find(others, other.name) == others.end()) others.push_back(other.name);
-    not_used.emplace_back(one.serial, text_of("population", "without_parameter"));
+    not_used.emplace_back(one.serial, Sentence(text_of("population", "without_parameter").c_str()));
     return true;
   });
 }
@@ -224,7 +224,7 @@ Estimate components_estimate(const Parameter& of, const SpreadComponents& found,
 
 /// Leaves out results in which the parameter has another dimension than in most of them.
 void keep_dimension(const std::string& parameter, std::vector<OccasionResult>& results,
-                    std::vector<std::pair<std::string, std::string>>& not_used) {
+                    std::vector<std::pair<std::string, Sentence>>& not_used) {
   const auto unit_of = [&](const OccasionResult& one) {
     return one.estimate.parameters[place_of(one.estimate, parameter)].unit;
   };
@@ -238,7 +238,7 @@ void keep_dimension(const std::string& parameter, std::vector<OccasionResult>& r
   std::erase_if(results, [&](const OccasionResult& one) {
     if (unit_of(one).dimension() == most.dimension()) return false;
     not_used.emplace_back(
-        one.serial, fmt::format("{} is in {}, in most results in {}", parameter, unit_of(one).text(), most.text()));
+        one.serial, say("{} is in {}, in most results in {}", Name{parameter}, Name{unit_of(one).text()}, Name{most.text()}));
     return true;
   });
 }
@@ -247,8 +247,8 @@ void keep_dimension(const std::string& parameter, std::vector<OccasionResult>& r
 
 Estimate components_of_results(const std::string& model, const std::string& parameter,
                                std::vector<OccasionResult> results, std::vector<ResultLeftOut> left_out) {
-  std::vector<std::pair<std::string, std::string>> not_used;
-  for (const auto& one : left_out) not_used.emplace_back(one.serial, text_of("population", one.why));
+  std::vector<std::pair<std::string, Sentence>> not_used;
+  for (const auto& one : left_out) not_used.emplace_back(one.serial, Sentence(text_of("population", one.why).c_str()));
   std::vector<std::string> others;
   keep_those_with(parameter, results, not_used, others);
   keep_dimension(parameter, results, not_used);

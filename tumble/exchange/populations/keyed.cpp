@@ -44,9 +44,9 @@ Matrix SharedErrors::private_of(const Estimate& result, const std::vector<std::s
   return out;
 }
 
-Table left_out_table(const std::vector<std::pair<std::string, std::string>>& unit_and_why) {
+Table left_out_table(const std::vector<std::pair<std::string, Sentence>>& unit_and_why) {
   Table table{"left_out", "results that are not used", {{"unit", Unit()}, {"why", Unit()}}, {}};
-  for (const auto& [unit, why] : unit_and_why) table.rows.push_back({unit, why});
+  for (const auto& [unit, why] : unit_and_why) table.rows.push_back({unit, why.text()});
   return table;
 }
 

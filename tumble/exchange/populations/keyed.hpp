@@ -35,6 +35,6 @@ class SharedErrors {
 };
 
 /// Table of the results that were not used.
-Table left_out_table(const std::vector<std::pair<std::string, std::string>>& unit_and_why);
+Table left_out_table(const std::vector<std::pair<std::string, Sentence>>& unit_and_why);
 
 }  // namespace tumble::populations

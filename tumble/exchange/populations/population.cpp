@@ -33,11 +33,11 @@ constexpr double false_outliers = 0.01;
 /// Units that are used, and results that are not.
 struct Gathered {
   std::vector<TestedUnit> units;
-  std::vector<std::pair<std::string, std::string>> left_out;  ///< unit, why
+  std::vector<std::pair<std::string, Sentence>> left_out;  ///< unit, why
 
   /// Removes the units of which `unfit` is true.
   template <class Unfit>
-  void leave_out(const std::string& why, const Unfit& unfit) {
+  void leave_out(const Sentence& why, const Unfit& unfit) {
     std::erase_if(units, [&](const TestedUnit& unit) {
       if (!unfit(unit)) return false;
       left_out.emplace_back(unit.serial, why);
@@ -58,8 +58,8 @@ void note_other_dimensions(Gathered& all, const std::vector<Parameter>& paramete
     for (const auto& parameter : unit.estimate.parameters)
       if (const auto same = std::ranges::find(parameters, parameter.name, &Parameter::name);
           same != parameters.end() && same->unit.dimension() != parameter.unit.dimension())
-        all.left_out.emplace_back(unit.serial, fmt::format("{} is in {}, in most units in {}", parameter.name,
-                                                           parameter.unit.text(), same->unit.text()));
+        all.left_out.emplace_back(unit.serial, say("{} is in {}, in most units in {}", Name{parameter.name},
+                                                           Name{parameter.unit.text()}, Name{same->unit.text()}));
 }
 
 /// Simulated results beside measured ones, and one result under two serial numbers.
@@ -271,11 +271,11 @@ void refuse_few(const std::string& model, const std::string& method, const Gathe
       count == 1
           ? say("a population needs five units or more: there is {} of the model '{}' with a result of {} that can be "
                 "used",
-                count, model, method)
+                count, model, Name{method})
           : say("a population needs five units or more: there are {} of the model '{}' with a result of {} that can be "
                 "used",
-                count, model, method)};
-  for (const auto& [unit, why] : all.left_out) problems.push_back(say("unit {} is not used: {}", unit, why));
+                count, model, Name{method})};
+  for (const auto& [unit, why] : all.left_out) problems.push_back(say("unit {} is not used: {}", Name{unit}, why));
   throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -346,7 +346,7 @@ std::string unfit_for_population(const Estimate& estimate) {
 Estimate population_of_units(const std::string& model, const std::string& method, std::vector<TestedUnit> units,
                              std::vector<ResultLeftOut> left_out) {
   Gathered all{std::move(units), {}};
-  for (const auto& one : left_out) all.left_out.emplace_back(one.serial, text_of("population", one.why));
+  for (const auto& one : left_out) all.left_out.emplace_back(one.serial, Sentence(text_of("population", one.why).c_str()));
   leave_out_strangers(all);
   std::ranges::sort(all.units, {}, &TestedUnit::serial);  // the order of the rows says nothing
   refuse_few(model, method, all);
@@ -354,7 +354,7 @@ Estimate population_of_units(const std::string& model, const std::string& method
   const auto parameters = parameters_of(all.units, pure_names(all.units));
   if (parameters.empty())
     throw Error(Error::Kind::bad_data,
-                say("no parameter of {} is shown by five units of the model '{}' by itself", method, model));
+                say("no parameter of {} is shown by five units of the model '{}' by itself", Name{method}, model));
   note_other_dimensions(all, parameters);
   Estimate out = population_estimate(all.units, parameters);
   out.title = fmt::format("Population of {} units of {} by {}", all.units.size(), model, method);

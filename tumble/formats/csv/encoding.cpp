@@ -128,7 +128,7 @@ Decoder::Decoder(const Encoding& encoding)
       return_ends_(encoding.return_ends) {
   if (converter_.get() == iconv_t(-1)) {  // NOLINT: iconv's own value for a failure
     static_cast<void>(converter_.release());
-    throw Error{Error::Kind::bad_file, say("this system cannot convert text from {} to UTF-8", encoding.name)};
+    throw Error{Error::Kind::bad_file, say("this system cannot convert text from {} to UTF-8", Name{encoding.name})};
   }
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tumble/core/say.hpp"
 #include "tumble/formats/csv/advice.hpp"
 #include "tumble/formats/csv/shape.hpp"
 #include "tumble/formats/file/annotations.hpp"
@@ -66,15 +67,14 @@ std::string example_columns(std::size_t count) {
   return text;
 }
 
-[[noreturn]] void refuse_no_header(const std::string& where, std::string_view line, std::size_t count) {
-  const auto columns = std::to_string(count) + (count == 1 ? " column" : " columns");
+[[noreturn]] void refuse_no_header(const Where& where, std::string_view line, std::size_t count) {
   const auto example = example_columns(count);
   std::string listed = "\"" + example + "\"";
   for (std::size_t at = 0; (at = listed.find(',', at)) != std::string::npos; at += 4) listed.replace(at, 1, "\", \"");
   throw Error{Error::Kind::bad_file,
-              say("{}: numbers where the header is expected, {}: {}; name each column as name[unit], or - for a column "
-                  "to skip: --set columns=\"{}\", or in the plan, [[recording]] columns = [{}]",
-                  where, columns, shown(line), example, listed)};
+              Problem(where, say("numbers where the header is expected, {}: {}; name each column as name[unit], or - for "
+                                 "a column to skip: --set columns=\"{}\", or in the plan, [[recording]] columns = [{}]",
+                                 said_count(count, "column"), Name{shown(line)}, example, Name{listed}))};
 }
 
 /// What the header gives: columns, and what is wrong with them.
@@ -153,9 +153,9 @@ struct Header {
 
   void note_without_unit() {
     if (without_unit.empty()) return;
-    std::string text;
+    std::vector<Sentence> named;
     for (const std::size_t index : without_unit) {
-      text += (text.empty() ? "" : ", ") + in_quotes(names[index].name);
+      named.push_back(say("'{}'", plain_text(names[index].name, 60)));
       const std::string likely = index == clock.first() ? likely_clock_unit(samples[index])
                                                         : likely_unit(names[index].name, samples[index].greatest);
       proposals.push_back("unit." + names[index].name + "=" + likely);
@@ -169,8 +169,8 @@ struct Header {
     problems.push_back(
         say("{}: {}; write it in the header, for example {}{}, or in the plan's [channels] table: role = \"{}{}\", or "
             "give it: --set unit.{}={} (=1 for plain numbers)",
-            without_unit.size() == 1 ? "column without a unit" : "columns without a unit", Name{text}, one, example,
-            one, example, one, example.substr(1, example.size() - 2)));
+            without_unit.size() == 1 ? "column without a unit" : "columns without a unit", in_a_row(named, ", "), Name{one}, Name{example},
+            Name{one}, Name{example}, Name{one}, Name{example.substr(1, example.size() - 2)}));
   }
 
   void finish() {
@@ -209,7 +209,7 @@ void replace_header(Layout& layout, std::string_view line, const std::vector<std
     const auto own = name_and_unit(cells[i]).unit, said = name_and_unit(columns[i]).unit;
     if (!own.empty() && !said.empty() && own != said)
       header.problems.push_back(say("column {} is '{}' in the file, but '{}' was given; one is wrong",
-                                    std::to_string(i + 1), plain_text(cells[i], 60), columns[i]));
+                                    Name{std::to_string(i + 1)}, plain_text(cells[i], 60), columns[i]));
   }
   layout.annotations.findings.push_back(
       {Finding::Severity::info, "header_replaced", {{"header", shown(line)}}, header.path});
@@ -245,11 +245,11 @@ char decimal_mark(std::string_view text, const Layout& layout, char said) {
 }
 
 /// Commas cannot be both.
-void check_mark(char separator, const ReadOptions& options, const std::string& where) {
+void check_mark(char separator, const ReadOptions& options, const Where& where) {
   if (separator == ',' && options.decimal == ',')
     throw Error{
         Error::Kind::bad_file,
-        say("{}: the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)", where)};
+        Problem(where, "the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)")};
 }
 
 /// The line must be one of a text table.
@@ -274,7 +274,9 @@ std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& l
                                   Header& header) {
   const ReadOptions& options = header.options;
   const TextLine& first = lines[shape.header ? *shape.header : std::min(shape.rows, lines.size() - 1)];
-  const std::string where = "'" + header.path + "', line " + std::to_string(first.number);
+  const Where where{.file = header.path,
+                    .line = first.number,
+                    .place = say("'{}', line {}", header.path, first.number)};
   check_text(header.path, first.text);
   const auto own = cells_of(first.text, shape.separator);
   const auto cells = header_cells(first.text, shape.separator);
@@ -284,9 +286,8 @@ std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& l
   const std::size_t named = options.columns.size();
   if (named < cells.size() || named > own.size())
     throw Error{Error::Kind::bad_file,
-                cells.size() == 1
-                    ? say("{}: {} column, but columns names {}: {}", where, cells.size(), named, shown(first.text))
-                    : say("{}: {} columns, but columns names {}: {}", where, cells.size(), named, shown(first.text))};
+                Problem(where, say("{}, but columns names {}: {}", said_count(cells.size(), "column"), named,
+                                   Name{shown(first.text)}))};
   if (shape.header) replace_header(layout, first.text, cells, header);
   return options.columns;
 }
@@ -338,7 +339,7 @@ Layout read_layout(const std::string& path, std::string_view& text, const ReadOp
   Header header{path, options, {}, {}, {}, {}, {}, {}, {}};
   take_columns(layout, lines, shape, header);
   const std::size_t begins = shape.header ? lines[*shape.header].number : layout.lines;
-  check_mark(layout.separator, options, "'" + path + "', line " + std::to_string(begins));
+  check_mark(layout.separator, options, {.file = path, .line = begins, .place = say("'{}', line {}", path, begins)});
   layout.mark = decimal_mark(text, layout, options.decimal);
   say_what_was_recognised(layout,
                           {path, options, encoding, lines, shape, header.names, header.samples, header.skipped});

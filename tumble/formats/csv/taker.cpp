@@ -109,7 +109,7 @@ std::optional<Timeline> Taker::timeline(const std::string& path, const ReadOptio
     throw Error{Error::Kind::bad_file,
                 say("'{}': the columns of the clock ({}) hold the date {}, which the calendar does not have; correct "
                     "the row, or choose another clock (--set time=COLUMN)",
-                    path, layout_.stamp.how, no_date_)};
+                    path, Name{layout_.stamp.how}, Name{no_date_})};
   if (past_midnight_) findings.push_back({Finding::Severity::info, "clock_past_midnight", {}, path});
   if (layout_.clock && clock_.allows(*layout_.clock)) return layout_.clock;
   if (layout_.clock) findings.push_back({Finding::Severity::warning, "clock_comment_disagrees", {}, path});

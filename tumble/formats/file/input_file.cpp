@@ -18,7 +18,7 @@ namespace {
   throw Error{Error::Kind::bad_file, say("cannot read '{}': {}", path, reason)};
 }
 
-[[noreturn]] void refuse(const std::string& path, int code) { refuse(path, std::system_category().message(code)); }
+[[noreturn]] void refuse(const std::string& path, int code) { refuse(path, system_reason(code)); }
 
 }  // namespace
 

@@ -91,7 +91,7 @@ void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const s
   throw Error{
       Error::Kind::bad_file,
       say("'{}': it unpacks to more than {} times its size, which samples do not; unpack it yourself if you trust it",
-          from, std::to_string(greatest_ratio))};
+          from, Name{std::to_string(greatest_ratio)})};
 }
 
 const Format& format_of(const PackedFile& packed, const ReadOptions& options) {

@@ -20,8 +20,8 @@ std::string plain_name(const std::string& name) {
   return plain.empty() || plain.front() == '.' ? "file" + plain : plain;
 }
 
-std::string failure_of(const std::string& from) {
-  return "'" + from + "': it is unpacked into the folder for temporary files (TMPDIR), and that failed";
+Sentence failure_of(const std::string& from) {
+  return say("'{}': it is unpacked into the folder for temporary files (TMPDIR), and that failed", from);
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::refuse(int code) const {
-  throw Error{Error::Kind::bad_file, say("{}: {}", failure_of(from_), std::system_category().message(code))};
+  throw Error{Error::Kind::bad_file, say("{}: {}", failure_of(from_), system_reason(code))};
 }
 
 void TemporaryFile::write(std::string_view bytes) {

@@ -14,21 +14,21 @@ bool is_matlab(const std::string& path) {
 
 }  // namespace
 
-std::string advice_for_unread(const std::string& path) {
+Sentence advice_for_unread(const std::string& path) {
   if (is_matlab(path))
     return "a MATLAB binary file that is damaged or of an unknown version; write it from MATLAB as text, "
            "writetable(array2table(data, 'VariableNames', names), 'data.csv'), or as HDF5, h5write";
-  return "";
+  return {};
 }
 
-std::string advice_for_other_kind(const std::string& path) {
+Sentence advice_for_other_kind(const std::string& path) {
   if (path.ends_with(".toml"))
-    return "a plan or another declaration, and a recording is needed; the plan comes first: tumble identify " + path;
+    return say("a plan or another declaration, and a recording is needed; the plan comes first: tumble identify {}", Name{path});
   std::string begin(512, '\0');
   begin.resize(InputFile(path).read(begin.data(), begin.size()));
   if (begin.starts_with('{') && begin.find("\"tumble\"") != begin.npos)
-    return "a result, and a recording is needed; to read the result: tumble report " + path;
-  return "";
+    return say("a result, and a recording is needed; to read the result: tumble report {}", Name{path});
+  return {};
 }
 
 }  // namespace tumble::file

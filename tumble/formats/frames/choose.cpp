@@ -66,7 +66,7 @@ void require_variants(const FrameCodec& codec, Error::Kind kind) {
   if (codec.unchosen.empty()) return;
   throw Error(kind, say("the frames of {} do not say what their numbers mean ({}); name the variant of the device, for "
                         "example --set frames={}:{} (variants: {})",
-                        codec.name, fmt::join(codec.unchosen, ", "), codec.name, codec.variants.front(),
+                        Name{codec.name}, fmt::join(codec.unchosen, ", "), Name{codec.name}, Name{codec.variants.front()},
                         fmt::join(codec.variants, ", ")));
 }
 
@@ -79,7 +79,7 @@ void keep_topics(FrameCodec& codec, const std::vector<std::string>& topics) {
   Problems problems;
   for (const auto& topic : topics)
     if (std::ranges::find(known, topic) == known.end())
-      problems.push_back(say("{} has no frame '{}'{} (frames: {})", codec.name, topic, did_you_mean(topic, known),
+      problems.push_back(say("{} has no frame '{}'{} (frames: {})", Name{codec.name}, topic, did_you_mean(topic, known),
                              fmt::join(known, ", ")));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   for (FrameLayout& layout : codec.frames)

@@ -50,7 +50,7 @@ class Pass {
     if (stream_.counts().channel_frames == 0)
       throw Error(Error::Kind::bad_file,
                   say("'{}' holds no frame of {} that carries a channel: {} bytes, {} frames that are damaged", path_,
-                      chosen_.codec.name, stream_.counts().bytes, stream_.counts().damaged.count));
+                      Name{chosen_.codec.name}, stream_.counts().bytes, stream_.counts().damaged.count));
   }
 
   const FrameCounts& counts() const { return stream_.counts(); }
@@ -59,7 +59,7 @@ class Pass {
   [[noreturn]] void refuse_without_rate() const {
     throw Error(Error::Kind::bad_file, say("'{}': the frames of {} have no time; give their rate "
                                            "(--set rate=1000)",
-                                           path_, chosen_.codec.name));
+                                           path_, Name{chosen_.codec.name}));
   }
 
   bool has_time(const std::string& bytes) const {

@@ -18,7 +18,7 @@ std::recursive_mutex& library() {
 
 Handle::~Handle() {
   if (close() || problem_ == nullptr || !problem_->empty()) return;
-  *problem_ = last_reason();
+  *problem_ = last_reason().text();
 }
 
 Session::Session() : lock_(library()) {
@@ -28,7 +28,7 @@ Session::Session() : lock_(library()) {
 
 Session::~Session() { H5Eset_auto2(H5E_DEFAULT, print_, print_data_); }
 
-std::string last_reason() {
+Sentence last_reason() {
   std::string reason;
   const auto take = [](unsigned, const H5E_error2_t* error, void* text) -> herr_t {
     if (error->desc != nullptr) *static_cast<std::string*>(text) = error->desc;
@@ -38,8 +38,8 @@ std::string last_reason() {
   // Of a failed write the library tells time, file, buffer and counts; in the midst of it the system's reason.
   constexpr std::string_view mark = "error message = '";
   if (const auto begin = reason.find(mark); begin != std::string::npos)
-    return reason.substr(begin + mark.size(), reason.find('\'', begin + mark.size()) - begin - mark.size());
-  return reason.empty() ? "the HDF5 library gives no reason" : reason;
+    reason = reason.substr(begin + mark.size(), reason.find('\'', begin + mark.size()) - begin - mark.size());
+  return reason.empty() ? "the HDF5 library gives no reason" : reason.c_str();
 }
 
 }  // namespace tumble::hdf5

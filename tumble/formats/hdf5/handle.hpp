@@ -53,6 +53,6 @@ class Session {
 };
 
 /// The innermost reason the library gives for its last failure.
-std::string last_reason();
+Sentence last_reason();
 
 }  // namespace tumble::hdf5

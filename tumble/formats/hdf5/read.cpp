@@ -128,7 +128,7 @@ class Source {
     fail(
         say("it has no unit; give it an attribute 'unit', for example \"deg/h\", or write the unit in the plan's "
             "[channels] table: role = \"{}[deg/h]\", or give it: --set unit.{}=deg/h",
-            name, name));
+            Name{name}, Name{name}));
   }
 
   Timeline timeline_of(const Numbers& numbers, const std::string& name) {
@@ -141,7 +141,7 @@ class Source {
       fail(
           say("it has no time; give it an attribute 'rate' [Hz] or a dataset /time/{}, or give the sampling rate "
               "(--set rate=100)",
-              name));
+              Name{name}));
     if (!(*rate > 0.0) || std::isinf(*rate)) fail("its attribute 'rate' is not a positive number");
     return {start, *rate, nullptr};
   }
@@ -150,13 +150,13 @@ class Source {
   Timeline stamps_of(const Numbers& numbers, const std::string& path) {
     if (stamps_ == Stamps::ignored) return {};
     Numbers time = open_numbers(file_, path, size_);
-    if (time.count != numbers.count) fail(say("{} has {} stamps for {} samples", path, time.count, numbers.count));
+    if (time.count != numbers.count) fail(say("{} has {} stamps for {} samples", Name{path}, time.count, numbers.count));
     H5O_info_t info;
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
     for (const auto& known : clocks_)
       if (known.address == info.addr) return known.timeline;
     const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
-    if (kind_of(unit) != QuantityKind::time) fail(say("{} is in {}, not a unit of time", path, unit.text()));
+    if (kind_of(unit) != QuantityKind::time) fail(say("{} is in {}, not a unit of time", Name{path}, Name{unit.text()}));
     clocks_.push_back({info.addr, {}, std::move(time), unit});
     clocks_.back().timeline = look_at(clocks_.back(), path);
     return clocks_.back().timeline;
@@ -180,7 +180,7 @@ class Source {
       hdf5::append(of.numbers, first, std::min(piece, of.numbers.count - first), of.unit.factor(), of.unit.offset(),
                    some);
       for (std::size_t i = 0; i < some.size(); ++i) {
-        if (std::isnan(some[i])) fail(say("{} has no value at sample {}", path, first + i));
+        if (std::isnan(some[i])) fail(say("{} has no value at sample {}", Name{path}, first + i));
         clock.add(some[i], 0.0);
       }
       if (stamps_ == Stamps::kept) stamps.insert(stamps.end(), some.begin(), some.end());

@@ -45,7 +45,7 @@ class Writer {
     const Session session;
     if (!file_.valid()) throw Error{Error::Kind::bad_input, say("'{}': there is no channel to write", path_)};
     if (H5Fflush(file_, H5F_SCOPE_GLOBAL) < 0 || !close()) fail();
-    if (!unclosed_->empty()) fail(*unclosed_);
+    if (!unclosed_->empty()) fail(Sentence(unclosed_->c_str()));
     target_.commit();
   }
 

@@ -72,7 +72,7 @@ class Reader {
   double number_said(const std::string& key, std::size_t channel, double otherwise) const;
   double seconds_later() const;
   void add_channel(file::Gathered& gathered, const Signal& signal, std::vector<std::string>& without_unit,
-                   std::vector<std::string>& strange) const;
+                   std::vector<Sentence>& strange) const;
   void complete(Recording& recording);
 
   Part part_ = Part::file_header, before_special_ = Part::rows;
@@ -267,7 +267,7 @@ void Reader::take_row(std::string_view line, std::size_t number) {
 }
 
 void Reader::add_channel(file::Gathered& gathered, const Signal& signal, std::vector<std::string>& without_unit,
-                         std::vector<std::string>& strange) const {
+                         std::vector<Sentence>& strange) const {
   if (!options_.only.empty() && std::ranges::find(options_.only, signal.name) == options_.only.end()) return;
   Channel channel;
   channel.name = signal.name;
@@ -282,7 +282,7 @@ void Reader::add_channel(file::Gathered& gathered, const Signal& signal, std::ve
   } catch (const Error& error) {
     if (given == options_.units.end()) {
       without_unit.push_back(signal.name);
-      strange.push_back("'" + csv::plain_text(signal.name, 40) + "': " + error.what());
+      strange.push_back(say("'{}': {}", csv::plain_text(signal.name, 40), reason_of(error)));
       return;
     }
     channel.unit = given->second;
@@ -298,21 +298,23 @@ file::Gathered Reader::finish() {
   if (part_ == Part::file_header || segments_ == 0)
     throw Error{Error::Kind::bad_file,
                 say("'{}': a LabVIEW measurement file without the end of its header ({}); it was cut off", path_,
-                    std::string(end_of_header))};
+                    Name{std::string(end_of_header)})};
   file::Gathered gathered;
-  std::vector<std::string> without_unit, strange;
+  std::vector<std::string> without_unit;
+  std::vector<Sentence> strange;
   for (const Signal& signal : signals_) add_channel(gathered, signal, without_unit, strange);
   problems_.refuse_any();
   if (!without_unit.empty()) {
-    std::string names, sets;
+    std::vector<Sentence> names;
+    std::string sets;
     for (const auto& name : without_unit) {
-      names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
+      names.push_back(say("'{}'", csv::plain_text(name, 60)));
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
-    std::string why = "the file has no Y_Unit_Label for them";
-    for (std::size_t i = 0; i < strange.size(); ++i) why = (i ? why + "; " : "") + strange[i];
+    const Sentence why =
+        strange.empty() ? Sentence("the file has no Y_Unit_Label for them") : in_a_row(strange, "; ");
     throw Error{Error::Kind::bad_file,
-                Problems{say("'{}': channels without a unit: {}; {}", path_, Name{names}, why),
+                Problems{say("'{}': channels without a unit: {}; {}", path_, in_a_row(names, ", "), why),
                          say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets})}};
   }
   if (std::ranges::all_of(gathered.sources, [](const file::Source& one) { return one.values->size() == 0; }))

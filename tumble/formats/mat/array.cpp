@@ -18,7 +18,7 @@ Budget::Budget(std::size_t file_size) : left_(std::max(always, per_byte * file_s
 void Budget::take(std::size_t rows, std::size_t columns) {
   if (columns != 0 && rows > left_ / columns)
     throw Error(Error::Kind::bad_file, say("it claims {} x {} numbers, more than a file of this size can hold",
-                                           std::to_string(rows), std::to_string(columns)));
+                                           Name{std::to_string(rows)}, Name{std::to_string(columns)}));
   left_ -= rows * columns;
 }
 

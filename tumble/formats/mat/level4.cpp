@@ -91,7 +91,7 @@ Contents read_level4(const std::string& path, Keep keep) {
     const auto head = head_at(window.data());
     if (!head)
       throw Error(Error::Kind::bad_file, say("'{}': no variable of a MATLAB file of version 4 begins at byte {}", path,
-                                             std::to_string(window.position())));
+                                             Name{std::to_string(window.position())}));
     window.skip(variable_head);
     if (!window.holds(head->name)) break;
     const std::string name(window.data(), std::find(window.data(), window.data() + head->name, '\0'));

@@ -39,7 +39,7 @@ struct Tag {
   bool is_small = false;
 };
 
-[[noreturn]] void bad(const std::string& reason) { throw Error(Error::Kind::bad_file, reason); }
+[[noreturn]] void bad(const Sentence& reason) { throw Error(Error::Kind::bad_file, reason); }
 
 class Level5 {
  public:
@@ -48,7 +48,7 @@ class Level5 {
 
   void run() {
     if (!window_.holds(head_size))
-      bad("'" + path_ + "' is a MATLAB binary file that is cut off within its first 128 bytes");
+      bad(say("'{}' is a MATLAB binary file that is cut off within its first 128 bytes", path_));
     contents_.head = std::string(window_.data(), 116);
     swapped_ = window_.data()[126] == 'M';
     window_.skip(head_size);
@@ -59,7 +59,7 @@ class Level5 {
       const std::size_t begin = window_.position();
       if (type == matrix || type == compressed) variable(size, type == compressed);
       if (contents_.cut_off) return;
-      if (window_.position() > begin + size) bad(where("a variable") + "it is longer than it says");
+      if (window_.position() > begin + size) bad(where("a variable", "it is longer than it says"));
       window_.skip(begin + size - window_.position());
     }
     contents_.cut_off = window_.available() > 0;
@@ -68,13 +68,13 @@ class Level5 {
  private:
   std::uint32_t word(const char* at) const { return file::number_at<std::uint32_t>(at, swapped_); }
 
-  std::string where(const std::string& name) const { return "'" + path_ + "': " + name + ": "; }
+  Sentence where(const Sentence& name, const Sentence& reason) const { return say("'{}': {}: {}", path_, name, reason); }
 
   /// One variable; what is whole before a place where the file is cut off is kept.
   void variable(std::size_t size, bool packed) {
     const std::size_t rest = window_.size() - window_.position();
     Bytes bytes(window_, size, packed);
-    name_ = "a variable at byte " + std::to_string(window_.position());
+    name_ = say("a variable at byte {}", window_.position());
     try {
       std::size_t end = 0;
       if (packed) {
@@ -86,7 +86,7 @@ class Level5 {
       if (contents_.keep != Keep::sizes_only) bytes.finish(bytes.position() >= end);
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
-      if (size <= rest) bad(where(name_) + error.what());
+      if (size <= rest) bad(where(name_, reason_of(error)));
       contents_.cut_off = true;
     }
   }
@@ -99,7 +99,7 @@ class Level5 {
     if ((first >> 16) != 0) {
       tag.type = first & 0xffff;
       tag.size = first >> 16;
-      if (tag.size > 4) bad("a small element claims " + std::to_string(tag.size) + " bytes");
+      if (tag.size > 4) bad(say("a small element claims {} bytes", tag.size));
       tag.is_small = true;
       std::memcpy(tag.small, raw + 4, 4);
       return tag;
@@ -113,7 +113,7 @@ class Level5 {
   /// The data of a short element.
   std::string data(Bytes& bytes, const Tag& tag, std::size_t longest) const {
     if (tag.is_small) return {tag.small, tag.size};
-    if (tag.size > longest || tag.size > bytes.most()) bad("an element claims " + std::to_string(tag.size) + " bytes");
+    if (tag.size > longest || tag.size > bytes.most()) bad(say("an element claims {} bytes", tag.size));
     std::string result(tag.size, '\0');
     bytes.read(result.data(), tag.size);
     bytes.skip(tag.padding);
@@ -124,7 +124,7 @@ class Level5 {
 
   /// The elements behind the tag of a matrix. `given`: the name of a field; a variable brings its own.
   void array(Bytes& bytes, const std::string& given, int depth) {
-    if (depth > deepest) bad("its structures are nested more than " + std::to_string(deepest) + " deep");
+    if (depth > deepest) bad(say("its structures are nested more than {} deep", deepest));
     const std::string flags = data(bytes, 64);
     if (flags.size() < 8) bad("its flags are missing");
     const auto kind = static_cast<unsigned char>(word(flags.data()) & 0xff);
@@ -137,7 +137,7 @@ class Level5 {
     const bool complex = (word(flags.data()) & 0x800) != 0;
     const std::string name =
         given.empty() ? std::string(own.data(), own.find('\0') == own.npos ? own.size() : own.find('\0')) : given;
-    if (depth == 0) name_ = name;
+    if (depth == 0) name_ = say("{}", Name{name});
     if (name.empty()) return;  // what MATLAB keeps of its objects
     std::size_t rows = word(extent.data()), columns = word(extent.data() + 4);
     bool flat = true;
@@ -156,11 +156,10 @@ class Level5 {
   void numbers(Bytes& bytes, const std::string& name, std::size_t rows, std::size_t columns) {
     const Tag tag = next(bytes);
     const auto type = stored_type(tag.type);
-    if (!type) bad("its numbers are of the unknown type " + std::to_string(tag.type));
+    if (!type) bad(say("its numbers are of the unknown type {}", tag.type));
     const std::size_t size = size_of(*type);
     if (rows > tag.size / size / columns || rows * columns * size != tag.size)
-      bad(std::to_string(rows) + " x " + std::to_string(columns) + " numbers do not take " + std::to_string(tag.size) +
-          " bytes");
+      bad(say("{} x {} numbers do not take {} bytes", rows, columns, tag.size));
     if (!tag.is_small && tag.size > bytes.most()) bad("it is cut off: the file ends within it");
     budget_.take(rows, columns);
     contents_.numbers += rows * columns;
@@ -219,11 +218,11 @@ class Level5 {
   /// Each a matrix of its own, one behind the other.
   void member(Bytes& bytes, const std::string& name, int depth) {
     const Tag tag = next(bytes);
-    if (tag.type != matrix) bad("its member " + name + " is no variable");
+    if (tag.type != matrix) bad(say("its member {} is no variable", Name{name}));
     if (tag.size == 0) return;
     const std::size_t end = bytes.position() + tag.size;
     array(bytes, name, depth + 1);
-    if (bytes.position() > end) bad("its member " + name + " is longer than it says");
+    if (bytes.position() > end) bad(say("its member {} is longer than it says", Name{name}));
     bytes.skip(end - bytes.position());
   }
 
@@ -253,7 +252,7 @@ class Level5 {
   topics::Window window_;
   Budget budget_;
   bool swapped_ = false;
-  std::string name_;
+  Sentence name_;
   std::vector<char> raw_;
   std::vector<double> values_;
 };

@@ -48,7 +48,7 @@ class Level73 {
 
   Members members(const std::string& at) const {
     const hdf5::Handle group(H5Gopen2(file_, at.c_str(), H5P_DEFAULT), H5Gclose);
-    if (!group.valid()) throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, at, hdf5::last_reason()));
+    if (!group.valid()) throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, Name{at}, hdf5::last_reason()));
     Members found;
     const auto visit = [](hid_t where, const char* name, const H5L_info_t* link, void* list) -> herr_t {
       H5O_info_t object;
@@ -58,7 +58,7 @@ class Level73 {
       return 0;
     };
     if (H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit, &found) < 0)
-      throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, at, hdf5::last_reason()));
+      throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, Name{at}, hdf5::last_reason()));
     return found;
   }
 
@@ -101,7 +101,7 @@ class Level73 {
       contents_.arrays.push_back(std::move(array));
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) throw;
-    throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, name, reason_of(error)));
+    throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, Name{name}, reason_of(error)));
   }
 
   /// A cell array or a field of an array of structures: each element is an object elsewhere, named as in version 5.

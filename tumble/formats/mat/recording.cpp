@@ -216,26 +216,26 @@ class Maker {
   Clock times_of(const std::string& name, const std::shared_ptr<const file::Series>& written, const Unit& unit) {
     if (const auto known = clocks_by_name_.find(name); known != clocks_by_name_.end()) return known->second;
     if (kind_of(unit) != QuantityKind::time)
-      refuse(say("has the time {} in {}, which is no unit of time", name, unit.text()));
+      refuse(say("has the time {} in {}, which is no unit of time", Name{name}, Name{unit.text()}));
     const bool unit_is_guessed =
         options_.units.find(name) == options_.units.end() && options_.columns.empty() && unit.factor() == 1.0;
     if (unit_is_guessed && are_days(*written))
       refuse(
           say("has {0} in days, as datenum of MATLAB gives it; say so: --set unit.{0}=day (or "
               "--set unit.{0}=s if they are seconds)",
-              name));
+              Name{name}));
     if (unit_is_guessed && are_finer(*written))
       refuse(
           say("has {0} in numbers that are too large for seconds; say their unit: --set unit.{0}=ms (or us, ns; "
               "or --set unit.{0}=s if they are seconds)",
-              name));
+              Name{name}));
     file::EvenClock clock;
     std::vector<double> piece;
     for (std::size_t first = 0; first < written->size(); first += piece.size()) {
       piece.clear();
       written->read(first, std::min(stamps_at_once, written->size() - first), piece);
       for (const double value : piece) {
-        if (!std::isfinite(value)) refuse(say("has no time at sample {} of {}", clock.count() + 1, name));
+        if (!std::isfinite(value)) refuse(say("has no time at sample {} of {}", clock.count() + 1, Name{name}));
         clock.add(unit.to_si(value), 0.0);
       }
     }
@@ -279,7 +279,7 @@ class Maker {
       refuse(say("holds {} arrays, and columns name those of one: name it with --topic", chosen_.size()));
     const Array& array = contents_.arrays[chosen_.front()];
     if (array.vectors.size() != options_.columns.size())
-      refuse(say("has {} columns in {}, and {} were named", array.vectors.size(), array.name, options_.columns.size()));
+      refuse(say("has {} columns in {}, and {} were named", array.vectors.size(), Name{array.name}, options_.columns.size()));
     for (std::size_t k = 0; k < array.vectors.size(); ++k) {
       const auto [name, unit] = name_and_unit_of(options_.columns[k]);
       if (name != "-" && !time_unit(name)) vectors_.push_back({name, array.name, chosen_.front(), k, unit});
@@ -314,7 +314,7 @@ class Maker {
           say("'{}': these have no unit: {}; give it for a channel or a whole variable: --set unit.{}=deg/s, "
               "or in the plan's "
               "[channels] table: role = \"{}[deg/s]\"{}",
-              path_, fmt::join(without_unit, ", "), vectors_.front().variable, without_unit.front(),
+              path_, fmt::join(without_unit, ", "), Name{vectors_.front().variable}, Name{without_unit.front()},
               recording_.findings.empty() ? "" : "; --topic NAME reads only what is named"));
     if (!without_time.empty())
       problems.push_back(

@@ -11,7 +11,7 @@
 namespace tumble::mcap {
 namespace {
 
-[[noreturn]] void no_record(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+[[noreturn]] void no_record(const Sentence& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
 /// The fields of a record, one after the other.
 struct Fields {
@@ -29,7 +29,7 @@ struct Fields {
   }
   std::string text() {
     const std::uint64_t length = number<std::uint32_t>();
-    if (length > 4096) no_record(fmt::format("a name of {} bytes", length));
+    if (length > 4096) no_record(say("a name of {} bytes", length));
     return {bytes(length), static_cast<std::size_t>(length)};
   }
   void rest() { skip(window, remaining); }
@@ -87,7 +87,7 @@ std::int64_t time_at(const char* bytes) {
 }
 
 ros::Message take_message_header(ros::Window& window, const Record& record) {
-  if (record.size < message_header) no_record(fmt::format("a message of {} bytes", record.size));
+  if (record.size < message_header) no_record(say("a message of {} bytes", record.size));
   const char* const bytes = take(window, message_header);
   return {file::number_at<std::uint16_t>(bytes), time_at(bytes + 6), {}};
 }
@@ -101,7 +101,7 @@ ChunkHeader take_chunk_header(ros::Window& window, const Record& record) {
   header.compression = fields.text();
   header.packed = fields.number<std::uint64_t>();
   if (header.packed != fields.remaining)
-    no_record(fmt::format("a chunk of {} bytes in a record with room for {}", header.packed, fields.remaining));
+    no_record(say("a chunk of {} bytes in a record with room for {}", header.packed, fields.remaining));
   return header;
 }
 

@@ -18,14 +18,15 @@ using Severity = Finding::Severity;
   std::size_t unreadable = 0, read = 0;
   for (const Stream& stream : streams) topics.push_back(stream.topic);
   for (const Overview& overview : overviews) unreadable += overview.unreadable, read += overview.clocks.count;
-  std::string why;
+  std::vector<Sentence> why;
   if (report.damaged > 0)
-    why += fmt::format("; {} of {} parts are damaged, the first at byte {}: {}", report.damaged, log.pieces.size(),
-                       report.first_place, report.first_reason);
-  if (unreadable > 0) why += fmt::format("; {} messages are not what their type says", unreadable);
-  if (read > 0) why += "; the messages state by a covariance of -1 that the instrument does not measure what is wanted";
+    why.push_back(say("; {} of {} parts are damaged, the first at byte {}: {}", report.damaged, log.pieces.size(),
+                      report.first_place, Sentence(report.first_reason.c_str())));
+  if (unreadable > 0) why.push_back(say("; {} messages are not what their type says", unreadable));
+  if (read > 0)
+    why.push_back("; the messages state by a covariance of -1 that the instrument does not measure what is wanted");
   throw Error{Error::Kind::bad_file,
-              say("'{}' holds no message of {} that can be read{}", log.path, described(topics), why)};
+              say("'{}' holds no message of {} that can be read{}", log.path, described(topics), in_a_row(why, ""))};
 }
 
 void add_channels(const Stream& stream, const Overview& overview, std::int64_t epoch, Recording& recording) {
@@ -56,7 +57,7 @@ void add_topics_not_read(const Log& log, const std::vector<Stream>& streams, con
     if (!is_read && topic.count.messages > 0) others.push_back(std::move(topic));
   }
   if (!others.empty())
-    recording.findings.push_back({Severity::info, "topics_not_read", {{"topics", described(others)}}, log.path});
+    recording.findings.push_back({Severity::info, "topics_not_read", {{"topics", described(others).text()}}, log.path});
 }
 
 void add_faults(const Stream& stream, const Overview& overview, Recording& recording) {

@@ -47,14 +47,14 @@ std::string as_word(const std::string& name) {
   const Topic& example = raw == candidates.end() ? candidates.front() : *raw;
   refuse(log, say("holds {} topics that can be read: {}; name the one to read: --topic {}, or in the plan, "
                   "[[recording]] topics = [\"{}\"]",
-                  candidates.size(), described(candidates), as_word(example.name), example.name));
+                  candidates.size(), described(candidates), Name{as_word(example.name)}, example.name));
 }
 
 [[noreturn]] void refuse_all(const Log& log, const Topics& topics) {
-  std::string damage;
+  std::vector<Sentence> damage;
   for (const Finding& finding : log.findings)
-    if (finding.severity == Finding::Severity::warning) damage += "; " + finding.message;
-  if (topics.empty()) refuse(log, say("holds no message{}", damage));
+    if (finding.severity == Finding::Severity::warning) damage.push_back(say("; {}", said_of(finding)));
+  if (topics.empty()) refuse(log, say("holds no message{}", in_a_row(damage, "")));
   const auto sampled = std::ranges::find_if(
       topics, [](const Topic& topic) { return readable(topic) && topic.type == vector && topic.count.messages > 0; });
   if (sampled != topics.end()) {
@@ -62,11 +62,11 @@ std::string as_word(const std::string& name) {
     refuse(log, say("has nothing that is read without being named: {}. A {} states no unit: name the topic and "
                     "give the units, --topic {} --set unit.{}.x=rad/s --set unit.{}.y=rad/s "
                     "--set unit.{}.z=rad/s{}",
-                    described(topics), vector, as_word(sampled->name), channel, channel, channel, damage));
+                    described(topics), Name{std::string(vector)}, Name{as_word(sampled->name)}, Name{channel}, Name{channel}, Name{channel}, in_a_row(damage, "")));
   }
-  if (std::ranges::any_of(topics, readable)) refuse(log, say("holds no message of {}{}", described(topics), damage));
-  refuse(log, say("holds no topic of a type that is read ({}): its topics are {}{}", known_message_types(),
-                  described(topics), damage));
+  if (std::ranges::any_of(topics, readable)) refuse(log, say("holds no message of {}{}", described(topics), in_a_row(damage, "")));
+  refuse(log, say("holds no topic of a type that is read ({}): its topics are {}{}", Name{known_message_types()},
+                  described(topics), in_a_row(damage, "")));
 }
 
 Topics of_type(const Topics& topics, std::string_view type) {
@@ -133,7 +133,7 @@ Topics named(Log& log, const std::vector<std::string>& names) {
                              described(topics)));
     else if (found == topics.end())
       problems.push_back(say("'{}': topic {} is of a type that is not read; those that are read are {}", log.path,
-                             described(*present), known_message_types()));
+                             described(*present), Name{known_message_types()}));
     else if (std::ranges::none_of(chosen, [&](const Topic& topic) { return topic.name == found->name; }))
       chosen.push_back(*found);
   }
@@ -166,8 +166,8 @@ void give_units(const Log& log, const ReadOptions& options, Stream& stream) {
       without += (without.empty() ? "'" : ", '") + column.name + "'";
   }
   if (without.empty()) return;
-  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", without, stream.topic.name,
-                  stream.columns.front().name));
+  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", Name{without}, Name{stream.topic.name},
+                  Name{stream.columns.front().name}));
 }
 
 }  // namespace
@@ -188,21 +188,21 @@ std::vector<Topic> topics_of(const Log& log) {
   return topics;
 }
 
-std::string described(const Topic& topic) {
-  std::string text = topic.name + " (" + (topic.type.empty() ? "no type" : topic.type);
-  if (topic.encoding == Encoding::other && find_message_type(topic.type)) text += ", neither ROS 1 nor CDR";
-  if (const double rate = topic.count.rate(); rate > 0.0) text += fmt::format(", {:.4g} Hz", rate);
+Sentence described(const Topic& topic) {
+  std::vector<Sentence> about{topic.type.empty() ? Sentence("no type") : say("{}", Name{topic.type})};
+  if (topic.encoding == Encoding::other && find_message_type(topic.type)) about.push_back("neither ROS 1 nor CDR");
+  if (const double rate = topic.count.rate(); rate > 0.0) about.push_back(say("{:.4g} Hz", rate));
   const std::size_t count = topic.count.messages;
-  if (count > 0) text += fmt::format(", {} message{}", count, count == 1 ? "" : "s");
-  return text + ")";
+  if (count > 0) about.push_back(count == 1 ? say("{} message", count) : say("{} messages", count));
+  return say("{} ({})", Name{topic.name}, in_a_row(about, ", "));
 }
 
-std::string described(const std::vector<Topic>& topics) {
+Sentence described(const std::vector<Topic>& topics) {
   constexpr std::size_t most = 24;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(most, topics.size()); ++i) text += (i ? ", " : "") + described(topics[i]);
-  if (topics.size() > most) text += fmt::format(" and {} more", topics.size() - most);
-  return text;
+  std::vector<Sentence> some;
+  for (std::size_t i = 0; i < std::min(most, topics.size()); ++i) some.push_back(described(topics[i]));
+  const Sentence all = in_a_row(some, ", ");
+  return topics.size() > most ? say("{} and {} more", all, topics.size() - most) : all;
 }
 
 std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
@@ -222,7 +222,7 @@ std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
     streams.push_back(std::move(stream));
   }
   if (streams.empty())
-    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), channels));
+    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), Name{channels}));
   return streams;
 }
 

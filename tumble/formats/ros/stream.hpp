@@ -20,8 +20,8 @@ struct Topic {
 /// In the order of their names.
 std::vector<Topic> topics_of(const Log& log);
 /// "/imu/data (sensor_msgs/Imu, 400 Hz, 44000 messages)"
-std::string described(const Topic& topic);
-std::string described(const std::vector<Topic>& topics);
+Sentence described(const Topic& topic);
+Sentence described(const std::vector<Topic>& topics);
 
 /// A number of a message that becomes a channel.
 struct Column {

@@ -59,7 +59,7 @@ struct Bzip2 {
     stream.next_out = out.data;
     stream.avail_out = static_cast<unsigned>(out.size);
     const int code = BZ2_bzDecompress(&stream);
-    if (code != BZ_OK && code != BZ_STREAM_END) damaged(fmt::format("its bzip2 data are damaged (code {})", code));
+    if (code != BZ_OK && code != BZ_STREAM_END) damaged(say("its bzip2 data are damaged (code {})", code));
     const Step done{in.size - stream.avail_in, out.size - stream.avail_out, code == BZ_STREAM_END};
     if (done.finished) close();
     return done;
@@ -78,7 +78,7 @@ struct Lz4 {
   Step step(Bytes in, Space out) {
     Step done{in.size, out.size};
     const std::size_t code = LZ4F_decompress(context, out.data, &done.made, in.data, &done.used, nullptr);
-    if (LZ4F_isError(code)) damaged(fmt::format("its LZ4 data are damaged ({})", LZ4F_getErrorName(code)));
+    if (LZ4F_isError(code)) damaged(say("its LZ4 data are damaged ({})", LZ4F_getErrorName(code)));
     done.finished = code == 0;
     return done;
   }
@@ -96,7 +96,7 @@ struct Zstandard {
     ZSTD_inBuffer from{in.data, in.size, 0};
     ZSTD_outBuffer to{out.data, out.size, 0};
     const std::size_t code = ZSTD_decompressStream(context, &to, &from);
-    if (ZSTD_isError(code)) damaged(fmt::format("its Zstandard data are damaged ({})", ZSTD_getErrorName(code)));
+    if (ZSTD_isError(code)) damaged(say("its Zstandard data are damaged ({})", ZSTD_getErrorName(code)));
     return {from.pos, to.pos, code == 0};
   }
 };
@@ -160,7 +160,7 @@ struct Window::State {
       packed_next += step.used;
       finished = step.finished || (finished && step.used == 0 && step.made == 0);
       if (made + step.made > piece.unpacked)
-        damaged(fmt::format("it unpacks to more than the {} bytes that the file states", piece.unpacked));
+        damaged(say("it unpacks to more than the {} bytes that the file states", piece.unpacked));
       if (step.made > 0) return step.made;
       if (at_end) damaged("its packed data end too early");
       if (step.used == 0 && packed_next < packed_end) damaged("its packed data do not end where they should");
@@ -195,7 +195,7 @@ void Window::open(const file::InputFile& file, const Piece& piece, std::size_t a
 
 bool Window::refill(std::size_t count) {
   State& state = *state_;
-  if (count > longest) damaged(fmt::format("a part of {} bytes, where at most {} are expected", count, longest));
+  if (count > longest) damaged(say("a part of {} bytes, where at most {} are expected", count, longest));
   char* const begin = state.window.data();
   const auto rest = static_cast<std::size_t>(end_ - next_);
   std::memmove(begin, next_, rest);

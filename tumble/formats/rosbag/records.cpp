@@ -11,7 +11,7 @@
 namespace tumble::rosbag {
 namespace {
 
-[[noreturn]] void no_record(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+[[noreturn]] void no_record(const Sentence& reason) { throw Error{Error::Kind::bad_file, reason}; }
 
 /// Bytes that the record says it has.
 const char* take(ros::Window& window, std::size_t count) {
@@ -99,7 +99,7 @@ bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
   const std::size_t length = file::number_at<std::uint32_t>(take(window, 4));
   if (length == 0 || length > ros::Window::longest)
     no_record(
-        fmt::format("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
+        say("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
   const std::string_view header(take(window, length), length);
   if (repeats(known, header)) {
     record.op = Op::message;
@@ -112,7 +112,7 @@ bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
   }
   record.data = file::number_at<std::uint32_t>(take(window, 4));
   if (record.op < Op::message || record.op > Op::connection)
-    no_record(fmt::format("a record of the unknown kind {}", static_cast<int>(record.op)));
+    no_record(say("a record of the unknown kind {}", static_cast<int>(record.op)));
   return true;
 }
 

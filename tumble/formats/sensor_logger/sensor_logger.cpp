@@ -160,7 +160,7 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
       std::string list;
       for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
       throw Error{Error::Kind::bad_file,
-                  say("'{}' has no sensor '{}'{}; it has {}", path, topic, did_you_mean(topic, known), list)};
+                  say("'{}' has no sensor '{}'{}; it has {}", path, topic, did_you_mean(topic, known), Name{list})};
     }
     names.push_back(topic);
   }
@@ -175,7 +175,7 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
   if (names.empty())
     throw Error{
         Error::Kind::bad_file,
-        say("'{}' has no sensor that is read without being asked for; pick one: --topic {}", path, known.front())};
+        say("'{}' has no sensor that is read without being asked for; pick one: --topic {}", path, Name{known.front()})};
   return names;
 }
 
@@ -305,7 +305,7 @@ Source opened(const std::string& path, Findings& findings) {
         say("'{}' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected",
             path)};
   const auto empty = leave_empty(path, source);
-  if (!source.ours()) throw Error{Error::Kind::bad_file, say("'{}' has no samples of {}", path, joined(empty))};
+  if (!source.ours()) throw Error{Error::Kind::bad_file, say("'{}' has no samples of {}", path, Name{joined(empty)})};
   if (!empty.empty())
     findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
   return source;
@@ -329,7 +329,7 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   for (std::size_t i = 0; i < data.size(); ++i)
     move_channels(data[i], names[i], static_cast<double>(data[i].begin - begin) * 1e-9, options, all);
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, say("'{}' has none of the channels {}", path, joined(options.only))};
+    throw Error{Error::Kind::bad_file, say("'{}' has none of the channels {}", path, Name{joined(options.only)})};
   recording.meta[clock_start] = iso_time(begin) + "Z";
   if (ios && std::ranges::any_of(names, [](const std::string& name) { return is_force(*sensor_named(name)); }))
     recording.findings.push_back({Finding::Severity::info, "accelerations_of_ios", {}, path});

@@ -39,7 +39,7 @@ BinaryHead binary_head(std::string_view line) {
   if (format != 2)
     throw Error{Error::Kind::bad_file, say("a binary dataset 58 (58b) with numbers of format {}; those of IEEE 754 "
                                            "(format 2) are read: export it as ASCII",
-                                           std::to_string(format))};
+                                           Name{std::to_string(format)})};
   return {order == 2, static_cast<std::size_t>(bytes)};
 }
 
@@ -67,7 +67,7 @@ void each_part(const std::string& path, const Progress& progress, const Parts& p
     const auto end = here.find('\n');
     if (end == here.npos && here.size() == longest_line)
       throw Error{Error::Kind::bad_file,
-                  say("'{}', line {}: more than {} characters", path, number, std::to_string(longest_line))};
+                  say("'{}', line {}: more than {} characters", path, number, Name{std::to_string(longest_line)})};
     const std::string line = in_utf8(here.substr(0, end), path);
     window.skip(end == here.npos ? here.size() : end + 1);
     parts.line(line, number);

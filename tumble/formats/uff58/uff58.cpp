@@ -115,7 +115,7 @@ void Reader::begin(std::string_view number, std::size_t line) {
 void Reader::take_binary_head(std::string_view text, std::size_t line) try {
   dataset_.binary = binary_head(text);
 } catch (const Error& error) {
-  refuse(line, error.what());
+  refuse(line, reason_of(error));
 }
 
 /// The samples of a binary dataset; those of a complex one are passed over.
@@ -193,7 +193,7 @@ void Reader::find_time_unit() {
     else
       dataset_.time_problem = ": its abscissa is not a time";
   } catch (const Error& error) {
-    dataset_.time_problem = std::string(", time: ") + error.what();
+    dataset_.time_problem = say(", time: {}", reason_of(error));
   }
 }
 
@@ -296,8 +296,8 @@ file::Gathered Reader::finish() {
       names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
-    problems_.push_back(say("'{}': channels without a unit: {}", path_, names));
-    problems_.push_back(say("to copy, with units to be checked: tumble inspect '{}'{}", path_, sets));
+    problems_.push_back(say("'{}': channels without a unit: {}", path_, Name{names}));
+    problems_.push_back(say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets}));
   }
   if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
   Recording& recording = gathered_.frame;

@@ -58,7 +58,7 @@ std::vector<std::size_t> appended(const char* flags, const std::string& path) {
     if ((bits & ~known) != 0)
       throw Error(Error::Kind::bad_file, say("'{}' uses a feature of ULog that is not known here (incompatible flags, "
                                              "byte {} = {}): convert it with the software that wrote it",
-                                             path, std::to_string(byte), std::to_string(bits)));
+                                             path, Name{std::to_string(byte)}, Name{std::to_string(bits)}));
   }
   std::vector<std::size_t> places;
   for (int k = 0; k < 3; ++k) {

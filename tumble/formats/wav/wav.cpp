@@ -68,7 +68,7 @@ Opened open(const std::string& path, const ReadOptions& options) {
     throw Error(Error::Kind::bad_file,
                 say("'{}': the samples of {} are floating-point numbers, and the file does not say their unit; give "
                     "it: --set unit.{}=g, or in the plan's [channels] table: role = \"{}[g]\"",
-                    path, fmt::join(without_unit, ", "), without_unit.front(), without_unit.front()));
+                    path, fmt::join(without_unit, ", "), Name{without_unit.front()}, Name{without_unit.front()}));
   if (opened.sources.empty())
     throw Error(Error::Kind::bad_file,
                 say("'{}' has no channel of that name; its channels are channel1 to channel{}", path, layout.channels));

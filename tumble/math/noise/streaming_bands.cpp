@@ -65,7 +65,7 @@ void StreamingNoiseBands::append(const StreamingNoiseBands& next) {
   if (total_ == 0 || next.total_ != total_ || next.start_ != start_ + samples_)
     throw Error(Error::Kind::bad_input,
                 say("the part that starts at sample {} does not follow one that ends at {}, or is of another record",
-                    std::to_string(next.start_), std::to_string(start_ + samples_)));
+                    Name{std::to_string(next.start_)}, Name{std::to_string(start_ + samples_)}));
   samples_ += next.samples_;
   for (std::size_t k = 0; k < scales_.size(); ++k) {
     const Scale& other = next.scales_[k];

@@ -187,11 +187,11 @@ std::size_t segment_length(SpectrumEstimator estimator, const std::vector<Run>& 
   if (longest < shortest_run)
     throw Error(Error::Kind::bad_data,
                 say("a spectrum needs a run of at least {} samples without a gap; the longest has {}",
-                    std::to_string(shortest_run), std::to_string(longest)));
+                    Name{std::to_string(shortest_run)}, Name{std::to_string(longest)}));
   if (asked > longest)
     throw Error(Error::Kind::bad_data,
                 say("a segment of {} samples does not fit between the gaps: the longest run has {}",
-                    std::to_string(asked), std::to_string(longest)));
+                    Name{std::to_string(asked)}, Name{std::to_string(longest)}));
   if (asked > 0) return asked;
   const bool welch = estimator == SpectrumEstimator::welch;
   // Of the runs at least as long as `usual`, which hold half of all samples, no whole one is lost.

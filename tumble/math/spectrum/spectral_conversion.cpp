@@ -36,7 +36,7 @@ void check(std::span<const double> frequency, std::span<const double> density, d
     const double before = i == 0 ? 0.0 : frequency[i - 1];
     if (frequency[i] > before && frequency[i] <= 0.5 * rate * (1.0 + 1e-12)) continue;
     problems.push_back(say("frequencies must ascend from above 0 to at most half the sampling rate: see number {}",
-                           std::to_string(i)));
+                           Name{std::to_string(i)}));
     break;
   }
   if (std::any_of(density.begin(), density.end(), [](double one) { return !(one >= 0.0 && std::isfinite(one)); }))

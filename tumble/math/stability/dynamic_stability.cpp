@@ -61,7 +61,7 @@ DynamicStability dynamic_allan(std::span<const double> rate, double sample_rate,
   const std::size_t hop = rate.size() / (windows + 1), size = 2 * hop;
   if (size < shortest_window)
     throw Error(Error::Kind::bad_data, say("windows of {} samples are too short: at least {} are needed in each",
-                                           std::to_string(size), std::to_string(shortest_window)));
+                                           Name{std::to_string(size)}, Name{std::to_string(shortest_window)}));
   DynamicStability result;
   result.whole = overlapping_allan(rate, sample_rate, averaging_factors(size / 8, 0.0), confidence);
   for (const auto& point : result.whole) result.factors.push_back(point.factor);

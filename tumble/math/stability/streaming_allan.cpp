@@ -202,7 +202,7 @@ void StreamingAllan::append(const StreamingAllan& given) {
     throw Error(
         Error::Kind::bad_input,
         say("the part that starts at sample {} does not follow one that ends at {}, or has other averaging factors",
-            std::to_string(given.start_), std::to_string(start_ + samples_)));
+            Name{std::to_string(given.start_)}, Name{std::to_string(start_ + samples_)}));
   }
   StreamingAllan next = given;
   next.flush();

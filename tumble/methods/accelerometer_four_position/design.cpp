@@ -41,7 +41,7 @@ void refuse_flat(const Bench& bench, const Stacked& all) {
     for (std::size_t b = 0; b < all.active.size(); ++b) good = good && std::isfinite(all.z[all.index(b, c)]);
     if (!good)
       problems.push_back(say("run {}, {}: positions 1 and 3 show the same output", bench.cells[c].run,
-                             in_words(bench.cells[c].temperature)));
+                             Name{in_words(bench.cells[c].temperature)}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

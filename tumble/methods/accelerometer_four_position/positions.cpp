@@ -166,15 +166,15 @@ struct Lack {
   const Position *twice = nullptr, *again = nullptr;  ///< two of its segments that hold the same position; null: none
 };
 
-std::string problem_of(const Lack& lack) {
+Sentence problem_of(const Lack& lack) {
   const char* names[4] = {"1 (input axis up)", "2 (level)", "3 (input axis down)", "4 (level, turned over against 2)"};
-  std::vector<std::string> missing;
+  std::vector<Sentence> missing;
   for (const std::size_t number : lack.missing) missing.emplace_back(names[number - 1]);
-  const std::string twice = lack.twice ? fmt::format("; segments '{}' and '{}' both hold position {}",
-                                                     lack.twice->label, lack.again->label, words_of(*lack.again))
-                                       : "";
-  return fmt::format("run {}, {}: position {} missing{}", lack.run, in_words(lack.temperature),
-                     fmt::join(missing, " and "), twice);
+  const Sentence twice = lack.twice ? say("; segments '{}' and '{}' both hold position {}", lack.twice->label,
+                                          lack.again->label, Sentence(std::string(words_of(*lack.again)).c_str()))
+                                    : Sentence();
+  return say("run {}, {}: position {} missing{}", lack.run, Name{in_words(lack.temperature)},
+             in_a_row(missing, " and "), twice);
 }
 
 Finding finding_of(const Lack& lack) {

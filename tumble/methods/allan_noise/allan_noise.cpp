@@ -185,16 +185,16 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
     add_windows(signal, settings, result);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    result.failure = error.what();
+    result.failure = reason_of(error);
   }
   return result;
 }
 
 /// The channels that could be analysed; an error where none could.
 Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
-  std::vector<std::string> failures;
+  Problems failures;
   for (const auto& result : results)
-    if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
+    if (!result.failure.empty()) failures.push_back(within(say("{}", Name{result.label}), result.failure));
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
   Estimate estimate = describe_noise(results, plan.settings.number("wanted_sd"));
   estimate.method = "allan_noise";

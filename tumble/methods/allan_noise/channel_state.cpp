@@ -78,7 +78,7 @@ ChannelNoise ChannelState::noise(const Settings& settings) const {
   result.findings = findings_of(clock, label);
   result.rate = clock.rate;
   result.samples = samples;
-  result.failure = failure.empty() ? unusable(extremes, samples, result.rate) : failure;
+  result.failure = failure.empty() ? unusable(extremes, samples, result.rate) : Sentence(failure.c_str());
   if (!result.failure.empty()) return result;
   try {
     const Findings disturbed = disturbances(scatter.blocks(), scatter.size(), result.rate, clock.begin, label);
@@ -92,7 +92,7 @@ ChannelNoise ChannelState::noise(const Settings& settings) const {
         bands.bands(), [&] { return spectral_lines(segments.values()); }, clock.begin, settings, result);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    result.failure = error.what();
+    result.failure = reason_of(error);
   }
   return result;
 }

@@ -73,7 +73,7 @@ struct ChannelNoise {
   std::optional<NoiseFit> robust;            ///< of the record without its outliers, where it has some
   std::size_t robust_removed = 0;            ///< samples that this does not count
   Findings findings;
-  std::string failure;  ///< why there is no fit; empty: there is one
+  Sentence failure;  ///< why there is no fit; empty: there is one
 };
 
 /// Allan variance [u^2] that a term of the fit gives at an averaging factor [samples].

@@ -62,9 +62,9 @@ Problems input_problems(const Settings& settings) {
       const Quantity pulse = parse_quantity(text);
       const auto kind = kind_of(pulse.unit);
       if ((kind != QuantityKind::angle && kind != QuantityKind::velocity) || pulse.value == 0.0)
-        problems.push_back(say("pulse = {} must be an angle or a velocity, as in 0.5 arcsec or 1 mm/s", text));
+        problems.push_back(say("pulse = {} must be an angle or a velocity, as in 0.5 arcsec or 1 mm/s", Name{text}));
     } catch (const Error& error) {
-      problems.push_back(say("pulse = {}: {}", text, reason_of(error)));
+      problems.push_back(say("pulse = {}: {}", Name{text}, reason_of(error)));
     }
   }
   const std::string& taus = settings.word("taus");
@@ -161,8 +161,8 @@ std::vector<std::size_t> asked_factors(const Settings& settings, double rate, st
     const double tau = time_of_word(word), factor = std::round(tau * rate);
     if (factor < 1.0 || factor > 0.5 * static_cast<double>(samples))
       throw Error(Error::Kind::bad_data,
-                  say("taus: {} must lie between the sampling interval {} and half of the record, {}", word,
-                      say_seconds(1.0 / rate), say_seconds(0.5 * static_cast<double>(samples) / rate)));
+                  say("taus: {} must lie between the sampling interval {} and half of the record, {}", Name{word},
+                      Name{say_seconds(1.0 / rate)}, Name{say_seconds(0.5 * static_cast<double>(samples) / rate)}));
     factors.push_back(static_cast<std::size_t>(factor));
   }
   std::ranges::sort(factors);

@@ -83,7 +83,7 @@ void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoi
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.findings.push_back(
-        {Finding::Severity::warning, "no_power_spectrum", {{"reason", error.what()}}, result.label});
+        {Finding::Severity::warning, "no_power_spectrum", {{"reason", reason_of(error)}}, result.label});
   }
 }
 

@@ -201,7 +201,7 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
       throw Error(Error::Kind::bad_data,
                   say("{}: the clock runs backwards at {}: mend the stamps, or say rate=... to take the samples "
                       "as evenly spaced",
-                      label_, say_instant(before)));
+                      Name{label_}, Name{say_instant(before)}));
     const double count = lost.empty() ? std::round(step / interval_) : 1.0 + static_cast<double>(lost[i]);
     if (timing_ == "auto" && !very_first) {
       if (lost.empty() &&
@@ -209,7 +209,7 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
         throw Error(Error::Kind::bad_data,
                     say("{}: the stamps do not keep to {} at {}, and a recording too large for memory cannot be "
                         "sorted by them: say timing=even or rate=... to take the samples as evenly spaced",
-                        label_, say_seconds(interval_), say_instant(stamps[i])));
+                        Name{label_}, Name{say_seconds(interval_)}, Name{say_instant(stamps[i])}));
       if (count > 1.0) {
         if (gaps_++ == 0) first_gap_ = before;
         lost_ += static_cast<std::size_t>(count) - 1;

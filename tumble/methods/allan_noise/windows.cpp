@@ -79,7 +79,7 @@ void add_windows(const EvenSignal& signal, const Settings& settings, ChannelNois
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.findings.push_back(
-        {Finding::Severity::warning, "no_deviation_along_record", {{"reason", error.what()}}, result.label});
+        {Finding::Severity::warning, "no_deviation_along_record", {{"reason", reason_of(error)}}, result.label});
     return;
   }
   if (result.windows->chance < settings.number("significance")) result.findings.push_back(changed(result));

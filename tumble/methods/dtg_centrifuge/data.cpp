@@ -30,7 +30,7 @@ bool usable(const Channel& channel) {
 double examined(const Channel& channel, const std::string& file, Problems& problems) {
   const std::string name = fmt::format("{}channel '{}'", file.empty() ? "" : file + ": ", channel.name);
   if (!usable(channel) || !(mean_rate(channel) > 0.0) || !std::isfinite(mean_rate(channel))) {
-    problems.push_back(say("{} holds no samples with times", name));
+    problems.push_back(say("{} holds no samples with times", Name{name}));
     return 0.0;
   }
   double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -40,11 +40,11 @@ double examined(const Channel& channel, const std::string& file, Problems& probl
     least = v < least ? v : least;
     most = v > most ? v : most;
   }
-  if (infinite) problems.push_back(say("{} holds an infinite value", name));
-  if (least == most) problems.push_back(say("{} holds the same value throughout", name));
+  if (infinite) problems.push_back(say("{} holds an infinite value", Name{name}));
+  if (least == most) problems.push_back(say("{} holds the same value throughout", Name{name}));
   if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
   const Clock clock = clock_of(channel);
-  if (clock.backward > 0) problems.push_back(say("{} has time stamps that run backwards", name));
+  if (clock.backward > 0) problems.push_back(say("{} has time stamps that run backwards", Name{name}));
   return 1.0 / (clock.rate > 0.0 ? clock.rate : mean_rate(channel));
 }
 
@@ -94,7 +94,7 @@ void require_upright(const Spin& spin, const Felt& felt) {
   throw Error(Error::Kind::bad_input,
               say("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
                   "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
-                  where_of(spin), std::acos(along) / si(1.0, "deg")));
+                  Name{where_of(spin)}, std::acos(along) / si(1.0, "deg")));
 }
 
 /// From the end of settling to the end of the segment, as far as there are data.
@@ -209,7 +209,7 @@ Test test_of(const Evidence& evidence) {
     add_marks(marks[r], power_ups[&plan], evidence.plan.settings.number("settling"), test);
   }
   if (!test.levels.empty()) return test;
-  for (const auto& finding : test.findings) problems.push_back(finding.message);
+  for (const auto& finding : test.findings) problems.push_back(said_of(finding));
   problems.push_back(
       "no segment of the recordings turns the arm: levels are segments with arm = {rate = \"...\"} and table = "
       "{rate = \"-...\"} in the schedule");

@@ -17,7 +17,7 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
               say("the recordings do not determine any of the models; they do not show {}. Add runs that cross the "
                   "temperature range in both directions, at two ramp rates, with dwells, from at least as many start "
                   "temperatures as the polynomial has terms",
-                  candidates.front().unobservable));
+                  Sentence(candidates.front().unobservable.c_str())));
 }
 
 std::size_t largest_supported(const std::vector<Candidate>& candidates, std::size_t chosen) {

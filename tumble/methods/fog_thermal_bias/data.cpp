@@ -26,7 +26,7 @@ double mean_of(const Slice& s, double until, const std::string& what) {
     sum += s.value[k];
     ++count;
   }
-  if (count == 0) throw Error(Error::Kind::bad_data, say("{}: no sample in the start window", what));
+  if (count == 0) throw Error(Error::Kind::bad_data, say("{}: no sample in the start window", Name{what}));
   return sum / static_cast<double>(count);
 }
 
@@ -146,7 +146,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
   const Slice gyro = slice(*role.gyro, run.begin, run.end);
   if (gyro.time.size() < 2)
-    throw Error(Error::Kind::bad_data, say("{}: fewer than two samples of {}", where, role.gyro->name));
+    throw Error(Error::Kind::bad_data, say("{}: fewer than two samples of {}", Name{where}, Name{role.gyro->name}));
   const double begin = std::isfinite(run.begin) ? run.begin : gyro.time.front();
   const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, reading_of(settings, lag));
   RunData out;
@@ -165,7 +165,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
     throw Error(Error::Kind::bad_data,
                 say("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
                     "hold_out for the run",
-                    where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
+                    Name{where}, gyro.time.back() - gyro.time.front(), Name{role.gyro->name}, interval));
   out.regressors = beside(out.regressors, departures_of(out, interval));
   return out;
 }

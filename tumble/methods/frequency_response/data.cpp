@@ -80,7 +80,7 @@ double scale_factor_of(const Settings& settings, const Dimension& dimension) {
   const Quantity scale = parse_quantity(text);
   if (!(scale.unit.dimension() == dimension))
     throw Error(Error::Kind::bad_input, say("scale_factor = \"{}\" is {}, but the output over the reference is {}",
-                                            text, name(scale.unit.dimension()), name(dimension)));
+                                            text, Name{name(scale.unit.dimension())}, Name{name(dimension)}));
   const double value = scale.unit.to_si(scale.value);
   if (!(std::abs(value) > 0.0) || !std::isfinite(value))
     throw Error(Error::Kind::bad_input, "scale_factor must be finite and not zero");
@@ -167,7 +167,7 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
         Error::Kind::bad_data,
         say("no reference is recorded, and the unit {} does not determine whether '{}' is a rate or a force: record "
             "a reference channel",
-            output.unit.text(), output.name));
+            Name{output.unit.text()}, output.name));
   Channel made{"reference",
                rate ? QuantityKind::angular_rate : QuantityKind::specific_force,
                Unit::parse(rate ? "deg/s" : "m/s^2"),
@@ -243,7 +243,7 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
     if (scaling.relative) data.findings.push_back({Finding::Severity::info, "gains_relative", {}, output.name});
   } else if (!(output.unit.dimension() == data.output_unit.dimension())) {
     throw Error(Error::Kind::bad_data, say("the recordings hold different kinds of output: '{}' in {} and '{}' in {}",
-                                           data.output_name, data.output_unit.text(), output.name, output.unit.text()));
+                                           data.output_name, Name{data.output_unit.text()}, output.name, Name{output.unit.text()}));
   }
   add_parts(marks, recording, of_output, of_reference, data);
 }

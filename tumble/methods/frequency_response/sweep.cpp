@@ -170,7 +170,7 @@ void add_sweep(const Part& part, const Scaling& scaling, const Settings& setting
     measure(part, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", error.what()}}, part.label});
+    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", reason_of(error)}}, part.label});
   }
 }
 

@@ -264,7 +264,7 @@ void add_tone(const Part& part, double begin, double end, const Scaling& scaling
     measure(part, begin, end, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", error.what()}}, part.label});
+    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", reason_of(error)}}, part.label});
   }
 }
 

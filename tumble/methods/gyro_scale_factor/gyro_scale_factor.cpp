@@ -103,7 +103,7 @@ Unit scale_unit_of(const Channel& channel) {
   }
   throw Error(Error::Kind::bad_data,
               say("'{}' is in {}: the output of a gyro is a rate, an angle, counts, a current or a voltage",
-                  channel.name, channel.unit.text()));
+                  channel.name, Name{channel.unit.text()}));
 }
 
 Unit scale_unit_of(const Evidence& evidence) {

@@ -70,7 +70,7 @@ Regressor input_of(const Plan& plan, const std::string& channel) {
   }
   throw Error(
       Error::Kind::bad_input,
-      say("{}: [instrument] model must be one with an output '{}': its input axis is needed", plan.file, channel));
+      say("{}: [instrument] model must be one with an output '{}': its input axis is needed", Name{plan.file}, channel));
 }
 
 /// y = w + b + k w: nabla = b/(1 + k), dK = 1/(1 + k) - 1.

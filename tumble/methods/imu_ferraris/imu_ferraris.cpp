@@ -88,20 +88,20 @@ std::string pose_shown(Vector3 force, Vector3 middle, Vector3 half) {
 }
 
 /// The poses that show the direction of another label, where each of the six directions occurs once; else empty.
-std::string exchanged_labels(const Means& means) {
+Sentence exchanged_labels(const Means& means) {
   Vector3 low = means.force[0], high = low;
   for (const auto& f : means.force) {
     low = {std::min(low.x, f.x), std::min(low.y, f.y), std::min(low.z, f.z)};
     high = {std::max(high.x, f.x), std::max(high.y, f.y), std::max(high.z, f.z)};
   }
   std::set<std::string> all;
-  std::string text;
+  std::vector<Sentence> text;
   for (std::size_t p = 0; p < poses; ++p) {
     const auto shown = pose_shown(means.force[p], 0.5 * (low + high), 0.5 * (high - low));
     all.insert(shown);
-    if (shown != labels()[p]) text += fmt::format("{}{} is {}", text.empty() ? "" : ", ", labels()[p], shown);
+    if (shown != labels()[p]) text.push_back(say("{} is {}", Name{labels()[p]}, Name{shown}));
   }
-  return all.size() == poses && !all.contains("") ? text : "";
+  return all.size() == poses && !all.contains("") ? in_a_row(text, ", ") : Sentence();
 }
 
 /// Labels of poses about different axes exchanged leave no three axes to solve for.

@@ -140,8 +140,8 @@ struct Reader {
       out.kind[output] = channel.kind;
       out.channel[output] = channel.name;
     } else if (out.unit[output].dimension() != channel.unit.dimension()) {
-      problems.push_back(say("{} is in {} in one recording and in {} in another", role_of(output),
-                             out.unit[output].text(), channel.unit.text()));
+      problems.push_back(say("{} is in {} in one recording and in {} in another", Name{role_of(output)},
+                             Name{out.unit[output].text()}, Name{channel.unit.text()}));
     }
   }
 
@@ -156,7 +156,7 @@ struct Reader {
       gyros += k >= 3 && channels[k];
     }
     if (gyros == 1 || gyros == 2)
-      problems.push_back(say("{} has {} of the three gyros: name all or none", recording.origin.file, gyros));
+      problems.push_back(say("{} has {} of the three gyros: name all or none", Name{recording.origin.file}, gyros));
     for (std::size_t m = 0; m < recording.marks.size(); ++m) {
       const std::size_t s = section_of(recording.marks[m].label, names);
       if (s == sections) {
@@ -187,8 +187,8 @@ struct Reader {
   void check_units() {
     for (std::size_t k = 0; k < outputs; ++k)
       if (!out.channel[k].empty() && out.unit[k].dimension() != out.unit[k / 3 * 3].dimension())
-        problems.push_back(say("{} is in {}, but {} in {}: the three of a triad must be in one unit", role_of(k),
-                               out.unit[k].text(), role_of(k / 3 * 3), out.unit[k / 3 * 3].text()));
+        problems.push_back(say("{} is in {}, but {} in {}: the three of a triad must be in one unit", Name{role_of(k)},
+                               Name{out.unit[k].text()}, Name{role_of(k / 3 * 3)}, Name{out.unit[k / 3 * 3].text()}));
   }
 
   void check_alive() {
@@ -230,10 +230,10 @@ struct Reader {
     if (section.parts == 0 || (s >= poses && !out.gyros)) return;
     const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
     if (section.samples < fewest_samples)
-      problems.push_back(say("section {} has {}: at least {} are needed", labels()[s],
+      problems.push_back(say("section {} has {}: at least {} are needed", Name{labels()[s]},
                              said_count(section.samples, "sample"), fewest_samples));
     else if (2 * section.missing > measured)
-      problems.push_back(say("more than half of the samples of section {} are missing", labels()[s]));
+      problems.push_back(say("more than half of the samples of section {} are missing", Name{labels()[s]}));
     else if (section.missing > 0)
       out.findings.push_back({s < poses ? Finding::Severity::info : Finding::Severity::warning,
                               "section_lacks_samples",
@@ -241,7 +241,7 @@ struct Reader {
                               labels()[s]});
     for (std::size_t k = 0; k < (out.gyros ? outputs : 3) && section.samples >= fewest_samples; ++k)
       if (section.freedom[k] <= 0.0)
-        problems.push_back(say("{} has no samples in section {}", role_of(k), labels()[s]));
+        problems.push_back(say("{} has no samples in section {}", Name{role_of(k)}, Name{labels()[s]}));
   }
 };
 

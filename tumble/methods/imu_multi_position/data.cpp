@@ -48,7 +48,7 @@ std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t 
   if (missing.empty()) return channels;
   const std::size_t present = 3 - static_cast<std::size_t>(std::ranges::count(channels, nullptr));
   if (present > 0)
-    problems.push_back(in_file(label(evidence, r), say("no channel for {}: all three of a triad are needed", missing)));
+    problems.push_back(in_file(label(evidence, r), say("no channel for {}: all three of a triad are needed", Name{missing})));
   return {};
 }
 
@@ -56,10 +56,10 @@ void check(const std::array<const Channel*, 3>& channels, const Kind& kind, Prob
   for (const Channel* c : channels) {
     if (c->kind != kind.quantity && c->kind != kind.increment && c->kind != QuantityKind::count)
       problems.push_back(
-          say("channel '{}' [{}] is {}; {} takes {}", c->name, c->unit.text(), name(c->kind), kind.name, kind.units));
+          say("channel '{}' [{}] is {}; {} takes {}", c->name, Name{c->unit.text()}, Sentence(std::string(name(c->kind)).c_str()), kind.name, kind.units));
     else if (c->kind != channels[0]->kind)
       problems.push_back(say("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
-                             channels[0]->unit.text(), c->name, c->unit.text()));
+                             Name{channels[0]->unit.text()}, c->name, Name{c->unit.text()}));
     if (c->values.size() < fewest)
       problems.push_back(say("channel '{}' has {}", c->name, said_count(c->values.size(), "sample")));
     else if (c->values.size() != channels[0]->values.size())
@@ -209,7 +209,7 @@ std::vector<Session> sessions_of(const Evidence& evidence) {
   for (const auto& session : sessions)
     if (session.accelerometer.counts != sessions[0].accelerometer.counts ||
         (!session.gyro.empty() && !sessions[0].gyro.empty() && session.gyro.counts != sessions[0].gyro.counts))
-      problems.push_back(say("{}: recordings of one test must be in the same kind of unit", session.where));
+      problems.push_back(say("{}: recordings of one test must be in the same kind of unit", Name{session.where}));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, std::move(problems));
   return sessions;
 }

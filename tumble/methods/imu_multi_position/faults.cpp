@@ -93,15 +93,15 @@ void check_gyros(const Session& session, const Matrix3& matrix) {
   const Axes axes = axes_of(matrix);
   if (axes.sound && changed(axes) > 0) {
     const Matrix3 of_gyros = matrix_of(axes);
-    std::string text =
-        "the gyros do not turn about the axes of the accelerometers: " + exchanges(session.gyro.names, axes);
+    Sentence text = say("the gyros do not turn about the axes of the accelerometers: {}",
+                        Name{exchanges(session.gyro.names, axes)});
     if (determinant(of_gyros) < 0.0) {
-      text += ": the gyros are a left-handed triad";
+      text = say("{}: the gyros are a left-handed triad", text);
     } else {  // accelerometers P f look like gyros det(P) P'
       const Axes same = axes_of(transposed(of_gyros)), mirrored = axes_of(-transposed(of_gyros));
       const bool mirror = changed(mirrored) < changed(same);
-      text += fmt::format("; or the accelerometers are a {} triad: {}", mirror ? "left-handed" : "turned",
-                          exchanges(session.accelerometer.names, mirror ? mirrored : same));
+      text = say("{}; or the accelerometers are a {} triad: {}", text, mirror ? "left-handed" : "turned",
+                 Name{exchanges(session.accelerometer.names, mirror ? mirrored : same)});
     }
     throw Error(Error::Kind::bad_data, say("{}; correct [channels] and the signs of the columns", text));
   }

@@ -115,10 +115,10 @@ void require_poses(const Rests& rests, double gravity, double rest_least) {
               means.size() == 1
                   ? say("only one stretch at rest was found: nine coefficients of the accelerometers need 12 and more, "
                         "with every axis up and down{}; a rest lasts {} or longer (rest_least) between moves",
-                        lay, least)
+                        lay, Name{least})
                   : say("{} stretches at rest were found: nine coefficients of the accelerometers need 12 and more, "
                         "with every axis up and down{}; a rest lasts {} or longer (rest_least) between moves",
-                        means.size(), lay, least));
+                        means.size(), lay, Name{least}));
 }
 
 /// End of the first rest of the plan [s]; infinite without a plan.

@@ -145,7 +145,7 @@ imu::Reading predicted_reading(Kind kind, const Settings& truth) {
   if (!truth.has(prefix + "output") || truth.word(prefix + "output") != "count") return {};
   if (!truth.has(prefix + "pulse_scale_factor") || truth.number(prefix + "pulse_scale_factor") == 0.0)
     throw Error(Error::Kind::bad_input,
-                say("[truth] {0}output = \"count\" needs {0}pulse_scale_factor, not zero", prefix));
+                say("[truth] {0}output = \"count\" needs {0}pulse_scale_factor, not zero", Name{prefix}));
   return {1.0, 1.0 / std::abs(truth.number(prefix + "pulse_scale_factor"))};
 }
 
@@ -158,7 +158,7 @@ std::vector<std::string> terms_of(Kind kind, std::size_t axis) {
       for (const auto& term : output.terms) names.push_back(term.name);
       return names;
     }
-  throw Error(Error::Kind::internal, say("model imu lacks {}", role_of(kind, axis)));
+  throw Error(Error::Kind::internal, say("model imu lacks {}", Name{role_of(kind, axis)}));
 }
 
 Task task_of(const Evidence& evidence) {
@@ -187,7 +187,7 @@ Task task_of(const Plan& plan) {
   if (task.kinds.empty())
     throw Error(Error::Kind::bad_input, say("the model {} has neither three gyros nor three accelerometers: "
                                             "imu and triad do",
-                                            plan.instrument_model));
+                                            Name{plan.instrument_model}));
   for (const Kind kind : task.kinds)
     for (std::size_t axis = 0; axis < 3; ++axis)
       task.problems.push_back(problem_of(kind, axis, plan.settings, predicted_reading(kind, plan.truth)));

@@ -239,7 +239,7 @@ Bench bench_of(const Plan& plan) {
     throw Error(Error::Kind::bad_input,
                 say("to predict, the model {} must have an output that plays the role gyro: [channels] gyro = "
                     "\"...\"",
-                    plan.instrument_model));
+                    Name{plan.instrument_model}));
   return assembled(plan, plan, records);
 }
 

@@ -99,7 +99,7 @@ Used used_of(const Estimate& result, const Records& records, Instrument& instrum
                                                                                : Unit::parse("arcsec");
     if (!(parameter->unit.dimension() == expected.dimension())) {
       problems.push_back(say("the calibration has {} in {}; this test needs it in {}", name.name,
-                             parameter->unit.text(), expected.text()));
+                             tumble::Name{parameter->unit.text()}, tumble::Name{expected.text()}));
       continue;
     }
     forget(instrument, name.quantity);
@@ -132,7 +132,7 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate) {
     if (like(unit, other))
       throw Error(Error::Kind::bad_data,
                   say("the channel of {} is in {}: it must be {}, counts, a current or a voltage",
-                      tumble::Name{role_of(channel)}, unit.text(),
+                      tumble::Name{role_of(channel)}, tumble::Name{unit.text()},
                       is_gyro ? "an angular rate, an angle gained in each sample"
                               : "a specific force, a velocity gained in each sample"));
   return out;
@@ -216,7 +216,7 @@ Instrument identified_instrument(const Plan& plan, const Records& records) {
     std::vector<std::string> wanted;
     for (const auto& name : names) wanted.emplace_back(name.name);
     problems.push_back(say("the calibration {} ({}) has none of the parameters that north finding can use: {}",
-                           plan.calibration.file, result.method, fmt::join(wanted, ", ")));
+                           tumble::Name{plan.calibration.file}, tumble::Name{result.method}, fmt::join(wanted, ", ")));
   }
   refuse(problems);
   out.priors.push_back(

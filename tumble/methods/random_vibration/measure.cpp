@@ -201,7 +201,7 @@ Groups groups_of(const Data& data) {
       if (std::ranges::find(without, series.label) == without.end()) without.push_back(series.label);
     } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512) {
       problems.push_back(
-          say("{}: fewer than 512 windows, too few for statistics: vibrate for longer", place_of(data, series)));
+          say("{}: fewer than 512 windows, too few for statistics: vibrate for longer", Name{place_of(data, series)}));
     } else {
       groups[{series.recording, series.power_up, series.label}].push_back(i);
     }

@@ -111,7 +111,7 @@ double per_second(const Channel& channel) {
   if (!(channel.unit.dimension() == Unit::parse("pulse").dimension()))
     throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: rlg_north_finder needs counts (pulse, or "
                                            "pulse/s)",
-                                           channel.name, channel.unit.text()));
+                                           channel.name, Name{channel.unit.text()}));
   return sampling_rate(channel);
 }
 
@@ -125,7 +125,7 @@ void make_rate(const std::string& where, Channel& channel, Problems& problems) t
   channel.unit = Unit::parse("pulse/s");
   channel.kind = QuantityKind::other;
 } catch (const Error& error) {
-  problems.push_back(say("{}{}", where, error.problems.front()));
+  problems.push_back(say("{}{}", Name{where}, error.problems.front()));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ std::vector<std::size_t> places_of(const linear::JointSolution& solution) {
     places.push_back(static_cast<std::size_t>(column - columns.begin()));
   }
   for (const auto& finding : solution.all.findings)
-    if (!problems.empty()) problems.push_back(finding.message);
+    if (!problems.empty()) problems.push_back(said_of(finding));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   return places;
 }

@@ -246,7 +246,7 @@ Outcome outcome_of(const Context& context, std::size_t index) {
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     outcome.findings.push_back(
-        {Severity::error, "segment_not_measurable", {{"reason", error.what()}}, place_of(context.data, series)});
+        {Severity::error, "segment_not_measurable", {{"reason", reason_of(error)}}, place_of(context.data, series)});
   }
   return outcome;
 }

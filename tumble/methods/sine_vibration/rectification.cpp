@@ -264,7 +264,7 @@ std::vector<Rectification> rectify(const vibration::Data& data, const Measured& 
       rectified.push_back(rectification_of(data, parts, unit, levels));
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_data) throw;
-      findings.push_back({Severity::error, "no_rectification", {{"reason", error.what()}}, where});
+      findings.push_back({Severity::error, "no_rectification", {{"reason", reason_of(error)}}, where});
     }
   }
   return rectified;

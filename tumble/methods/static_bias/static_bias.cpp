@@ -45,7 +45,7 @@ std::vector<Option> options() {
 /// One power-up.
 struct RunBias {
   std::string label, file;
-  std::string failure;
+  Sentence failure;
   Findings findings;
   double rate = 0.0;
   std::size_t samples = 0;
@@ -85,7 +85,7 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
     run.longer = scatter_of_averages(signal.values, size * ratio);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    run.failure = error.what();
+    run.failure = reason_of(error);
   }
   return run;
 }
@@ -258,19 +258,19 @@ std::vector<RunBias> analyse_runs(const Evidence& evidence, const std::vector<Ch
     if (stretch.channel->name != stretches.front().channel->name)
       throw Error(Error::Kind::bad_data,
                   say("several channels are possible, {} and {} among them: name one with channels.signal=...",
-                      stretches.front().channel->name, stretch.channel->name));
+                      Name{stretches.front().channel->name}, Name{stretch.channel->name}));
   std::vector<RunBias> all(stretches.size()), usable;
   parallel_for(stretches.size(), [&](std::size_t i) {
     all[i] = analyse(stretches[i], evidence.plan.settings);
     all[i].file = evidence.recordings[stretches[i].recording].origin.file;
   });
-  std::vector<std::string> failures;
+  Problems failures;
   for (auto& run : all) {
     findings.insert(findings.end(), run.findings.begin(), run.findings.end());
     if (run.failure.empty()) {
       usable.push_back(std::move(run));
     } else {
-      failures.push_back(run.label + ": " + run.failure);
+      failures.push_back(within(say("{}", Name{run.label}), run.failure));
       findings.push_back({Severity::error, "run_not_used", {{"reason", run.failure}}, run.label});
     }
   }

@@ -32,7 +32,7 @@ void refuse_coil(const Settings& truth) {
   const int multiple = winding == "quadrupole" ? 4 : winding == "dipole" ? 2 : 1;
   if (layers % multiple != 0)
     throw Error(Error::Kind::bad_input,
-                say("layers = {}, but a {} winding has a multiple of {}", layers, winding, multiple));
+                say("layers = {}, but a {} winding has a multiple of {}", layers, Name{winding}, multiple));
 }
 
 /// Faces of the coil at the end of each step, from what is felt at its middle.

@@ -22,7 +22,7 @@ std::vector<std::string> given_of(const Settings& truth, const std::vector<std::
 
 void require_positive(const Settings& truth, const std::vector<std::string>& names, Problems& problems) {
   for (const auto& name : given_of(truth, names))
-    if (!(truth.number(name) > 0.0)) problems.push_back(say("{} must be positive", name));
+    if (!(truth.number(name) > 0.0)) problems.push_back(say("{} must be positive", Name{name}));
 }
 
 void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
@@ -32,7 +32,7 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
   std::vector<std::string> missing;
   for (const auto& name : needed)
     if (!truth.has(name)) missing.push_back(name);
-  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", joined(given), joined(missing)));
+  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", Name{joined(given)}, Name{joined(missing)}));
 }
 
 void refuse(Problems problems) {

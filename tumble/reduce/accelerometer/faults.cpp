@@ -237,14 +237,14 @@ void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fi
             say("{} show the same output, the {} of all, although the specific forces differ: the output is "
                 "clipped, or the rig was not moved between them; extend its range, or remove the wrong "
                 "segments from the recording",
-                quoted(labels), sign > 0.0 ? "greatest" : "least"));
+                Name{quoted(labels)}, sign > 0.0 ? "greatest" : "least"));
   if (problems.empty())
     if (const auto labels = short_of_the_others(fit.solution); labels.size() > 1)
       problems.push_back(
           say("{}, where the specific force is greatest, show less than the other positions predict, which "
               "agree without them: the output is clipped; extend its range, or remove these segments from "
               "the recording",
-              quoted(labels)));
+              Name{quoted(labels)}));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

@@ -34,7 +34,7 @@ Output output_of(const Channel& channel) {
   if (is("pulse")) return {Unit::parse("pulse/s/g"), windows_per_second(channel), true};
   throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: the accelerometer's output must be a "
                                          "specific force (g), mA, V or pulses",
-                                         channel.name, channel.unit.text()));
+                                         channel.name, Name{channel.unit.text()}));
 }
 
 Output output_of(const Settings& truth, double sample_rate) {
@@ -50,7 +50,7 @@ double scale_factor_of(const Settings& truth) {
   if (word == "specific_force") return 1.0;
   const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
   const double scale = truth.has(name) ? truth.number(name) : 0.0;
-  if (scale == 0.0) throw Error(Error::Kind::bad_input, say("[truth] output = \"{}\" needs {}, not zero", word, name));
+  if (scale == 0.0) throw Error(Error::Kind::bad_input, say("[truth] output = \"{}\" needs {}, not zero", word, Name{name}));
   return scale;
 }
 
@@ -106,7 +106,7 @@ double required_scale_factor(const Settings& settings, const Channel& channel) {
   if (!scale)
     throw Error(Error::Kind::bad_input, say("channel '{}' is in {}: [settings] scale_factor must say how many "
                                             "{} it gives",
-                                            channel.name, channel.unit.text(), output.scale_factor.text()));
+                                            channel.name, Name{channel.unit.text()}, Name{output.scale_factor.text()}));
   return *scale;
 }
 

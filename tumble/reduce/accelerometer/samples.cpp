@@ -228,7 +228,7 @@ Problems overflows_of(const Evidence& evidence, const Normalised& fit) {
     problems.push_back(
         say("the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
             "read it more often, or add {:.0f} (subtract it where the input axis is down)",
-            quoted(overflow.labels), overflow.modulus, overflow.modulus));
+            Name{quoted(overflow.labels)}, overflow.modulus, overflow.modulus));
   return problems;
 }
 

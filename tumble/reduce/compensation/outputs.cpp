@@ -12,11 +12,11 @@ namespace tumble::compensation {
 
 bool usable_output(const Channel* channel, const Recording& recording, const std::string& role, Problems& problems) {
   if (!channel) {
-    problems.push_back(say("the recording has no channel for the role {}", role));
+    problems.push_back(say("the recording has no channel for the role {}", Name{role}));
     return false;
   }
   if (find_channel(recording, channel->name + ".compensation_sd")) {
-    problems.push_back(say("channel {} is compensated already: it would be subtracted twice", channel->name));
+    problems.push_back(say("channel {} is compensated already: it would be subtracted twice", Name{channel->name}));
     return false;
   }
   return true;
@@ -25,13 +25,13 @@ bool usable_output(const Channel* channel, const Recording& recording, const std
 void require_dimension(const Channel* channel, const std::string& unit, Problems& problems) {
   if (channel && channel->unit.dimension() != Unit::parse(unit).dimension())
     problems.push_back(
-        say("channel {} is in {}, but must be in {} or the like", channel->name, channel->unit.text(), unit));
+        say("channel {} is in {}, but must be in {} or the like", Name{channel->name}, Name{channel->unit.text()}, Name{unit}));
 }
 
 double number_in(const Table& table, const Table::Cell& cell) {
   if (const auto* number = std::get_if<double>(&cell)) return *number;
   throw Error(Error::Kind::bad_file,
-              say("the result's table {} holds '{}' where a number belongs", table.name, std::get<std::string>(cell)));
+              say("the result's table {} holds '{}' where a number belongs", Name{table.name}, std::get<std::string>(cell)));
 }
 
 void refuse(const Recording& recording, Problems problems) {

@@ -25,7 +25,7 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) 
     if (!settings.has(option) || settings.word(option).empty())
       throw Error(Error::Kind::bad_input,
                   say("channel '{}' is in {}: [settings] {} must give the reference scale factor in {}", channel.name,
-                      channel.unit.text(), option, unit));
+                      Name{channel.unit.text()}, option, unit));
     const double scale = parse_si(settings.word(option), Unit::parse(unit));
     if (!(std::abs(scale) > 0.0)) throw Error(Error::Kind::bad_input, say("[settings] {} must not be zero", option));
     return scale;
@@ -43,7 +43,7 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) 
   if (!is("pulse"))
     throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: a gyro's output must be an angular rate, an "
                                            "angle gained in each sample, or pulses",
-                                           channel.name, channel.unit.text()));
+                                           channel.name, Name{channel.unit.text()}));
   const double scale = pulses_of("gyro_scale_factor", "pulse/arcsec");
   return {samples_per_second(channel) / scale, 1.0 / std::abs(scale)};
 }

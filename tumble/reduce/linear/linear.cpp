@@ -326,7 +326,7 @@ Truth truth_of(const Plan& plan, const std::string& channel) {
     truth.turn_on_sd = plan.truth.number(output.noise_prefix + "turn_on_repeatability");
     return truth;
   }
-  throw Error(Error::Kind::bad_input, say("model {} has no output '{}'", plan.instrument_model, channel));
+  throw Error(Error::Kind::bad_input, say("model {} has no output '{}'", Name{plan.instrument_model}, channel));
 }
 
 }  // namespace tumble::linear

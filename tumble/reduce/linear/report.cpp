@@ -109,7 +109,7 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
       for (const auto& term : output.terms)
         if (term.name == name) terms.push_back(term);
   if (terms.size() != names.size())
-    throw Error(Error::Kind::internal, say("model {} lacks a term of the method", model));
+    throw Error(Error::Kind::internal, say("model {} lacks a term of the method", Name{model}));
   return terms;
 }
 

@@ -33,12 +33,12 @@ double scale_of(const Settings& settings, const Channel& channel) {
   if (!is("mA"))
     throw Error(Error::Kind::bad_data, say("channel '{}' is in {}: the gyro's output must be a rate (deg/h) or "
                                            "a torquer current (mA)",
-                                           channel.name, channel.unit.text()));
+                                           channel.name, Name{channel.unit.text()}));
   if (!settings.has("torquer_scale_factor") || settings.number("torquer_scale_factor") == 0.0)
     throw Error(Error::Kind::bad_input,
                 say("channel '{}' is a current ({}): [settings] torquer_scale_factor = \"510 deg/h/mA\" or the "
                     "like must say what rate it balances",
-                    channel.name, channel.unit.text()));
+                    channel.name, Name{channel.unit.text()}));
   return settings.number("torquer_scale_factor");
 }
 

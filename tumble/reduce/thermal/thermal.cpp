@@ -31,7 +31,7 @@ void refuse_backward(const Channel& channel) {
     throw Error(Error::Kind::bad_data,
                 say("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
                     "before the test is reduced",
-                    channel.name, *back, *std::next(back)));
+                    Name{channel.name}, *back, *std::next(back)));
 }
 
 /// Mean time between readings [s]; infinite: one reading.
@@ -79,14 +79,14 @@ void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
 Thermal thermal_of(const Sensors& sensors, double begin, double end, const ThermalReading& reading) {
   const double half = 0.5 * reading.smoothing;
   const Slice top = slice(*sensors.top, begin, end);
-  if (top.time.empty()) throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.top->name));
+  if (top.time.empty()) throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", Name{sensors.top->name}));
   Smoothed smooth = local_quadratic(top.time, top.value, half);
   blank_gaps(top, half, smooth);
   Smoothed other = smooth;
   if (sensors.side != nullptr) {
     const Slice side = slice(*sensors.side, begin, end);
     if (side.time.empty())
-      throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", sensors.side->name));
+      throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", Name{sensors.side->name}));
     Smoothed s = local_quadratic(side.time, side.value, half);
     blank_gaps(side, half, s);
     other = {onto(side.time, s.value, top.time), onto(side.time, s.slope, top.time),
@@ -109,7 +109,7 @@ Thermal thermal_of(const Sensors& sensors, double begin, double end, const Therm
     }
   }
   if (count == 0)
-    throw Error(Error::Kind::bad_data, say("channel {}: no temperature in the start window", sensors.top->name));
+    throw Error(Error::Kind::bad_data, say("channel {}: no temperature in the start window", Name{sensors.top->name}));
   out.start_temperature = sum / static_cast<double>(count);
   for (auto& felt : out.felt) felt.start_temperature = out.start_temperature;
   return out;

@@ -71,7 +71,7 @@ void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, Pro
       problems.push_back(
           say("{}, {}: the counter passed the end of its {} bits, and the data do not show in which windows: "
               "use a wider register, a shorter counting period or less amplitude",
-              draft.channel->name, series.label, result.bits));
+              Name{draft.channel->name}, Name{series.label}, result.bits));
   }
 }
 

@@ -112,7 +112,7 @@ void set_scale(const Settings& settings, const Channel& channel, std::size_t uni
         throw Error(Error::Kind::bad_input,
                     say("'{}' is in {} and its scale factor is not known: set [settings] scale_factor, or add "
                         "segments at rest with the input axis along gravity",
-                        channel.name, channel.unit.text()));
+                        channel.name, Name{channel.unit.text()}));
       scale = at_rest->scale;
       u.scale_relative_sd = at_rest->relative_sd;
       u.scale_from_rest = true;

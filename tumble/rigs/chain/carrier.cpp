@@ -191,7 +191,7 @@ std::function<double(double)> last_value(const Schedule& run, const std::string&
 
 void check_order(const Settings& options, const std::string& lowest, const std::string& highest, Problems& problems) {
   if (!(options.number(lowest) < options.number(highest)))
-    problems.push_back(say("[rig] {} must lie below {}", lowest, highest));
+    problems.push_back(say("[rig] {} must lie below {}", Name{lowest}, Name{highest}));
 }
 
 bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, Problems& problems) {
@@ -209,10 +209,10 @@ bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, Problem
       std::vector<std::string> words;
       for (const auto kind : axis->motions) words.emplace_back(word(kind));
       if (std::find(axis->motions.begin(), axis->motions.end(), motion.kind) == axis->motions.end())
-        problems.push_back(say("segment '{}': {} cannot {}: this axis accepts {}", segment.label, name,
+        problems.push_back(say("segment '{}': {} cannot {}: this axis accepts {}", segment.label, Name{name},
                                word(motion.kind), fmt::join(words, ", ")));
       else if (!finite(motion))
-        problems.push_back(say("segment '{}': the motion of {} is not a finite number", segment.label, name));
+        problems.push_back(say("segment '{}': the motion of {} is not a finite number", segment.label, Name{name}));
     }
   }
   return problems.size() == before;

@@ -45,7 +45,7 @@ class Planner {
     const std::size_t before = profile_.pieces.size();
     motion ? command(*motion) : rest();
     if (motion && motion->kind != Kind::slew && now_ > end * slack)
-      problem(say("{} needs {:.4g} s to reach the commanded motion, but the segment lasts {:.4g} s", limits_.axis,
+      problem(say("{} needs {:.4g} s to reach the commanded motion, but the segment lasts {:.4g} s", Name{limits_.axis},
                   now_ - begin, duration_));
     auto& pieces = profile_.pieces;
     while (pieces.size() > before && pieces.back().begin >= end) pieces.pop_back();
@@ -88,7 +88,7 @@ class Planner {
       case Kind::sweep:
         return oscillate(motion);
       default:
-        problem(say("{} cannot make this motion", limits_.axis));
+        problem(say("{} cannot make this motion", Name{limits_.axis}));
     }
   }
 
@@ -120,7 +120,7 @@ class Planner {
     const bool sweep = motion.kind == Kind::sweep;
     const double highest = sweep ? std::max(motion.frequency, motion.to_frequency) : motion.frequency;
     if (!(motion.frequency > 0.0) || (sweep && !(motion.to_frequency > 0.0)))
-      return problem(say("{} needs a frequency above zero", limits_.axis));
+      return problem(say("{} needs a frequency above zero", Name{limits_.axis}));
     check_oscillation(std::abs(motion.amplitude), two_pi * highest);
     if (motion.from)
       held_ = actual_ = *motion.from;
@@ -142,17 +142,17 @@ class Planner {
 
   void check_oscillation(double amplitude, double w) {
     if (amplitude * w > limits_.max_rate * slack)
-      problem(say("{} would oscillate at up to {}, above its max_rate of {}", limits_.axis,
-                  shown(amplitude * w, "deg/s"), shown(limits_.max_rate, "deg/s")));
+      problem(say("{} would oscillate at up to {}, above its max_rate of {}", Name{limits_.axis},
+                  Name{shown(amplitude * w, "deg/s")}, Name{shown(limits_.max_rate, "deg/s")}));
     if (amplitude * w * w > limits_.max_acceleration * slack)
-      problem(say("{} would need {}, above its max_acceleration of {}", limits_.axis,
-                  shown(amplitude * w * w, "deg/s^2"), shown(limits_.max_acceleration, "deg/s^2")));
+      problem(say("{} would need {}, above its max_acceleration of {}", Name{limits_.axis},
+                  Name{shown(amplitude * w * w, "deg/s^2")}, Name{shown(limits_.max_acceleration, "deg/s^2")}));
   }
 
   void check_rate(double rate) {
     if (std::abs(rate) > limits_.max_rate * slack)
-      problem(say("{} at {} is above its max_rate of {}", limits_.axis, shown(std::abs(rate), "deg/s"),
-                  shown(limits_.max_rate, "deg/s")));
+      problem(say("{} at {} is above its max_rate of {}", Name{limits_.axis}, Name{shown(std::abs(rate), "deg/s")},
+                  Name{shown(limits_.max_rate, "deg/s")}));
   }
 
   void lay(double acceleration, double duration) {
@@ -217,7 +217,7 @@ class Planner {
       }
     }
     const auto beyond = [&](double angle, double stop) {
-      problem(say("{} would reach {}, beyond its stop at {}", limits_.axis, shown(angle, "deg"), shown(stop, "deg")));
+      problem(say("{} would reach {}, beyond its stop at {}", Name{limits_.axis}, Name{shown(angle, "deg")}, Name{shown(stop, "deg")}));
     };
     const double tolerance = 1e-9;  // [rad], rounding of the units
     if (low < limits_.lowest - tolerance) beyond(low, limits_.lowest);

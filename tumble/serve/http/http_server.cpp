@@ -55,27 +55,27 @@ void prepare_tls(Server& server) {
                   asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1);
   Problems problems;
   tls.use_certificate_chain_file(options.certificate, code);
-  if (code) problems.push_back(say("--cert {}: {}", options.certificate, code.message()));
+  if (code) problems.push_back(say("--cert {}: {}", Name{options.certificate}, system_reason(code)));
   tls.use_private_key_file(options.key, asio::ssl::context::pem, code);
-  if (code) problems.push_back(say("--key {}: {}", options.key, code.message()));
+  if (code) problems.push_back(say("--key {}: {}", Name{options.key}, system_reason(code)));
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};
 }
 
 void listen(Server& server) {
   const HttpOptions& options = server.options;
-  const auto refuse_with = [&](const std::string& why) {
-    throw Error{Error::Kind::bad_input, say("cannot listen at {} port {}: {}", options.host, options.port, why)};
+  const auto refuse_with = [&](const Sentence& why) {
+    throw Error{Error::Kind::bad_input, say("cannot listen at {} port {}: {}", Name{options.host}, options.port, why)};
   };
   Code code;
   Tcp::resolver resolver(server.context);
   const auto places = resolver.resolve(options.host, std::to_string(options.port), Tcp::resolver::passive, code);
-  if (code || places.empty()) refuse_with(code ? code.message() : "there is no such address");
+  if (code || places.empty()) refuse_with(code ? system_reason(code) : Sentence("there is no such address"));
   const Tcp::endpoint place = *places.begin();
   server.acceptor.open(place.protocol(), code);
   if (!code) server.acceptor.set_option(Tcp::acceptor::reuse_address(true), code);
   if (!code) server.acceptor.bind(place, code);
   if (!code) server.acceptor.listen(512, code);
-  if (code) refuse_with(code.message());
+  if (code) refuse_with(system_reason(code));
 }
 
 }  // namespace

@@ -225,7 +225,7 @@ int file_of_messages(const std::string& path, const std::string& line) {
     close(file);
     unlink(path.c_str());
   }
-  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path, reason)};
+  throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path, system_reason(reason))};
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ HttpResponse password_refusal(const PasswordCheck& check) {
     response = problem_response(403, say("the name or the password is wrong; try again in {} s", seconds));
   } else {
     response = problem_response(
-        403, fmt::format("the name or the password is wrong; attempts before a pause: {}", check.remaining));
+        403, say("the name or the password is wrong; attempts before a pause: {}", check.remaining));
   }
   return response;
 }

@@ -122,7 +122,7 @@ StationParts parts_of(Station& station) {
         throw Error(Error::Kind::bad_input,
                     say("'{}' only listens, and {} is started by commands; give its address, udp:HOST:PORT, or "
                         "start = false for an instrument that streams already",
-                        instrument.link, instrument.frames));
+                        instrument.link, Name{instrument.frames}));
     });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return parts;

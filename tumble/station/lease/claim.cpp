@@ -189,7 +189,7 @@ void Claim::note(const std::string& content) {
       why = std::strerror(errno);
   if (!any)
     throw Error(Error::Kind::bad_file,
-                say("cannot write the lease of a device in {}: {}", fmt::join(folders, " or "), why));
+                say("cannot write the lease of a device in {}: {}", fmt::join(folders, " or "), system_reason(why)));
 }
 
 std::vector<Holder> holders() {

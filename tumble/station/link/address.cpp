@@ -34,9 +34,9 @@ void read_host(std::string_view rest, const char* scheme, LinkAddress& address, 
   std::string_view host = rest.substr(0, colon == std::string_view::npos ? rest.size() : colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   address.host = host;
-  if (host.empty()) problems.push_back(say("the host is missing, for example {}:192.168.0.10:4001", scheme));
+  if (host.empty()) problems.push_back(say("the host is missing, for example {}:192.168.0.10:4001", Name{scheme}));
   if (colon == std::string_view::npos)
-    return problems.push_back(say("the port is missing, for example {}:192.168.0.10:4001", scheme));
+    return problems.push_back(say("the port is missing, for example {}:192.168.0.10:4001", Name{scheme}));
   read_port(rest.substr(colon + 1), address, problems);
 }
 

@@ -18,7 +18,7 @@ std::string path_of_store(const std::string& run) {
   require_contained(path);
   if (!fs::is_regular_file(path))
     throw Error(Error::Kind::bad_file,
-                say("'{}' is not a run: a run is a folder with a live store, {}", run, live_store_name));
+                say("'{}' is not a run: a run is a folder with a live store, {}", run, Name{std::string(live_store_name)}));
   return path;
 }
 
@@ -33,7 +33,7 @@ StoreFile open_store(const std::string& path, Disk& disk) {
 void refuse_to_read(const std::string& path, const Refusal& refusal) {
   if (refusal.busy())
     throw Error(Error::Kind::bad_file, say("'{}' is still being recorded by another process; end that first", path));
-  throw Error(Error::Kind::bad_file, say("'{}' cannot be read as a live store: {}", path, refusal.text));
+  throw Error(Error::Kind::bad_file, say("'{}' cannot be read as a live store: {}", path, system_reason(refusal.text)));
 }
 
 namespace {

@@ -28,7 +28,7 @@ std::uint64_t inode_of(const std::string& path) {
   if (refusal.busy())
     throw Error(Error::Kind::bad_file,
                 say("'{}' is being recorded by another process: one process writes a store", path));
-  throw Error(Error::Kind::bad_file, say("cannot record into '{}': {}", path, refusal.text));
+  throw Error(Error::Kind::bad_file, say("cannot record into '{}': {}", path, system_reason(refusal.text)));
 }
 
 void check_place(const std::string& folder, const Disk& disk, const RecorderOptions& options) {
@@ -37,7 +37,7 @@ void check_place(const std::string& folder, const Disk& disk, const RecorderOpti
     throw Error(Error::Kind::bad_file, say("cannot record into '{}': there is no such folder", folder));
   if (fs::exists(path) && !options.resume)
     throw Error(Error::Kind::bad_file,
-                say("'{}' holds a recording already; `tumble seal {}` makes a file of it", path, folder));
+                say("'{}' holds a recording already; `tumble seal {}` makes a file of it", path, Name{folder}));
   const std::uint64_t room = disk.room(folder), needed = options.reserve_bytes + options.floor_bytes;
   if (room < needed)
     throw Error(Error::Kind::bad_file,

@@ -53,7 +53,7 @@ void check_axes_of_rig(Checking& checking) {
   const auto lacks = [&](const std::string& name) {
     if (contains(names, name)) return false;
     checking.add(say("the station moves '{}', but the rig {} of the plan has no such axis{} (axes: {})", name,
-                     plan.rig_kind, did_you_mean(name, names), fmt::join(names, ", ")));
+                     Name{plan.rig_kind}, did_you_mean(name, names), fmt::join(names, ", ")));
     return true;
   };
   for (const auto& axis : checking.station.by_hand) lacks(axis);
@@ -63,7 +63,7 @@ void check_axes_of_rig(Checking& checking) {
         *std::find_if(axes.begin(), axes.end(), [&](const Axis& one) { return one.name == axis.name; });
     if (Unit::parse(of_rig.unit).dimension() != unit_of(axis.kind).dimension())
       checking.add(say("the axis '{}' of the rig {} is given in {}: another value of `moves` is needed", axis.name,
-                       plan.rig_kind, of_rig.unit));
+                       Name{plan.rig_kind}, Name{of_rig.unit}));
   }
 }
 
@@ -112,10 +112,10 @@ void check_values(Checking& checking, const StationAxis& axis, const Motion& mot
   const auto values = values_of(device, axis, motion, verb);
   for (const auto& value : values)
     if (!device.may_carry(verb, value))
-      checking.add(say("{}: '{}' of the controller {} takes no {}", axis.name, verb, device.controller, value));
+      checking.add(say("{}: '{}' of the controller {} takes no {}", Name{axis.name}, verb, Name{device.controller}, Name{value}));
   for (const auto& value : device.needs.at(verb))
     if (!contains(values, value))
-      checking.add(say("{}: '{}' of the controller {} needs {}{}", axis.name, verb, device.controller, value,
+      checking.add(say("{}: '{}' of the controller {} needs {}{}", Name{axis.name}, verb, Name{device.controller}, Name{value},
                        verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
@@ -127,8 +127,8 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
   if (axis.kind != Kind::temperature) needed.emplace_back("stop");
   for (const auto& one : needed)
     if (!device.verbs.empty() && !device.can(one))
-      checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label, axis.name,
-                       one, device.controller));
+      checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label, Name{axis.name},
+                       one, Name{device.controller}));
   if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
     checking.add(
         fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
@@ -151,7 +151,7 @@ void check_schedule(Checking& checking) {
     for (const auto& [name, motion] : segment.axes) {
       if (contains(station.by_hand, name)) {
         if (motion.kind != MotionKind::hold)
-          checking.add(say("segment '{}': {} is moved by hand, which can only hold", segment.label, name));
+          checking.add(say("segment '{}': {} is moved by hand, which can only hold", segment.label, Name{name}));
         continue;
       }
       const auto axis = std::find_if(station.axes.begin(), station.axes.end(),
@@ -159,7 +159,7 @@ void check_schedule(Checking& checking) {
       if (axis == station.axes.end()) {
         if (unmoved.insert(name).second)
           checking.add(say("segment '{}': no device of the station moves {}: add it to a device, or to by_hand",
-                           segment.label, name));
+                           segment.label, Name{name}));
         continue;
       }
       check_verbs(checking, segment, *axis, motion);
@@ -189,7 +189,7 @@ void check_units(Checking& checking) {
     slots.push_back(instrument.slot);
     const auto found = units.find(instrument.slot);
     if (found == units.end() || is_blank(found->second))
-      checking.add(say("slot '{0}': the unit has no serial number: --unit {0}=SERIAL", instrument.slot));
+      checking.add(say("slot '{0}': the unit has no serial number: --unit {0}=SERIAL", Name{instrument.slot}));
   }
   std::map<std::string, std::string> slot_of;
   for (const auto& [slot, serial] : units) {
@@ -198,7 +198,7 @@ void check_units(Checking& checking) {
                        slots.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(slots, ", "))})));
     if (is_blank(serial)) continue;
     const auto [other, is_new] = slot_of.emplace(serial, slot);
-    if (!is_new) checking.add(say("the unit {} is in slot '{}' and in slot '{}'", serial, other->second, slot));
+    if (!is_new) checking.add(say("the unit {} is in slot '{}' and in slot '{}'", Name{serial}, other->second, slot));
   }
 }
 
@@ -226,7 +226,7 @@ void check_equipment(Checking& checking) {
   if (!is_date(date)) return checking.add(say("'{}' is no date; \"2026-11-24\" is expected", date));
   if (!checking.request.accept_expired.empty()) return;
   for (const auto& expired : expired_equipment(checking.station, date))
-    checking.add(say("{}: calibrate it, or state --accept-expired REASON", expired));
+    checking.add(say("{}: calibrate it, or state --accept-expired REASON", Name{expired}));
 }
 
 }  // namespace

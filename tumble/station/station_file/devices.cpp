@@ -184,7 +184,7 @@ void default_conduct(Section& section, StationDevice& device, bool moves, const 
   if (device.verbs.empty()) return;
   for (const auto& [key, list] : {std::pair{"prepare", &device.prepare}, std::pair{"finish", &device.finish}})
     for (const auto& verb : *list)
-      if (!device.can(verb)) section.problem_at(key, say("{} has no verb '{}'", device.controller, verb));
+      if (!device.can(verb)) section.problem_at(key, say("{} has no verb '{}'", Name{device.controller}, verb));
 }
 
 /// A request is answered after the pauses that its declaration wants.

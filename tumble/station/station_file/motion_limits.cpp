@@ -23,7 +23,7 @@ Unit unit_of_place(AxisKind kind, bool difference) {
 /// Values of one axis against its limits. What is no number is beyond each.
 class AxisLimits {
  public:
-  AxisLimits(const StationAxis& axis, std::string where) : axis_(axis), where_(std::move(where)) {}
+  AxisLimits(const StationAxis& axis, Sentence where) : axis_(axis), where_(std::move(where)) {}
 
   void place(double value) {
     const double rounding = 1e-12 * (1.0 + std::abs(value));
@@ -52,16 +52,16 @@ class AxisLimits {
 
  private:
   void beyond(double value, double limit, const Unit& unit, double crest = 1.0) {
-    const std::string peaks =
-        crest == 1.0 ? ""
-                     : fmt::format(" in its peaks, {:.3g} standard deviations{},", crest,
-                                   axis_.clips_at ? "" : " (if the drive clips them, state `clips_at` of the axis)");
-    problems.push_back(say("{}{}: {:.6g} {}{} is beyond the station's {:.6g} {}", where_, axis_.name,
-                           unit.from_si(value), unit.text(), peaks, unit.from_si(limit), unit.text()));
+    const Sentence peaks =
+        crest == 1.0 ? Sentence()
+                     : say(" in its peaks, {:.3g} standard deviations{},", crest,
+                           axis_.clips_at ? "" : " (if the drive clips them, state `clips_at` of the axis)");
+    problems.push_back(say("{}{}: {:.6g} {}{} is beyond the station's {:.6g} {}", where_, Name{axis_.name},
+                           unit.from_si(value), Name{unit.text()}, peaks, unit.from_si(limit), Name{unit.text()}));
   }
 
   const StationAxis& axis_;
-  std::string where_;
+  Sentence where_;
   Unit point_ = unit_of_place(axis_.kind, false);
 };
 
@@ -69,7 +69,7 @@ class AxisLimits {
 
 Problems beyond_limits(const Segment& segment, const StationAxis& axis, const Motion& motion,
                        std::optional<double> stands_at) {
-  AxisLimits limits(axis, fmt::format("segment '{}': ", segment.label));
+  AxisLimits limits(axis, say("segment '{}': ", segment.label));
   // A motion goes on while the axis settles and soaks, and for the duration.
   const double seconds = axis.settle.hold + axis.settle.soak + segment.duration;
   const MotionExtremes extremes = extremes_of(motion, seconds, axis.clips_at);

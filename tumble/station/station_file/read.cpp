@@ -71,7 +71,7 @@ void read_instrument(Section& section, Draft& draft) {
     const auto choice = parse_instrument(instrument.frames);
     if (choice.name.ends_with(".toml")) {
       const auto path = file_named_in(draft.folder, choice.name);
-      if (!std::filesystem::exists(path)) section.problem_at("frames", say("there is no file {}", path));
+      if (!std::filesystem::exists(path)) section.problem_at("frames", say("there is no file {}", Name{path}));
     } else if (!instrument.frames.empty()) {
       find_instrument(choice.name);
     }
@@ -123,7 +123,7 @@ void read_safe_command(Section& section, Draft& draft) {
   if (!device) return;
   const auto& setup = draft.station.devices[*device];
   if (!setup.verbs.empty() && !command.request.verb.empty() && !setup.can(command.request.verb))
-    section.problem_at("verb", say("{} has no verb '{}'", setup.controller, command.request.verb));
+    section.problem_at("verb", say("{} has no verb '{}'", Name{setup.controller}, command.request.verb));
   command.device = *device;
   if (sets && temperature) check_safe_temperature(section, command, *temperature, draft.station);
   draft.station.safe.push_back(std::move(command));
@@ -204,7 +204,7 @@ std::vector<const toml::table*> tables_at(Section& section, const std::string& k
       if (const auto* table = element.as_table()) found.push_back(table);
   const auto* array = node->as_array();
   if (!array || found.size() != array->size())
-    section.problem_at(key, say("is a list of tables, each headed {}", heading));
+    section.problem_at(key, say("is a list of tables, each headed {}", Name{heading}));
   return found;
 }
 

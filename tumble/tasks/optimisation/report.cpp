@@ -47,7 +47,7 @@ Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std
   for (const auto& row : rows) {
     std::vector<Cell> cells{row.name, static_cast<double>(row.schedule.size()), total_of(row.schedule)};
     if (!row.estimate) {
-      cells.insert(cells.end(), {"-", "-", "-", "-", "-", row.refused});
+      cells.insert(cells.end(), {"-", "-", "-", "-", "-", row.refused.text()});
       table.rows.push_back(std::move(cells));
       continue;
     }

@@ -33,12 +33,12 @@ PriorChoice of_table(const toml::table& table, const std::string& folder, tables
 
 }  // namespace
 
-std::string refusal_of_prior(const Method& method) {
+Sentence refusal_of_prior(const Method& method) {
   if (method.takes_prior) return {};
   std::vector<std::string> names;
   for (const auto* one : method_catalogue())
     if (one->takes_prior) names.emplace_back(one->name);
-  return fmt::format("{} does not use a prior; {} do", method.name, fmt::join(names, ", "));
+  return say("{} does not use a prior; {} do", Name{std::string(method.name)}, fmt::join(names, ", "));
 }
 
 PriorChoice read_prior(tables::Section& root, const std::string& folder, const Method* method,

@@ -14,6 +14,6 @@ PriorChoice read_prior(tables::Section& root, const std::string& folder, const M
                        tables::FileProblems& problems);
 
 /// Why a method refuses a prior; empty: it takes one.
-std::string refusal_of_prior(const Method& method);
+Sentence refusal_of_prior(const Method& method);
 
 }  // namespace tumble::plan_file

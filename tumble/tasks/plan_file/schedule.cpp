@@ -209,7 +209,7 @@ std::optional<double> duration_of(const Draft& draft, const Positions& positions
       problems.add(draft.table->source(),
                    say("[[schedule]] \"{}\": duration is missing, and nothing before it in run {} says where "
                        "{} starts",
-                       draft.segment.label, draft.segment.run, axis));
+                       draft.segment.label, draft.segment.run, Name{axis}));
       return std::nullopt;
     }
     duration = std::max(duration.value_or(0.0), std::abs(motion.to - start->second) / motion.value);

@@ -149,7 +149,7 @@ std::string with_schedule(const std::string& plan, const std::string& file, cons
     if (!array ||
         std::ranges::any_of(*array, [](const auto& one) { return !one.is_table() || one.as_table()->is_inline(); }))
       throw Error(Error::Kind::bad_input,
-                  say("{}: to be replaced the schedule must be written as [[schedule]] tables", file));
+                  say("{}: to be replaced the schedule must be written as [[schedule]] tables", Name{file}));
   }
   collect(document, false, headers);
   std::string text;

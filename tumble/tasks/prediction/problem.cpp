@@ -103,7 +103,7 @@ void refuse_unpredictable(const Plan& plan) {
       problems.push_back(say(
           "to predict, [truth] must state the white noise of the instrument: {} = \"...\"; without it the uncertainty "
           "would be that of the rig alone",
-          name));
+          Name{name}));
   }
   if (!plan.file.empty())
     for (auto& problem : problems) problem = in_file(plan.file, problem);
@@ -143,7 +143,7 @@ Problems problems_of_terms(const Plan& plan, const std::vector<std::string>& nam
     for (const auto& term : output.terms) known.push_back(term.name);
   for (const auto& name : names)
     if (std::ranges::find(known, name) == known.end())
-      problems.push_back(say("{} has no term '{}'{}", plan.instrument_model, name, did_you_mean(name, known)));
+      problems.push_back(say("{} has no term '{}'{}", Name{plan.instrument_model}, name, did_you_mean(name, known)));
   return problems;
 }
 

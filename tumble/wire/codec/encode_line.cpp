@@ -32,7 +32,7 @@ struct LineDraft {
 };
 
 [[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const Sentence& why) {
-  throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
+  throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
 }
 
 /// All bits of a number with digits, as they stand in a cell.
@@ -200,7 +200,7 @@ std::string encode_line(const FrameCodec& codec, const FrameContent& content, st
   draft.places.fill({0, 0});
   const bool is_new = base.empty();
   if (!is_new && !locate(layout, base, draft.places))
-    throw Error(Error::Kind::bad_input, say("{}: these bytes are no line '{}'", codec.name, layout.name));
+    throw Error(Error::Kind::bad_input, say("{}: these bytes are no line '{}'", Name{codec.name}, layout.name));
   for (std::size_t i = 0; i < draft.cells.size() && !is_new; ++i)
     if (draft.places[i].at >= 0)
       draft.cells[i] =

@@ -148,11 +148,11 @@ std::string ControllerDevice::error_bytes(const Slot& slot, const std::string& t
 void ControllerDevice::answer(const ControllerReply& reply) {
   const auto slot = std::ranges::find(slots_, false, &Slot::answered);
   if (slot == slots_.end())
-    throw Error(Error::Kind::bad_input, say("{}: there is no request to answer", controller_->name));
+    throw Error(Error::Kind::bad_input, say("{}: there is no request to answer", Name{controller_->name}));
   try {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
-    throw Error(error.kind, say("{}: answer to {}: {}", controller_->name, slot->request.verb, reason_of(error)));
+    throw Error(error.kind, say("{}: answer to {}: {}", Name{controller_->name}, Name{slot->request.verb}, reason_of(error)));
   }
   slot->answered = true;
 }
@@ -167,7 +167,7 @@ void ControllerDevice::notice(const std::string& state) {
     slots_.push_back(slot);
     return;
   }
-  throw Error(Error::Kind::bad_input, say("{}: there is no notice that says '{}'", controller_->name, state));
+  throw Error(Error::Kind::bad_input, say("{}: there is no notice that says '{}'", Name{controller_->name}, state));
 }
 
 std::string ControllerDevice::output() {

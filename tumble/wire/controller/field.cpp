@@ -12,7 +12,7 @@ namespace tumble::controller {
 namespace {
 
 [[noreturn]] void refuse_field(std::string_view field, const Sentence& why) {
-  throw Error(Error::Kind::bad_input, say("{{{}}}: {}", field, why));
+  throw Error(Error::Kind::bad_input, say("{{{}}}: {}", Name{std::string(field)}, why));
 }
 
 /// The whole number at the begin of `text`, which it is removed from.

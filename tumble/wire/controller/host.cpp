@@ -27,18 +27,18 @@ void require_values(const Controller& declaration, const ControllerCommand& comm
   Problems problems;
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
-      problems.push_back(say("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
+      problems.push_back(say("{}: {} takes no '{}' (it takes: {})", Name{declaration.name}, Name{command.verb}, name,
                              command.takes.empty()
                                  ? Sentence("nothing")
                                  : say("{}", Name{fmt::format("{}", fmt::join(command.takes, ", "))})));
-    if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", declaration.name, name));
+    if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", Name{declaration.name}, Name{name}));
   }
   for (const auto& name : command.requires_)
     if (!request.values.contains(name))
-      problems.push_back(say("{}: {} needs the value '{}'", declaration.name, command.verb, name));
+      problems.push_back(say("{}: {} needs the value '{}'", Name{declaration.name}, Name{command.verb}, name));
   const int axes = static_cast<int>(declaration.axes.size());
   if (request.axis < 1 || request.axis > axes)
-    problems.push_back(say("{}: there is no axis {} (it has {})", declaration.name, request.axis, axes));
+    problems.push_back(say("{}: there is no axis {} (it has {})", Name{declaration.name}, request.axis, axes));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -46,7 +46,7 @@ const ControllerCommand& command_of(const Controller& declaration, const std::st
   if (const auto* command = declaration.find(verb)) return *command;
   std::vector<std::string> known;
   for (const auto& command : declaration.commands) known.push_back(command.verb);
-  throw Error(Error::Kind::unsupported, say("{} cannot '{}'{} (it can: {})", declaration.name, verb,
+  throw Error(Error::Kind::unsupported, say("{} cannot '{}'{} (it can: {})", Name{declaration.name}, verb,
                                             did_you_mean(verb, known), fmt::join(known, ", ")));
 }
 
@@ -95,7 +95,7 @@ std::map<std::string, double> ControllerHost::values_to_send(const ControllerExc
 std::string ControllerHost::ask(const ControllerRequest& request) {
   if (command_)
     throw Error(Error::Kind::bad_input,
-                say("{}: {} was asked while {} is outstanding", controller_->name, request.verb, request_.verb));
+                say("{}: {} was asked while {} is outstanding", Name{controller_->name}, Name{request.verb}, Name{request_.verb}));
   const ControllerCommand& command = command_of(*controller_, request.verb);
   require_values(*controller_, command, request);
   const ControllerRequest before = request_;
@@ -106,7 +106,7 @@ std::string ControllerHost::ask(const ControllerRequest& request) {
         controller::request_body(*controller_, exchange, {values_to_send(exchange), {}, request.axis});
   } catch (const Error& error) {
     request_ = before;
-    throw Error(error.kind, say("{}: {}: {}", controller_->name, request.verb, reason_of(error)));
+    throw Error(error.kind, say("{}: {}: {}", Name{controller_->name}, Name{request.verb}, reason_of(error)));
   }
   command_ = &command;
   reply_ = {request.verb};
@@ -203,14 +203,14 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   if (body.empty()) return;
   drop_late(body);
   if (const auto notice = controller::notice_of(*controller_, body)) return replies.push_back(*notice);
-  if (!now) return replies.push_back(problem(say("{} came although nothing was asked", quoted(body))));
+  if (!now) return replies.push_back(problem(say("{} came although nothing was asked", Name{quoted(body)})));
   for (const auto& command : controller_->commands)
     for (const auto& other : command.exchanges)
       if (&command != command_ && !other.modbus && controller::parse_reply(*controller_, other, "", body))
         return replies.push_back(
-            problem(say("{} is a reply to '{}', and '{}' was asked", quoted(body), command.verb, request_.verb)));
+            problem(say("{} is a reply to '{}', and '{}' was asked", Name{quoted(body)}, command.verb, request_.verb)));
   spoiled_ = true;
-  replies.push_back(problem(say("unknown reply {} to {}", quoted(body), quoted(sent_))));
+  replies.push_back(problem(say("unknown reply {} to {}", Name{quoted(body)}, Name{quoted(sent_)})));
 }
 
 std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
@@ -234,7 +234,7 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
 
 ControllerReply ControllerHost::give_up() {
   const std::string rest = pending_.empty() ? "" : fmt::format("; received was {}, which is cut", quoted(pending_));
-  auto reply = problem(say("no reply to {} within {:g} s{}", quoted(sent_), timeout(), rest));
+  auto reply = problem(say("no reply to {} within {:g} s{}", Name{quoted(sent_)}, timeout(), Name{rest}));
   if (const ControllerExchange* const late = awaited(); late && !spoiled_) owe(*late);
   pending_.clear();
   command_ = nullptr;

@@ -113,7 +113,7 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     const auto found = std::ranges::find(words->second, text, &ControllerWords::value_type::second);
     if (found == words->second.end())
       throw Error(Error::Kind::bad_input,
-                  say("{}: this controller has no text for the {} '{}'", controller.name, name, text));
+                  say("{}: this controller has no text for the {} '{}'", Name{controller.name}, Name{name}, text));
     text = written(*found);
   }
   for (const auto& bits : controller.bits) {
@@ -122,7 +122,7 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     const auto number = bits_of_word(bits, word->second);
     if (!number)
       throw Error(Error::Kind::bad_input,
-                  say("{}: this controller has no bits for the {} '{}'", controller.name, bits.word, word->second));
+                  say("{}: this controller has no bits for the {} '{}'", Name{controller.name}, Name{bits.word}, word->second));
     content.values[bits.from] = *number;
   }
   return content;

@@ -26,7 +26,7 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
       if (const auto text = tables::text_of(node))
         settings[known.back()] = *text;
       else
-        draft.problems.add(node.source(), say("[setting]: {}: a text or a number is expected", known.back()));
+        draft.problems.add(node.source(), say("[setting]: {}: a text or a number is expected", Name{known.back()}));
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))

@@ -36,7 +36,7 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
   if (!units && piece.unit.dimension() == Dimension{}) return;
   if (units)
     section.problem_at(
-        key, say("'{}' must be in {} or the like, not '{}'", piece.text, units->front().text(), piece.unit.text()));
+        key, say("'{}' must be in {} or the like, not '{}'", piece.text, Name{units->front().text()}, piece.unit.text()));
   else
     section.problem_at(
         key, say("a number with a unit has one of the names position, rate, acceleration, "
@@ -227,7 +227,7 @@ void resolve_same(ControllerCommand& command, Draft& draft, Section& root) {
   if (!other || !other->same_as.empty() || !command.exchanges.empty())
     return root.problem_at("command", say("[command.{}]: same_as names another command, and has nothing to send "
                                           "beside it",
-                                          command.verb));
+                                          Name{command.verb}));
   command.exchanges = other->exchanges;
   summarise(command);
 }

@@ -41,7 +41,7 @@ double value_for(const ControllerPiece& piece, const Content& content) {
   if (!value && piece.axis > 0 && content.axis == piece.axis) value = get(piece.text);
   if (!value && piece.otherwise) value = value_of_default(piece);
   if (!value)
-    throw Error(Error::Kind::bad_input, say("the value '{}' [{}] is missing", key_of(piece), piece.unit.text()));
+    throw Error(Error::Kind::bad_input, say("the value '{}' [{}] is missing", key_of(piece), Name{piece.unit.text()}));
   return *value;
 }
 
@@ -51,7 +51,7 @@ std::string word_for(const ControllerPiece& piece, const Content& content) {
     throw Error(Error::Kind::bad_input, say("the word '{}' is missing", piece.text));
   const std::string text = found == content.words.end() ? piece.otherwise.value_or("") : found->second;
   if (piece.width > 0 && text.size() != static_cast<std::size_t>(piece.width))
-    throw Error(Error::Kind::bad_input, say("{} = '{}' must have {} characters", piece.text, text, piece.width));
+    throw Error(Error::Kind::bad_input, say("{} = '{}' must have {} characters", Name{piece.text}, text, piece.width));
   return text;
 }
 

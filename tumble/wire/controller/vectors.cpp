@@ -34,7 +34,7 @@ struct VectorCheck {
 void VectorCheck::compare(const ControllerReply& reply) const {
   if (!reply.problem.empty()) return add(reply.problem);
   if (reply.refused != vector.reply.refused)
-    return add(reply.refused ? say("the reply is refused: {}", reply.text) : Sentence("the reply is not refused"));
+    return add(reply.refused ? say("the reply is refused: {}", Sentence(reply.text.c_str())) : Sentence("the reply is not refused"));
   if (!vector.reply.text.empty() && reply.text != vector.reply.text) add(say("the text is '{}'", reply.text));
   for (const auto& [name, value] : vector.reply.values) {
     const auto found = reply.values.find(name);
@@ -42,12 +42,12 @@ void VectorCheck::compare(const ControllerReply& reply) const {
     if (found == reply.values.end())
       add(say("the reply has no '{}'", name));
     else if (!(std::abs(found->second - value) <= tolerance))
-      add(say("{} is {:.9g} [SI], and {:.9g} is stated", name, found->second, value));
+      add(say("{} is {:.9g} [SI], and {:.9g} is stated", Name{name}, found->second, value));
   }
   for (const auto& [name, word] : vector.reply.words) {
     const auto found = reply.words.find(name);
     if (found == reply.words.end() || found->second != word)
-      add(say("{} is '{}', and '{}' is stated", name,
+      add(say("{} is '{}', and '{}' is stated", Name{name},
               found == reply.words.end() ? Sentence("absent") : say("{}", Name{found->second}), word));
   }
 }
@@ -94,7 +94,7 @@ void VectorCheck::as_device() const {
     const auto found = last.values.find(name);
     const double step = resolution_of(declaration, vector.request.verb, name, value);
     if (found != last.values.end() && std::abs(found->second - value) > step)
-      add(say("device: {} is {:.9g} [SI], and {:.9g} was sent", name, found->second, value));
+      add(say("device: {} is {:.9g} [SI], and {:.9g} was sent", Name{name}, found->second, value));
   }
 }
 

@@ -54,7 +54,7 @@ std::size_t channel_index(Section& section, const std::string& name, const Scale
     return channels.size() - 1;
   }
   if (found->increment != scale.increment || found->unit.dimension() != shown.dimension())
-    section.problem_at("scale", say("'{}' is measured in {}{} in another place", name, found->unit.text(),
+    section.problem_at("scale", say("'{}' is measured in {}{} in another place", name, Name{found->unit.text()},
                                     found->increment ? ", as an increment" : ""));
   return static_cast<std::size_t>(found - channels.begin());
 }
@@ -67,7 +67,7 @@ Unit shown_unit(Section& section, const Scale& scale) {
   if (!text) return natural;
   const Unit unit = Unit::parse(*text);
   if (unit.dimension() != natural.dimension())
-    section.problem_at("unit", say("{} does not measure what {} does", unit.text(), natural.text()));
+    section.problem_at("unit", say("{} does not measure what {} does", Name{unit.text()}, Name{natural.text()}));
   return unit;
 }
 

@@ -39,15 +39,16 @@ void add_missing(const TriadCalibration& triad, double found, double AxisNoise::
                  const char* unit, const char* consumer, Problems& problems) {
   if (found > 0.0) return;
   const bool walk = value == &AxisNoise::walk;
-  std::string text = fmt::format("{} needs {}: add a result of allan_noise, or --set {}=\"... {}\"", consumer,
-                                 walk ? "a random walk K of the bias" : "a white noise N", option, unit);
+  const Sentence needs = say("{} needs {}: add a result of allan_noise, or --set {}=\"... {}\"", Name{consumer},
+                             walk ? "a random walk K of the bias" : "a white noise N", Name{option}, Name{unit});
   double limit = 0.0;
   for (const auto& axis : triad.noise)
     if (!std::isnan(axis.walk_limit)) limit = std::max(limit, axis.walk_limit);
   if (walk && limit > 0.0)
-    text += fmt::format("; the result shows none and says that it is below {:.3g} {} (95 %)",
-                        Unit::parse(unit).difference_from_si(limit), unit);
-  problems.push_back(text);
+    problems.push_back(say("{}; the result shows none and says that it is below {:.3g} {} (95 %)", needs,
+                           Unit::parse(unit).difference_from_si(limit), Name{unit}));
+  else
+    problems.push_back(needs);
 }
 
 }  // namespace

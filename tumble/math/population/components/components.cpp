@@ -40,13 +40,13 @@ void require_separable(const ManyResults& results) {
     const auto& factor = results.factors[a];
     const auto levels = numbered(factor.level);
     const auto count = count_of(levels);
-    if (count < 2) problems.push_back(say("all results are of one {}: what it adds cannot be seen", factor.name));
+    if (count < 2) problems.push_back(say("all results are of one {}: what it adds cannot be seen", Name{factor.name}));
     if (count == n)
-      problems.push_back(say("every {0} has one result: {0} and repeat cannot be separated", factor.name));
+      problems.push_back(say("every {0} has one result: {0} and repeat cannot be separated", Name{factor.name}));
     for (std::size_t b = 0; b < a; ++b)
       if (numbered(results.factors[b].level) == levels)
         problems.push_back(
-            say("{0} and {1} change together: they cannot be separated", results.factors[b].name, factor.name));
+            say("{0} and {1} change together: they cannot be separated", Name{results.factors[b].name}, Name{factor.name}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
