@@ -31,7 +31,7 @@ void refuse_log_beside(const std::string& path) {
     refuse(
         say("rows of it are in '{0}{1}', whose checksum no result would state: join them, sqlite3 '{0}' "
             "'pragma wal_checkpoint(truncate); vacuum', when the recorder has ended",
-            Name{path}, end));
+            Name{path}, Name{end}));
   }
 }
 

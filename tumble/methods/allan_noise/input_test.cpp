@@ -176,11 +176,11 @@ TEST(NoiseInput, TheQuantityIsCheckedAndNotGuessed) {
     evidence.plan.settings.set_word("data", data);
     return refusal_of([&] { identify_noise(evidence); });
   };
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "angular rate"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "angular rate"},
                       refused(QuantityKind::angle, "arcsec", "rate")));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "an angle or a velocity"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "an angle or a velocity"},
                       refused(QuantityKind::angular_rate, "deg/h", "increment")));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "fractional frequency"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "fractional frequency"},
                       refused(QuantityKind::other, "V", "frequency")));
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "pulse = 0.5 arcsec"},
                       refused(QuantityKind::count, "pulse", "count")));

@@ -429,7 +429,7 @@ TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
 
   evidence = good;  // the table's angle counted the other way
   for (double& v : evidence.recordings[0].channels[3].values) v = -v;
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, asked_finding("arm_turns_the_other_way"), refusal(method(), evidence)));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, asked_finding("table_turns_the_other_way"), refusal(method(), evidence)));
 
   evidence = good;  // the plan has other rates
   for (auto& segment : evidence.plan.schedule)

@@ -366,7 +366,7 @@ TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
   Plan plan = table_at(37.0 * degree, 0.0, 0.0, palindrome);
   const Recording recording = gyro_alone(plan);
   plan.rig.set_number("outer_elevation", 80.0 * degree, Unit::parse("deg"));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"outer"}, .pattern = "must be vertical"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"inner"}, .pattern = "must be vertical"},
                       refusal(plan, recording)));
 }
 
