@@ -37,7 +37,8 @@ ParameterLimits limits_of(const ArchiveArguments& arguments, const Unit& unit) {
   limits.lower = limit_of(arguments.minimum, "--min", unit, limits.lower);
   limits.upper = limit_of(arguments.maximum, "--max", unit, limits.upper);
   if (!(limits.lower < limits.upper))
-    throw Error(Error::Kind::bad_input, say("--min {} is not below --max {}", Name{arguments.minimum}, Name{arguments.maximum}));
+    throw Error(Error::Kind::bad_input,
+                say("--min {} is not below --max {}", Name{arguments.minimum}, Name{arguments.maximum}));
   return limits;
 }
 

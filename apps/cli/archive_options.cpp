@@ -93,7 +93,8 @@ UnitName unit_name(const std::string& text) {
   if (text.empty()) return {};
   const auto slash = text.find('/');
   if (slash == 0 || slash == std::string::npos || slash + 1 == text.size())
-    throw Error(Error::Kind::bad_input, say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", Name{text}));
+    throw Error(Error::Kind::bad_input,
+                say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", Name{text}));
   return {text.substr(0, slash), text.substr(slash + 1)};
 }
 

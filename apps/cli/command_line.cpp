@@ -48,9 +48,9 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
     if (extra.starts_with("-")) {
       auto known = option_names(app);
       for (const auto& name : option_names(program)) known.push_back(name);
-      problems.push_back(
-          say("unknown option '{}'{} (see `tumble {}--help`)", extra,
-              set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra), verb));
+      problems.push_back(say("unknown option '{}'{} (see `tumble {}--help`)", extra,
+                             set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra),
+                             verb));
     } else if (used.empty()) {
       problems.push_back(
           say("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));

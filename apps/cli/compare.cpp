@@ -26,7 +26,8 @@ std::vector<Figure> figures_for(const Comparison& comparison, const CompareArgum
   Problems problems;
   for (const auto& wanted : arguments.parameters)
     if (std::ranges::find(names, wanted) == names.end())
-      problems.push_back(say("--parameter {}: the results do not all have it{}", Name{wanted}, did_you_mean(wanted, names)));
+      problems.push_back(
+          say("--parameter {}: the results do not all have it{}", Name{wanted}, did_you_mean(wanted, names)));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   if (figures.empty()) throw Error(Error::Kind::bad_input, "the results have no parameter that all of them determine");
   if (!arguments.parameters.empty())

@@ -32,7 +32,8 @@ int run(const InitArguments& arguments, const Terminal& terminal) {
   }
   check_output("-o", arguments.output, {}, {".toml"});
   if (std::filesystem::exists(arguments.output))
-    throw Error(Error::Kind::bad_input, say("-o {}: the file is there already; choose another name", Name{arguments.output}));
+    throw Error(Error::Kind::bad_input,
+                say("-o {}: the file is there already; choose another name", Name{arguments.output}));
   write_file_atomically(arguments.output, std::string(plan.text));
   note(terminal, say("wrote {}: {}", Name{arguments.output}, Name{plan.title}));
   write_plans_beside(plan, arguments.output, terminal);

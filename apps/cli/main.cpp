@@ -61,9 +61,8 @@ int run_and_catch(int argc, char** argv) {
     for (auto& problem : problems) problem = with_values(problem, as_written);
     return refused(terminal, error.kind, problems);
   } catch (const std::bad_alloc&) {
-    return refused(
-        terminal, Error::Kind::bad_data,
-        {"not enough memory for these data; a shorter recording or fewer channels would need less"});
+    return refused(terminal, Error::Kind::bad_data,
+                   {"not enough memory for these data; a shorter recording or fewer channels would need less"});
   } catch (const std::filesystem::filesystem_error& error) {  // a name that is too long, a folder that is closed
     return refused(terminal, Error::Kind::bad_file,
                    {say("'{}': {}", as_written(error.path1().string()), system_reason(error.code()))});

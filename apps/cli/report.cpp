@@ -25,7 +25,8 @@ Language language_of(const ReportArguments& arguments, const Terminal& terminal)
 void write_figures_of(const Estimate& estimate, const ReportArguments& arguments, const Terminal& terminal) {
   const auto figures = figures_of(estimate);
   if (figures.empty())
-    throw Error(Error::Kind::unsupported, say("{}: a result of {} has no figure", Name{arguments.result}, Name{estimate.method}));
+    throw Error(Error::Kind::unsupported,
+                say("{}: a result of {} has no figure", Name{arguments.result}, Name{estimate.method}));
   write_figures(figures, arguments.figure, language_of(arguments, terminal), terminal);
 }
 

@@ -122,9 +122,9 @@ bool is_here(const Station& station) {
 double allowed_speed(const std::string& text, const Station& station) {
   const double speed = speed_of(text);
   if (speed == 1.0 || is_here(station)) return speed;
-  throw Error(
-      Error::Kind::bad_input,
-      say("--speed {}: the station has devices that are not on this computer, so its rig is no virtual one", Name{text}));
+  throw Error(Error::Kind::bad_input,
+              say("--speed {}: the station has devices that are not on this computer, so its rig is no virtual one",
+                  Name{text}));
 }
 
 void print_timeline(const Plan& plan, const Terminal& terminal) {
@@ -133,10 +133,10 @@ void print_timeline(const Plan& plan, const Terminal& terminal) {
   for (const Segment& segment : plan.schedule) {
     const auto rule = rules.find(segment.label);
     const Sentence until =
-        rule == rules.end()
-            ? Sentence()
-            : say(" at most; until {}, from {:g} s on", Name{rule->second.text}, rule->second.at_least);
-    print_said(terminal, say("{:>9}  {} ({:g} s{})\n", Name{hours_text(time)}, Name{segment.label}, segment.duration, until));
+        rule == rules.end() ? Sentence()
+                            : say(" at most; until {}, from {:g} s on", Name{rule->second.text}, rule->second.at_least);
+    print_said(terminal,
+               say("{:>9}  {} ({:g} s{})\n", Name{hours_text(time)}, Name{segment.label}, segment.duration, until));
     time += segment.duration;
   }
   print_said(terminal, say("{:>9}  end, without ways, settling and prompts\n", Name{hours_text(time)}));
@@ -222,8 +222,8 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   } catch (const Error&) {  // nobody reads it; the run is kept and sealed all the same
   }
   if (end.ending != RunEnding::complete) {
-    note(terminal,
-         say("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", Name{run.folder}, Name{run.folder}));
+    note(terminal, say("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", Name{run.folder},
+                       Name{run.folder}));
     return 3;
   }
   Disk disk;

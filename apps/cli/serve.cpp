@@ -105,7 +105,8 @@ void check(const ServeArguments& arguments, const std::string& host) {
   Problems problems;
   if (arguments.certificate.empty() != arguments.key.empty()) problems.emplace_back("--cert and --key belong together");
   if (!is_loopback(host) && arguments.certificate.empty())
-    problems.push_back(say("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", Name{host}));
+    problems.push_back(
+        say("--host {}: other computers are served by TLS only; give --cert FILE --key FILE", Name{host}));
   if (arguments.no_token && !arguments.users.empty())
     problems.emplace_back("--no-token: with --users everybody signs in");
   if (!is_loopback(host) && arguments.no_token)
@@ -115,7 +116,8 @@ void check(const ServeArguments& arguments, const std::string& host) {
       problems.push_back(say("{} {}: lies in the folder that is shown; keep it elsewhere", option, Name{file}));
   std::error_code failed;
   if (!arguments.users.empty() && !fs::is_regular_file(arguments.users, failed))
-    problems.push_back(say("--users {}: there is no such file; --add-user NAME --role ROLE makes it", Name{arguments.users}));
+    problems.push_back(
+        say("--users {}: there is no such file; --add-user NAME --role ROLE makes it", Name{arguments.users}));
   struct stat key {};
   if (!arguments.key.empty() && stat(arguments.key.c_str(), &key) == 0 && (key.st_mode & (S_IWGRP | S_IRWXO)) != 0)
     problems.push_back(say("--key {0}: others may read or write this private key: chmod 600 {0}", Name{arguments.key}));
@@ -240,8 +242,8 @@ int run(const ServeArguments& arguments, const Terminal& terminal) {
   http.connections = room_for_connections();
   HttpServer server(http, workbench.handler());
   workbench.set_port(server.port());
-  print_said(terminal,
-             say("workbench of {}\n  {}\nCtrl+C ends it\n", Name{options.folder.string()}, Name{link(options, server.port())}));
+  print_said(terminal, say("workbench of {}\n  {}\nCtrl+C ends it\n", Name{options.folder.string()},
+                           Name{link(options, server.port())}));
   server.run(true);
   note(terminal, "the workbench has ended; unfinished jobs begin again with the next one");
   return 0;

@@ -90,7 +90,8 @@ void check_output(const std::string& option, const std::string& output, const st
     problems.push_back(say("{} {}: there is no folder {}", Name{option}, Name{output}, Name{folder.string()}));
   for (const auto& input : inputs)
     if (fs::equivalent(path, input, unknown))
-      problems.push_back(say("{} {}: would overwrite the input {}; choose another name", Name{option}, Name{output}, Name{input}));
+      problems.push_back(
+          say("{} {}: would overwrite the input {}; choose another name", Name{option}, Name{output}, Name{input}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

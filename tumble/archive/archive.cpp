@@ -35,7 +35,8 @@ void make_folder_of_files(const std::string& folder) {
   if (folder == files_in_database) return;
   std::error_code problem;
   fs::create_directories(folder, problem);
-  if (problem) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, system_reason(problem)));
+  if (problem)
+    throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, system_reason(problem)));
 }
 
 schema::OpenArchive* open_at(const std::string& address, const std::string& when) {
@@ -125,8 +126,7 @@ void make_archive(const std::string& address, const std::string& folder, const A
     schema::guarded(address, [&] { schema::make_tables(address, folder, act); });
     return;
   }
-  const Sentence taken =
-      say("'{}' is there already: an archive is never written over another file", address);
+  const Sentence taken = say("'{}' is there already: an archive is never written over another file", address);
   schema::make_whole(address, taken, [&](const std::string& file) {
     make_folder_of_files(within || !folder.empty() ? folder : folder_beside(address));
     schema::make_tables(file, folder, act);

@@ -64,28 +64,31 @@ void check_correction(ReadResult& result, database::Database& database, const Ar
   if (old == result.sha256) problems.push_back(say("{}: a result cannot replace itself", Name{file}));
   const auto rows = database.ask("SELECT unit FROM results WHERE id = ?", {id});
   if (rows.empty())
-    problems.push_back(say("{}: the result {} that it replaces is not in the archive", Name{file}, Name{old.substr(0, 12)}));
+    problems.push_back(
+        say("{}: the result {} that it replaces is not in the archive", Name{file}, Name{old.substr(0, 12)}));
   else if (database::integer(rows[0], 0) != schema::number_of(deposits::sha256_of_unit(result.unit)))
-    problems.push_back(say("{}: the result {} that it replaces is of another unit", Name{file}, Name{old.substr(0, 12)}));
+    problems.push_back(
+        say("{}: the result {} that it replaces is of another unit", Name{file}, Name{old.substr(0, 12)}));
   const auto earlier = database.ask("SELECT replaced_by FROM corrections WHERE result = ?", {id});
   if (!earlier.empty() && database::integer(earlier[0], 0) != schema::number_of(result.sha256))
     problems.push_back(say("{}: the result {} was replaced already", Name{file}, Name{old.substr(0, 12)}));
   const auto later = database.ask("SELECT 1 FROM corrections WHERE result = ?", {schema::number_of(result.sha256)});
   if (earlier.empty() && !later.empty())
-    problems.push_back(
-        say("{}: this result was replaced or withdrawn itself, and cannot replace {}", Name{file}, Name{old.substr(0, 12)}));
+    problems.push_back(say("{}: this result was replaced or withdrawn itself, and cannot replace {}", Name{file},
+                           Name{old.substr(0, 12)}));
   result.corrects = id;
 }
 
 void check_files(const Deposit& deposit, CheckedDeposit& checked, database::Database& database, Problems& problems) {
   for (const auto& file : deposit.files) {
     HashedFile hashed{file, sha256_of_file(file.path)};
-    for (auto& problem : deposits::problems_of_name(file.unit)) problems.push_back(say("{}: {}", Name{file.path}, problem));
+    for (auto& problem : deposits::problems_of_name(file.unit))
+      problems.push_back(say("{}: {}", Name{file.path}, problem));
     const bool named =
         !file.unit.serial.empty() || !file.run.empty() || name_by_results(hashed, checked.results, database);
     if (!named)
-      problems.push_back(
-          say("{}: no result was made from this file: give --unit MODEL/SERIAL, or the result with it", Name{file.path}));
+      problems.push_back(say("{}: no result was made from this file: give --unit MODEL/SERIAL, or the result with it",
+                             Name{file.path}));
     if (hashed.file.role.empty()) hashed.file.role = "recording";
     checked.files.push_back(std::move(hashed));
   }

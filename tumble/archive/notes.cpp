@@ -56,8 +56,8 @@ Problems problems_of(const ArchiveNote& note, const ArchiveAct& act) {
   Problems problems;
   const auto& kinds = note_kinds();
   if (std::ranges::find(kinds, note.kind) == kinds.end())
-    problems.push_back(
-        say("--kind {}: one of {} is expected{}", Name{note.kind}, fmt::join(kinds, ", "), did_you_mean(note.kind, kinds)));
+    problems.push_back(say("--kind {}: one of {} is expected{}", Name{note.kind}, fmt::join(kinds, ", "),
+                           did_you_mean(note.kind, kinds)));
   if (act.who.empty()) problems.emplace_back("--by NAME is missing: an archive keeps who did what");
   if (!note.when.empty() && !parse_iso_time(note.when))
     problems.push_back(say("--ended {}: a time is expected, such as 2026-11-20T09:00:00Z", Name{note.when}));

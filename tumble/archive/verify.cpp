@@ -68,7 +68,8 @@ class Verification {
                         ++covered_[shape];
                         contents_of(*shape, row);
                       });
-    if (digest.hex() != text(event, 8)) complain(say("{}: the {} {} has changed", Name{where}, Name{action}, Name{subject}));
+    if (digest.hex() != text(event, 8))
+      complain(say("{}: the {} {} has changed", Name{where}, Name{action}, Name{subject}));
   }
 
   void contents_of(const schema::Shape& shape, const Row& row) try {

@@ -98,7 +98,8 @@ void read_value(const Option& option, const Given& given, Settings& settings) {
       return settings.set_integers(option.name, integer_list(given.text));
     case Option::Type::word:
       if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())
-        refuse(say("'{}': expected one of {}{}", shown, Name{joined(option.words)}, did_you_mean(given.text, option.words)));
+        refuse(say("'{}': expected one of {}{}", shown, Name{joined(option.words)},
+                   did_you_mean(given.text, option.words)));
       return settings.set_word(option.name, given.text);
     case Option::Type::text:
       return settings.set_word(option.name, given.text);

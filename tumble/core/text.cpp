@@ -28,8 +28,8 @@ const toml::table& table_of(Language language) {
 }
 
 [[noreturn]] void refuse_key(std::string_view language, std::string_view section, std::string_view key) {
-  throw Error(Error::Kind::internal,
-              say("text/{}.toml has no {}.{}", Name{std::string(language)}, Name{std::string(section)}, Name{std::string(key)}));
+  throw Error(Error::Kind::internal, say("text/{}.toml has no {}.{}", Name{std::string(language)},
+                                         Name{std::string(section)}, Name{std::string(key)}));
 }
 
 }  // namespace

@@ -48,8 +48,7 @@ Sentence problem_of_certificate_number(const std::string& number) {
           "letters, digits, single spaces and '-'",
           number, code);
     if (code == ' ' && (before == ' ' || before == 0 || rest.empty()))
-      return say("certificate number '{}' has a space that no reader can see: write single spaces only",
-                         number);
+      return say("certificate number '{}' has a space that no reader can see: write single spaces only", number);
     before = code;
   }
   return {};

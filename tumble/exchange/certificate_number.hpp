@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// Problem of a text as the number of a certificate: two numbers must not look alike in print, as "2026-1" does with a

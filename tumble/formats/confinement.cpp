@@ -107,7 +107,8 @@ void require_own_journals(const std::string& database) {
   for (const char* const end : {"-wal", "-shm", "-journal"}) {
     const auto status = fs::symlink_status((absent ? database : whole.string()) + end, none);
     if (fs::exists(status) && !fs::is_regular_file(status))
-      throw Error(Error::Kind::bad_file, say("'{}{}' is a link or a device, not a file: remove it", Name{database}, end));
+      throw Error(Error::Kind::bad_file,
+                  say("'{}{}' is a link or a device, not a file: remove it", Name{database}, end));
   }
 }
 

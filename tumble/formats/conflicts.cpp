@@ -15,8 +15,9 @@ Problems unit_conflicts(const Recording& recording, const ReadOptions& options) 
     const auto* channel = find_channel(recording, column);
     if (channel && (channel->unit.factor() != unit.factor() || channel->unit.offset() != unit.offset() ||
                     channel->unit.dimension() != unit.dimension()))
-      problems.push_back(in_file(recording.origin.file, say("column '{}' is in {} in the file, but {} was given; one is wrong",
-                             column, Name{channel->unit.text()}, Name{unit.text()})));
+      problems.push_back(
+          in_file(recording.origin.file, say("column '{}' is in {} in the file, but {} was given; one is wrong", column,
+                                             Name{channel->unit.text()}, Name{unit.text()})));
   }
   return problems;
 }

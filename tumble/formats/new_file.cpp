@@ -45,8 +45,7 @@ bool NewFile::is_taken(const std::string& path) {
 bool NewFile::keep() {
   const int refused = take_free_name(temporary().c_str(), path_.c_str());
   if (refused == EEXIST) return false;
-  if (refused != 0)
-    throw Error(Error::Kind::bad_file, say("cannot write '{}': {}", path_, system_reason(refused)));
+  if (refused != 0) throw Error(Error::Kind::bad_file, say("cannot write '{}': {}", path_, system_reason(refused)));
   synchronise_folder(std::filesystem::path(path_).parent_path().string());
   return true;
 }

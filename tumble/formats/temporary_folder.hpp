@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// A folder of its own below the folder for temporary files, which vanishes with the object and with all that is in it.

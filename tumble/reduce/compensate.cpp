@@ -114,8 +114,8 @@ void set_reading(Work& work, const Channel& channel, Problems& problems) {
   else if (const auto shown = each_second(channel, model.unit); shown && !model.scale)
     work.reading = *shown;
   else
-    problems.push_back(
-        say("channel {} is in {}, but was calibrated in {}", Name{channel.name}, Name{channel.unit.text()}, Name{model.recorded.text()}));
+    problems.push_back(say("channel {} is in {}, but was calibrated in {}", Name{channel.name},
+                           Name{channel.unit.text()}, Name{model.recorded.text()}));
 }
 
 /// The channel of an output. Where a result has one output and no channel plays its role, the only one of its kind.
@@ -168,8 +168,8 @@ void set_places(const Recording& recording, Works& works) {
     const Channel& first = recording.channels[works.front().place];
     set_reading(work, *own, problems);
     if (problems.empty() && !sampled_together(first, *own))
-      problems.push_back(
-          say("channels {} and {} are not sampled together: bring them to one clock first", Name{first.name}, Name{own->name}));
+      problems.push_back(say("channels {} and {} are not sampled together: bring them to one clock first",
+                             Name{first.name}, Name{own->name}));
   }
   compensation::refuse(recording, problems);
 }

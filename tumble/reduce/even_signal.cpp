@@ -147,8 +147,8 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
     const Recording& recording = evidence.recordings[run.recording];
     for (const Channel* channel : chosen(evidence, recording, wanted)) {
       if (!wanted.accepts(*channel))
-        throw Error(Error::Kind::bad_data,
-                    say("{} is in {}: the method needs {}", Name{channel->name}, Name{channel->unit.text()}, Sentence(wanted.what.c_str())));
+        throw Error(Error::Kind::bad_data, say("{} is in {}: the method needs {}", Name{channel->name},
+                                               Name{channel->unit.text()}, Sentence(wanted.what.c_str())));
       const SampleRange range = samples_between(*channel, run.begin, run.end);
       ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
       const int number = ++runs[channel->name];
@@ -157,8 +157,8 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWan
     }
   }
   if (all.empty())
-    throw Error(Error::Kind::bad_data,
-                say("no channel of {}; the recordings hold {}", Sentence(wanted.what.c_str()), Name{described(evidence.recordings)}));
+    throw Error(Error::Kind::bad_data, say("no channel of {}; the recordings hold {}", Sentence(wanted.what.c_str()),
+                                           Name{described(evidence.recordings)}));
   return all;
 }
 

@@ -18,8 +18,8 @@ namespace {
 std::vector<double> filled(const Channel& channel, std::size_t origin, double first, double rate, std::size_t count) {
   if (!may_be_filled(static_cast<double>(count), channel.values.size() - origin))
     throw Error(Error::Kind::bad_data,
-                say("{}: by far most samples are missing from {} on: {} are expected, and there are {}", Name{channel.name},
-                    Name{say_instant(first)}, count, channel.values.size() - origin));
+                say("{}: by far most samples are missing from {} on: {} are expected, and there are {}",
+                    Name{channel.name}, Name{say_instant(first)}, count, channel.values.size() - origin));
   std::vector<double> values(count, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = origin; i < channel.values.size(); ++i) {
     const double position =

@@ -219,9 +219,9 @@ void refuse_other_dimensions(const Estimate& result, const Estimate& population)
   for (const auto& parameter : population.parameters) {
     const auto* own = find_parameter(result, parameter.name);
     if (own && own->unit.dimension() != parameter.unit.dimension())
-      problems.push_back(say("{} is in {} [{}], but in {} [{}] in the population that is its prior", Name{parameter.name},
-                             Name{own->unit.text()}, Name{name(own->unit.dimension())}, Name{parameter.unit.text()},
-                             Name{name(parameter.unit.dimension())}));
+      problems.push_back(say("{} is in {} [{}], but in {} [{}] in the population that is its prior",
+                             Name{parameter.name}, Name{own->unit.text()}, Name{name(own->unit.dimension())},
+                             Name{parameter.unit.text()}, Name{name(parameter.unit.dimension())}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

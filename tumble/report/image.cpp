@@ -54,8 +54,8 @@ std::string data_uri_of_image(std::string_view bytes) {
 std::string data_uri_of_image_file(const std::string& path) {
   const std::string bytes = read_text_file(path), fault = fault_of_image(bytes);
   if (!fault.empty())
-    throw Error(Error::Kind::bad_file,
-                say("{}: a picture of at most 1 MB is expected, PNG, JPEG, GIF or SVG: {}", Name{path}, Sentence(fault.c_str())));
+    throw Error(Error::Kind::bad_file, say("{}: a picture of at most 1 MB is expected, PNG, JPEG, GIF or SVG: {}",
+                                           Name{path}, Sentence(fault.c_str())));
   return data_uri_of_image(bytes);
 }
 

@@ -22,7 +22,7 @@ TEST(ProblemJson, HasCodePatternValuesAndPlaceBesideTheMessage) {
   EXPECT_EQ(json[0]["code"], "bad_file");
   EXPECT_EQ(json[0]["message"], "第 3 行第 2 列“gyro”：“x”不是数值");
   EXPECT_EQ(json[0]["pattern"], "'{}' is not a number");
-  EXPECT_EQ(json[0]["values"][0]["text"], "x");
+  EXPECT_EQ(json[0]["values"][0]["name"], "x");
   EXPECT_EQ(json[0]["where"]["line"], 3);
   EXPECT_EQ(json[0]["where"]["channel"], "gyro");
   EXPECT_EQ(json[1]["values"][0]["number"], 1.5);

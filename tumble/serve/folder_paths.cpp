@@ -80,7 +80,8 @@ fs::path own_folder(const fs::path& path) {
         say("'{}' belongs to another user: remove it, or name another place (HOME, XDG_CACHE_HOME, XDG_STATE_HOME)",
             path.string())};
   if ((folder.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, say("others may write into '{}': chmod 700 {}", path.string(), Name{path.string()})};
+    throw Error{Error::Kind::bad_file,
+                say("others may write into '{}': chmod 700 {}", path.string(), Name{path.string()})};
   return path;
 }
 

@@ -17,8 +17,7 @@ const std::string* find_query(const HttpRequest& request, std::string_view name)
 
 BodyFile::BodyFile(const std::string& path)
     : path_(path), descriptor_(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666)) {
-  if (descriptor_ < 0)
-    throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path, system_reason(errno))};
+  if (descriptor_ < 0) throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", path, system_reason(errno))};
 }
 
 BodyFile::~BodyFile() {

@@ -85,7 +85,8 @@ std::vector<User> users_of(const std::string& text, const std::string& path) {
 void require_private(const std::string& path) {
   struct stat state {};
   if (stat(path.c_str(), &state) == 0 && (state.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    throw Error{Error::Kind::bad_file, say("{}: others may write this file of users: chmod 600 {}", Name{path}, Name{path})};
+    throw Error{Error::Kind::bad_file,
+                say("{}: others may write this file of users: chmod 600 {}", Name{path}, Name{path})};
 }
 
 std::string entry_of(const User& user) {

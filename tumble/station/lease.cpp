@@ -30,8 +30,8 @@ std::vector<NamedDevice> names_of(const Station& station) {
 Problem said_in_use(const StationDevice& device, const lease::Holder& holder) {
   if (holder.run.empty() && holder.process == 0)
     return say("{} at {} is in use by another process of this machine", Name{device.name}, Name{device.link});
-  return say("{} at {} is in use by the run '{}' (process {}); tumble stop ends it", Name{device.name}, Name{device.link},
-             holder.run, holder.process);
+  return say("{} at {} is in use by the run '{}' (process {}); tumble stop ends it", Name{device.name},
+             Name{device.link}, holder.run, holder.process);
 }
 
 }  // namespace

@@ -76,8 +76,8 @@ void check_output_is_free(const RecordRequest& request, const std::string& folde
         say("'{}' is there already; a recording does not replace another: choose another name", request.output));
   if (fs::exists(fs::path(folder) / live_store_name))
     throw Error(Error::Kind::bad_file,
-                say("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder, Name{folder},
-                    request.output));
+                say("'{}' holds a recording that was not sealed; `tumble seal {}` makes '{}' of it", folder,
+                    Name{folder}, request.output));
 }
 
 /// A recording while it runs.
@@ -113,7 +113,8 @@ class Session {
   void open_store() {
     std::error_code refused;
     const bool made = fs::create_directory(folder_, refused);
-    if (refused) throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder_, system_reason(refused)));
+    if (refused)
+      throw Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder_, system_reason(refused)));
     try {
       RecorderOptions options;
       options.clock = world_.clock;

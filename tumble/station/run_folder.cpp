@@ -32,8 +32,8 @@ void make_run_folder(const std::string& folder, const Plan& plan, const Station&
   if (fs::exists(folder, problem))
     throw Error(Error::Kind::bad_input, say("'{}' is there already: a run is never written over another one", folder));
   if (!fs::create_directories(folder, problem))
-    throw not_begun(Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, system_reason(problem))),
-                    false);
+    throw not_begun(
+        Error(Error::Kind::bad_file, say("cannot make the folder '{}': {}", folder, system_reason(problem))), false);
   try {
     if (plan.text) write_in_run(folder, "plan.toml", *plan.text);
     if (!station.text.empty()) write_in_run(folder, "station.toml", station.text);

@@ -65,7 +65,8 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   const RunEnd end = carry_out(start_state(course), parts, wires, recorder, company);
   if (end.ending == RunEnding::faulted)
     throw Error(Error::Kind::bad_file,
-                say("a run before this one was killed, and the rig cannot be brought to its safe state: {}", Sentence(end.text.c_str())));
+                say("a run before this one was killed, and the rig cannot be brought to its safe state: {}",
+                    Sentence(end.text.c_str())));
   guard.disarm();  // a long recording is read before the run goes on
 }
 

@@ -205,7 +205,8 @@ VirtualBench::VirtualBench(const Plan& plan, const Station& station, const Stati
     for (const StationAxis& axis : station.axes) {
       if (axis.device != d) continue;
       if (std::ranges::find(axes, axis.name) == axes.end())
-        problems.push_back(say("the rig of the plan has no axis '{}', which {} drives", axis.name, Name{one.device.name}));
+        problems.push_back(
+            say("the rig of the plan has no axis '{}', which {} drives", axis.name, Name{one.device.name}));
       one.axes.emplace(axis.number, axis);
       if (one.device.axes.size() < static_cast<std::size_t>(axis.number))
         one.device.axes.resize(static_cast<std::size_t>(axis.number));

@@ -110,8 +110,8 @@ void VirtualStream::find_sources(const VirtualSamples& samples) {
     const auto found = std::ranges::find(samples.channels, wanted, &Channel::name);
     sources_.push_back(found == samples.channels.end() ? nullptr : &*found);
     if (sources_.back() && !(found->unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_input, say("{}: {} is in {}, but the rig gives {}", Name{codec_.name}, Name{channel.name},
-                                              Name{channel.unit.text()}, Name{found->unit.text()}));
+      throw Error(Error::Kind::bad_input, say("{}: {} is in {}, but the rig gives {}", Name{codec_.name},
+                                              Name{channel.name}, Name{channel.unit.text()}, Name{found->unit.text()}));
   }
 }
 

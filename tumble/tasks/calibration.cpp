@@ -16,8 +16,8 @@ void refuse_other_instrument(const Plan& plan, const Estimate& result) {
   if (!result.instrument_serial.empty() && !plan.instrument_serial.empty() &&
       result.instrument_serial != plan.instrument_serial)
     throw Error(Error::Kind::bad_input,
-                say("{}: the calibration {} is of the instrument with serial '{}', the plan's has '{}'", Name{plan.file},
-                    Name{file}, result.instrument_serial, plan.instrument_serial));
+                say("{}: the calibration {} is of the instrument with serial '{}', the plan's has '{}'",
+                    Name{plan.file}, Name{file}, result.instrument_serial, plan.instrument_serial));
 }
 
 }  // namespace

@@ -93,7 +93,8 @@ void look_at_copies(std::vector<Recording>& recordings) {
       if (file != other && log_chance_of_equal(recordings[a]) > least)
         recordings[a].findings.push_back({Finding::Severity::info, "equal_to_another_recording", {{"other", other}}});
       else
-        problems.push_back(say("{} holds the same bytes as {}: a recording can be used only once", Name{file}, Name{other}));
+        problems.push_back(
+            say("{} holds the same bytes as {}: a recording can be used only once", Name{file}, Name{other}));
     }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

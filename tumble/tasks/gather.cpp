@@ -145,9 +145,8 @@ std::vector<NamedKind> columns_in(const Recording& recording, ReadOptions option
 
 Problem missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,
                         const std::vector<std::string>& columns) {
-  const Sentence how = plan.file.empty()
-                           ? say("--set channels.{}=...", Name{role.name})
-                           : say("[channels] {} = \"...\" in {}", Name{role.name}, Name{plan.file});
+  const Sentence how = plan.file.empty() ? say("--set channels.{}=...", Name{role.name})
+                                         : say("[channels] {} = \"...\" in {}", Name{role.name}, Name{plan.file});
   return in_file(recording.origin.file,
                  say("no column '{}' for {} ({}){}; columns are {}; name the right one with {}", wanted,
                      Name{role.name}, role_words(role), did_you_mean(wanted, columns), fmt::join(columns, ", "), how));
@@ -172,10 +171,10 @@ void report_missing(const Plan& plan, const std::vector<Role>& roles, const std:
       proposal += plan.file.empty() ? fmt::format(" --set channels.{}={}", role, channel)
                                     : fmt::format("{}{} = \"{}\"", proposal.empty() ? " " : "; ", role, channel);
   if (!proposal.empty())
-    problems.push_back(in_file(
-        recording.origin.file,
-        say("by the names of its columns{}:{}",
-            plan.file.empty() ? Sentence() : say(", in [channels] of {}", Name{plan.file}), Name{proposal})));
+    problems.push_back(
+        in_file(recording.origin.file,
+                say("by the names of its columns{}:{}",
+                    plan.file.empty() ? Sentence() : say(", in [channels] of {}", Name{plan.file}), Name{proposal})));
 }
 
 /// What is wrong with the unit of a channel in a role.
@@ -183,11 +182,12 @@ std::optional<Problem> wrong_unit(const Role& role, const Channel& channel, cons
   if (role.unit.empty()) return std::nullopt;
   const auto expected = Unit::parse(role.unit);
   if (channel.unit.dimension() == expected.dimension()) return std::nullopt;
-  return in_file(recording.origin.file,
-                 say("column '{}' is in {} [{}], but {} ({}) must be in {} or another unit of [{}]; correct the unit in "
-                     "the file, or name another column",
-                     channel.name, Name{channel.unit.text()}, Name{name(channel.unit.dimension())}, Name{role.name},
-                     role_words(role), Name{std::string(role.unit)}, Name{name(expected.dimension())}));
+  return in_file(
+      recording.origin.file,
+      say("column '{}' is in {} [{}], but {} ({}) must be in {} or another unit of [{}]; correct the unit in "
+          "the file, or name another column",
+          channel.name, Name{channel.unit.text()}, Name{name(channel.unit.dimension())}, Name{role.name},
+          role_words(role), Name{std::string(role.unit)}, Name{name(expected.dimension())}));
 }
 
 /// Reads what the roles need. A file that has none of it is read whole: then what it lacks is said with what it has.

@@ -87,7 +87,8 @@ void read_rig(Reading& reading, const toml::table& table) {
   reading.rig = look_up(
       section, "kind", [&]() -> auto& { return find_rig(*kind); });
   if (reading.rig)
-    reading.plan.rig = resolve_section(reading, section, reading.rig->options(), say("rig {}", Name{*kind}), reading.sets.rig);
+    reading.plan.rig =
+        resolve_section(reading, section, reading.rig->options(), say("rig {}", Name{*kind}), reading.sets.rig);
 }
 
 bool takes_several(const Reading& reading, const std::string& name) {
@@ -203,9 +204,9 @@ std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section
     auto plan = load(file, {}, true);
     if (plan.instrument_model == model || (reading.method && reading.method->several_instruments))
       return std::make_shared<const Plan>(std::move(plan));
-    section.problem_at("plan",
-                       say("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", Name{file},
-                           plan.instrument_model, model));
+    section.problem_at(
+        "plan", say("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", Name{file},
+                    plan.instrument_model, model));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) reading.problems.all.push_back(problem);
   }
@@ -309,7 +310,8 @@ void read_sections(Reading& reading, const toml::table& document) {
                                              reading.method, reading.problems);
   if (reading.sets.prior) {
     reading.plan.prior.from = *reading.sets.prior;
-    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence(); !refusal.empty())
+    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence();
+        !refusal.empty())
       reading.problems.all.push_back(say("--set prior: {}", refusal));
   }
   read_instrument(reading, section("instrument"));
@@ -379,7 +381,8 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   reading.method = &method;
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;
-  reading.plan.settings = resolve(method.options(), settings_given(reading), say("method {}", Name{name}), reading.problems.all);
+  reading.plan.settings =
+      resolve(method.options(), settings_given(reading), say("method {}", Name{name}), reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)
     reading.problems.all.push_back(say("--set calibration: {} does not use a calibration", Name{name}));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");

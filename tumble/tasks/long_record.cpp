@@ -61,8 +61,8 @@ Problems misfits(const RecordPiece& piece, const RecordPiece& first) {
   for (std::size_t k = 0; k < piece.channels.size(); ++k) {
     const ChannelExtent &mine = piece.channels[k], &wanted = first.channels[k];
     if (mine.label != wanted.label)
-      problems.push_back(
-          say("{}: channel '{}' stands where {} has '{}'", Name{piece.file}, mine.label, Name{first.file}, wanted.label));
+      problems.push_back(say("{}: channel '{}' stands where {} has '{}'", Name{piece.file}, mine.label,
+                             Name{first.file}, wanted.label));
     else if (!(std::abs(mine.rate / wanted.rate - 1.0) < 1e-3))
       problems.push_back(
           say("{}: {} has {:.6g} Hz, and in {} {:.6g} Hz: write --set rate=... if one of them is "
@@ -125,7 +125,8 @@ RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
           problems.push_back(
               say("{}: begins {} before {} ends: give the files in the order of their times, each "
                   "once",
-                  Name{pieces[i].file}, Name{say_seconds(-step.lost / pieces[i].channels[k].rate)}, Name{pieces[i - 1].file}));
+                  Name{pieces[i].file}, Name{say_seconds(-step.lost / pieces[i].channels[k].rate)},
+                  Name{pieces[i - 1].file}));
       }
       lost += place.lost_before;
       gaps += place.lost_before > 0 ? 1 : 0;
@@ -163,8 +164,8 @@ ReducedPiece reduce_piece(const Plan& plan, const std::string& file, const Recor
   const auto channels = extent.channels();
   for (std::size_t k = 0; k < channels.size(); ++k)
     if (channels[k].samples != piece.channels[k].samples)
-      throw Error(Error::Kind::bad_data, say("{}: has changed since it was measured: {} samples, before {}", Name{piece.file},
-                                             channels[k].samples, piece.channels[k].samples));
+      throw Error(Error::Kind::bad_data, say("{}: has changed since it was measured: {} samples, before {}",
+                                             Name{piece.file}, channels[k].samples, piece.channels[k].samples));
   reduced.sha256 = streamed.checksum();
   return reduced;
 }

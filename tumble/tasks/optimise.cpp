@@ -324,8 +324,8 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
                const std::vector<double>& reference) {
   const Plan& plan = work.plan;
   if (!chosen.estimate)
-    throw Error(Error::Kind::bad_input,
-                say("{}: no schedule was found in {}: {}", Name{plan.file}, Name{say_seconds(work.time)}, chosen.refused));
+    throw Error(Error::Kind::bad_input, say("{}: no schedule was found in {}: {}", Name{plan.file},
+                                            Name{say_seconds(work.time)}, chosen.refused));
   Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
   if (work.instead_of_method)
     out.estimate.findings.push_back({Finding::Severity::warning,

@@ -55,8 +55,8 @@ void lay_out(const Archive& archive, const Provenance& provenance, const Workpla
     if (find_file(archive, sha256))
       write_stored(archive, sha256, path);
     else
-      missing.push_back(
-          say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name, Name{sha256.substr(0, 12)}));
+      missing.push_back(say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name,
+                            Name{sha256.substr(0, 12)}));
   };
   for (const auto& plan : provenance.plans) {
     if (!plan.text) {

@@ -43,8 +43,6 @@ inline Sentence system_reason(int code) { return system_reason(std::generic_cate
 /// The sentence for a code of the standard library or of Boost.
 template <class Code>
 requires requires(const Code& code) { code.message(); }
-Sentence system_reason(const Code& code) {
-  return system_reason(std::string(code.message()));
-}
+Sentence system_reason(const Code& code) { return system_reason(std::string(code.message())); }
 
 }  // namespace tumble

@@ -94,7 +94,8 @@ double parse_si(std::string_view text, const Unit& expected) {
   if (quantity.bare && expected.dimension() == Dimension{} && expected.factor() == 1.0) return quantity.value;
   const Name shown{std::string(text)};
   if (quantity.bare)
-    refuse(say("'{}' has no unit: write for example '{} {}'", shown, Name{digits(quantity.value, 15)}, Name{expected.text()}));
+    refuse(say("'{}' has no unit: write for example '{} {}'", shown, Name{digits(quantity.value, 15)},
+               Name{expected.text()}));
   if (quantity.unit.dimension() != expected.dimension())
     refuse(say("'{}' is in {}, but a quantity in {} ({}) is expected", shown, Name{name(quantity.unit.dimension())},
                Name{expected.text()}, Name{name(expected.dimension())}));

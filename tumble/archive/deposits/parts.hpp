@@ -45,7 +45,7 @@ bool put_run(schema::Change& change, const RunDeposit& run);
 /// Why a certificate may not have its number; empty: it may. A number belongs to the certificates of one result by one
 /// rule and of one day: its forms and languages.
 Sentence problem_of_number(database::Database& database, const CertificateDeposit& certificate,
-                              const std::string& sha256);
+                           const std::string& sha256);
 /// Throws Error::bad_input where the number belongs to another certificate.
 bool put_certificate(schema::Change& change, const CertificateDeposit& certificate, const std::string& sha256);
 

@@ -190,7 +190,7 @@ std::string form_of(const CertificateDeposit& certificate) {
 }  // namespace
 
 Sentence problem_of_number(database::Database& database, const CertificateDeposit& certificate,
-                              const std::string& sha256) {
+                           const std::string& sha256) {
   Sentence problem = problem_of_certificate_number(certificate.number);
   if (!problem.empty()) return problem;
   database.visit(
@@ -205,16 +205,17 @@ Sentence problem_of_number(database::Database& database, const CertificateDeposi
         const bool same = same_result && cell(4) == certificate.rule && cell(5) == certificate.issued &&
                           cell(8) != form_of(certificate);
         if (!problem.empty() || cell(0) == sha256 || same) return;
-        const Sentence other =
-            same_result
-                ? say("another certificate on this result (issued on {}, rule {}, {})",
-                              Name{cell(5).empty() ? "-" : cell(5)}, Name{cell(4).empty() ? "-" : cell(4)}, Name{cell(8)})
-                : say("a certificate of {}/{} on the result {}", Name{cell(2)}, Name{cell(3)}, Name{cell(1).substr(0, 12)});
-        problem = say(
-            "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
-            "certificate.number. "
-            "An amended certificate has its own number too, and names the old one in certificate.replaces",
-            certificate.number, other, cell(6).empty() ? Sentence("an unknown time") : say("{}", Name{cell(6)}), Name{cell(7)});
+        const Sentence other = same_result ? say("another certificate on this result (issued on {}, rule {}, {})",
+                                                 Name{cell(5).empty() ? "-" : cell(5)},
+                                                 Name{cell(4).empty() ? "-" : cell(4)}, Name{cell(8)})
+                                           : say("a certificate of {}/{} on the result {}", Name{cell(2)},
+                                                 Name{cell(3)}, Name{cell(1).substr(0, 12)});
+        problem =
+            say("certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
+                "certificate.number. "
+                "An amended certificate has its own number too, and names the old one in certificate.replaces",
+                certificate.number, other, cell(6).empty() ? Sentence("an unknown time") : say("{}", Name{cell(6)}),
+                Name{cell(7)});
       });
   return problem;
 }

@@ -80,8 +80,8 @@ ReadResult read_result(const ResultDeposit& deposit, Problems& problems) {
   if (result.ended.empty()) result.ended = result.begun;
   for (const auto& time : std::set{result.begun, result.ended})
     if (!time.empty() && !parse_iso_time(time))
-      problems.push_back(
-          say("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z", Name{deposit.file}, time));
+      problems.push_back(say("{}: '{}' is no time of a test: write it in UTC, such as 2026-11-20T09:00:00Z",
+                             Name{deposit.file}, time));
   return result;
 }
 

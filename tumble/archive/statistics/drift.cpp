@@ -58,8 +58,9 @@ UnitPast past_of(const Archive& archive, const DriftRequest& request) {
     past.estimates.push_back({result.sha256.substr(0, 12), std::move(estimate)});
   }
   if (past.occasions.empty())
-    throw Error(Error::Kind::bad_input, say("{} has no result with the parameter '{}' since it was adjusted ({})",
-                                            Name{name_of(request.what.unit)}, request.what.parameter, Name{past.adjusted}));
+    throw Error(Error::Kind::bad_input,
+                say("{} has no result with the parameter '{}' since it was adjusted ({})",
+                    Name{name_of(request.what.unit)}, request.what.parameter, Name{past.adjusted}));
   past.origin = past.adjusted.empty() ? past.occasions.front().moment : begin;
   return past;
 }

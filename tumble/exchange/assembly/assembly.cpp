@@ -42,8 +42,8 @@ namespace {
 void read(Reader& reader, std::set<std::string>& claimed) {
   const Estimate& estimate = reader.estimate();
   if (!reader.input().axis.empty() && estimate.models.size() != 1)
-    return reader.problem(
-        say("a result of {} names its axes itself: write the file without {}=", Name{estimate.method}, Name{reader.input().axis}));
+    return reader.problem(say("a result of {} names its axes itself: write the file without {}=", Name{estimate.method},
+                              Name{reader.input().axis}));
   read_models(reader, claimed);
   if (!read_noise(reader, claimed) && estimate.models.empty())
     reader.problem(say("a result of {} holds no error model and no noise of a sensor", Name{estimate.method}));

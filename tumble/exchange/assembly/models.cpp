@@ -284,9 +284,10 @@ void set_output(Reader& reader, const Placed& placed) {
   const Unit unit = placed.model.scale ? si_unit(placed.model.recorded) : input_unit(placed.gyro);
   const bool only = std::ranges::count(t.axes, true) == 1;
   if (!only && !(t.output.dimension() == unit.dimension()))
-    reader.problem(placed.gyro
-                       ? say("its output is in {}, that of another gyro in {}", Name{unit.text()}, Name{t.output.text()})
-                       : say("its output is in {}, that of another accelerometer in {}", Name{unit.text()}, Name{t.output.text()}));
+    reader.problem(
+        placed.gyro ? say("its output is in {}, that of another gyro in {}", Name{unit.text()}, Name{t.output.text()})
+                    : say("its output is in {}, that of another accelerometer in {}", Name{unit.text()},
+                          Name{t.output.text()}));
   t.output = unit;
   const std::string text = reading_of(placed.model);
   if (text.empty() || text == t.reading) return;
@@ -300,11 +301,11 @@ std::string name_of(Reader& reader, const OutputModel& model, bool gyro, bool al
   if (!alone || named.empty()) return own;
   for (std::size_t i = 0; i < 3; ++i)
     if (named == role(gyro, i)) return named;
-  reader.problem(
-      gyro ? say("it is of one gyro, so that it cannot be {}; write gyro_x=FILE, gyro_y=FILE or gyro_z=FILE", Name{named})
-           : say("it is of one accelerometer, so that it cannot be {}; write accelerometer_x=FILE, "
-                 "accelerometer_y=FILE or accelerometer_z=FILE",
-                 Name{named}));
+  reader.problem(gyro ? say("it is of one gyro, so that it cannot be {}; write gyro_x=FILE, gyro_y=FILE or gyro_z=FILE",
+                            Name{named})
+                      : say("it is of one accelerometer, so that it cannot be {}; write accelerometer_x=FILE, "
+                            "accelerometer_y=FILE or accelerometer_z=FILE",
+                            Name{named}));
   return own;
 }
 

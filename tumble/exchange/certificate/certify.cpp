@@ -34,9 +34,10 @@ using certificate::measured_of;
 double bound_of(std::string_view text, const Unit* unit) {
   const Quantity quantity = parse_quantity(text);
   if (unit != nullptr && quantity.unit.dimension() != unit->dimension())
-    throw Error(Error::Kind::bad_input,
-                say("the limit{} is in {} [{}], the parameter in {} [{}]", Name{std::string(text)}, Name{quantity.unit.text()},
-                    Name{name(quantity.unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
+    throw Error(
+        Error::Kind::bad_input,
+        say("the limit{} is in {} [{}], the parameter in {} [{}]", Name{std::string(text)}, Name{quantity.unit.text()},
+            Name{name(quantity.unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
   return quantity.unit.to_si(quantity.value);
 }
 
@@ -151,12 +152,12 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
   for (const auto& known : details.populations) {
     const auto* parameter = find_parameter(estimate, known.parameter);
     if (!parameter)
-      problems.push_back(say("{}: [[population]] parameter: the result has no '{}' (parameters: {})", Name{details.file},
-                             known.parameter, fmt::join(names, ", ")));
+      problems.push_back(say("{}: [[population]] parameter: the result has no '{}' (parameters: {})",
+                             Name{details.file}, known.parameter, fmt::join(names, ", ")));
     else if (parameter->unit.dimension() != known.unit.dimension())
       problems.push_back(say("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", Name{details.file},
-                             known.parameter, Name{known.unit.text()}, Name{name(known.unit.dimension())}, Name{parameter->unit.text()},
-                             Name{name(parameter->unit.dimension())}));
+                             known.parameter, Name{known.unit.text()}, Name{name(known.unit.dimension())},
+                             Name{parameter->unit.text()}, Name{name(parameter->unit.dimension())}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }

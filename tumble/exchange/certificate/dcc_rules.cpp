@@ -126,11 +126,9 @@ struct Walk {
       auto& numbers = columns.emplace_back();
       for (const auto& word : words_of(column.child("si:covarianceXMLList").child_value("si:valueXMLList")))
         numbers.push_back(std::strtod(word.c_str(), nullptr));
-      if (numbers.size() != count)
-        return complain(matrix, say("a column of {} for {} values", numbers.size(), count));
+      if (numbers.size() != count) return complain(matrix, say("a column of {} for {} values", numbers.size(), count));
     }
-    if (columns.size() != count)
-      return complain(matrix, say("{} columns for {} values", columns.size(), count));
+    if (columns.size() != count) return complain(matrix, say("{} columns for {} values", columns.size(), count));
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t j = 0; j < i; ++j)
         if (columns[i][j] != columns[j][i]) return complain(matrix, "is not symmetric");

@@ -20,8 +20,8 @@ struct Needed {
 void expect_order(const std::optional<Date>& first, const std::optional<Date>& second, const char* names,
                   const CertificateDetails& details, Problems& problems) {
   if (first && second && *second < *first)
-    problems.push_back(in_file(
-        details.file, say("[certificate] {}: {} is after {}", Name{names}, Name{iso_date(*first)}, Name{iso_date(*second)})));
+    problems.push_back(in_file(details.file, say("[certificate] {}: {} is after {}", Name{names},
+                                                 Name{iso_date(*first)}, Name{iso_date(*second)})));
 }
 
 /// What a DCC has no place for: dates before the year 1, addresses of pages with characters that none has.

@@ -36,7 +36,8 @@ TEST(DsiUnit, OfADimensionIsCoherent) {
 bool is_accepted(const std::string& unit) {
   const auto problems = dcc_problems("<dcc:digitalCalibrationCertificate><si:unit>" + unit +
                                      "</si:unit></dcc:digitalCalibrationCertificate>");
-  return std::ranges::none_of(problems, [](const auto& problem) { return problem.find("D-SI") != std::string::npos; });
+  return std::ranges::none_of(problems,
+                              [](const auto& problem) { return problem.text().find("D-SI") != std::string::npos; });
 }
 
 TEST(DsiUnit, EveryWordOfAUnitHasOneThatTheRulesAccept) {

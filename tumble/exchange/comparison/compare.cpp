@@ -112,8 +112,8 @@ std::vector<Common> common_of(const NamedResult& a, const NamedResult& b) {
     if (!other) continue;
     if (other->unit.dimension() != one.unit.dimension() || other->unit.offset() != one.unit.offset()) {
       problems.push_back(say("{} is in {} [{}] in {}, but in {} [{}] in {}", Name{one.name}, Name{one.unit.text()},
-                             Name{name(one.unit.dimension())}, Name{a.name}, Name{other->unit.text()}, Name{name(other->unit.dimension())},
-                             Name{b.name}));
+                             Name{name(one.unit.dimension())}, Name{a.name}, Name{other->unit.text()},
+                             Name{name(other->unit.dimension())}, Name{b.name}));
       continue;
     }
     const auto j = static_cast<std::size_t>(other - b.estimate.parameters.data());

@@ -60,9 +60,10 @@ double largest(Vector3 v) { return std::max({v.x, v.y, v.z}); }
 
 /// "0.012 m/s^2 within 9.8 m/s^2": size of the error without a term, and where.
 Sentence loss(const ImuCalibration& c, const CalibrationTerm& term) {
-  const Sentence text = say("without it the {} are off by up to {} within {} and {}",
-                            term.gyro ? "rates" : "specific forces", Name{shown(error_without(c, term), term.gyro)},
-                            Name{shown(largest(c.gyros.range), true)}, Name{shown(largest(c.accelerometers.range), false)});
+  const Sentence text =
+      say("without it the {} are off by up to {} within {} and {}", term.gyro ? "rates" : "specific forces",
+          Name{shown(error_without(c, term), term.gyro)}, Name{shown(largest(c.gyros.range), true)},
+          Name{shown(largest(c.accelerometers.range), false)});
   if (std::isnan(c.coldest)) return text;
   return say("{}, {:.1f} to {:.1f} degC", text, Unit::parse("degC").from_si(c.coldest),
              Unit::parse("degC").from_si(c.hottest));
@@ -109,7 +110,8 @@ void check_outputs(const Export& entry, const ImuCalibration& c, Problems& probl
       problems.push_back(
           say("{} reads {} in {}, but they were calibrated in {}: calibrate outputs that are "
               "converted to {}",
-              entry.name, gyro ? "gyros" : "accelerometers", Name{wanted.text()}, Name{t.output.text()}, Name{wanted.text()}));
+              entry.name, gyro ? "gyros" : "accelerometers", Name{wanted.text()}, Name{t.output.text()},
+              Name{wanted.text()}));
   }
 }
 
@@ -210,8 +212,7 @@ const Export& find_export(std::string_view name) {
 
 std::string export_calibration(const Export& entry, ImuCalibration calibration, const ExportRequest& request) {
   Problems problems;
-  const Settings settings =
-      resolve(options_of(entry), request.settings, say("export {}", Name{entry.name}), problems);
+  const Settings settings = resolve(options_of(entry), request.settings, say("export {}", Name{entry.name}), problems);
   if (!(request.inflate > 0.0) || !std::isfinite(request.inflate))
     problems.emplace_back("--inflate must be a number above 0");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

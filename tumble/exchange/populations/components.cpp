@@ -237,8 +237,8 @@ void keep_dimension(const std::string& parameter, std::vector<OccasionResult>& r
     if (as_many_as(unit_of(one).dimension()) > as_many_as(most.dimension())) most = unit_of(one);
   std::erase_if(results, [&](const OccasionResult& one) {
     if (unit_of(one).dimension() == most.dimension()) return false;
-    not_used.emplace_back(
-        one.serial, say("{} is in {}, in most results in {}", Name{parameter}, Name{unit_of(one).text()}, Name{most.text()}));
+    not_used.emplace_back(one.serial, say("{} is in {}, in most results in {}", Name{parameter},
+                                          Name{unit_of(one).text()}, Name{most.text()}));
     return true;
   });
 }

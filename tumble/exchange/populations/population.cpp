@@ -59,7 +59,7 @@ void note_other_dimensions(Gathered& all, const std::vector<Parameter>& paramete
       if (const auto same = std::ranges::find(parameters, parameter.name, &Parameter::name);
           same != parameters.end() && same->unit.dimension() != parameter.unit.dimension())
         all.left_out.emplace_back(unit.serial, say("{} is in {}, in most units in {}", Name{parameter.name},
-                                                           Name{parameter.unit.text()}, Name{same->unit.text()}));
+                                                   Name{parameter.unit.text()}, Name{same->unit.text()}));
 }
 
 /// Simulated results beside measured ones, and one result under two serial numbers.
@@ -346,7 +346,8 @@ std::string unfit_for_population(const Estimate& estimate) {
 Estimate population_of_units(const std::string& model, const std::string& method, std::vector<TestedUnit> units,
                              std::vector<ResultLeftOut> left_out) {
   Gathered all{std::move(units), {}};
-  for (const auto& one : left_out) all.left_out.emplace_back(one.serial, Sentence(text_of("population", one.why).c_str()));
+  for (const auto& one : left_out)
+    all.left_out.emplace_back(one.serial, Sentence(text_of("population", one.why).c_str()));
   leave_out_strangers(all);
   std::ranges::sort(all.units, {}, &TestedUnit::serial);  // the order of the rows says nothing
   refuse_few(model, method, all);

@@ -71,10 +71,11 @@ std::string example_columns(std::size_t count) {
   const auto example = example_columns(count);
   std::string listed = "\"" + example + "\"";
   for (std::size_t at = 0; (at = listed.find(',', at)) != std::string::npos; at += 4) listed.replace(at, 1, "\", \"");
-  throw Error{Error::Kind::bad_file,
-              Problem(where, say("numbers where the header is expected, {}: {}; name each column as name[unit], or - for "
-                                 "a column to skip: --set columns=\"{}\", or in the plan, [[recording]] columns = [{}]",
-                                 said_count(count, "column"), Name{shown(line)}, example, Name{listed}))};
+  throw Error{
+      Error::Kind::bad_file,
+      Problem(where, say("numbers where the header is expected, {}: {}; name each column as name[unit], or - for "
+                         "a column to skip: --set columns=\"{}\", or in the plan, [[recording]] columns = [{}]",
+                         said_count(count, "column"), Name{shown(line)}, example, Name{listed}))};
 }
 
 /// What the header gives: columns, and what is wrong with them.
@@ -166,11 +167,11 @@ struct Header {
                                     ? "[" + likely_clock_unit(samples[without_unit.front()]) + "]"
                                 : likely == "1" ? "[deg/h]"
                                                 : "[" + likely + "]";
-    problems.push_back(
-        say("{}: {}; write it in the header, for example {}{}, or in the plan's [channels] table: role = \"{}{}\", or "
-            "give it: --set unit.{}={} (=1 for plain numbers)",
-            without_unit.size() == 1 ? "column without a unit" : "columns without a unit", in_a_row(named, ", "), Name{one}, Name{example},
-            Name{one}, Name{example}, Name{one}, Name{example.substr(1, example.size() - 2)}));
+    problems.push_back(say(
+        "{}: {}; write it in the header, for example {}{}, or in the plan's [channels] table: role = \"{}{}\", or "
+        "give it: --set unit.{}={} (=1 for plain numbers)",
+        without_unit.size() == 1 ? "column without a unit" : "columns without a unit", in_a_row(named, ", "), Name{one},
+        Name{example}, Name{one}, Name{example}, Name{one}, Name{example.substr(1, example.size() - 2)}));
   }
 
   void finish() {
@@ -274,9 +275,8 @@ std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& l
                                   Header& header) {
   const ReadOptions& options = header.options;
   const TextLine& first = lines[shape.header ? *shape.header : std::min(shape.rows, lines.size() - 1)];
-  const Where where{.file = header.path,
-                    .line = first.number,
-                    .place = say("'{}', line {}", header.path, first.number)};
+  const Where where{
+      .file = header.path, .line = first.number, .place = say("'{}', line {}", header.path, first.number)};
   check_text(header.path, first.text);
   const auto own = cells_of(first.text, shape.separator);
   const auto cells = header_cells(first.text, shape.separator);

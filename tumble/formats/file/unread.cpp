@@ -23,7 +23,8 @@ Sentence advice_for_unread(const std::string& path) {
 
 Sentence advice_for_other_kind(const std::string& path) {
   if (path.ends_with(".toml"))
-    return say("a plan or another declaration, and a recording is needed; the plan comes first: tumble identify {}", Name{path});
+    return say("a plan or another declaration, and a recording is needed; the plan comes first: tumble identify {}",
+               Name{path});
   std::string begin(512, '\0');
   begin.resize(InputFile(path).read(begin.data(), begin.size()));
   if (begin.starts_with('{') && begin.find("\"tumble\"") != begin.npos)

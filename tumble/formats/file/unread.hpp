@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble::file {
 
 /// For a file of a well-known kind that is not read: what it is, and how its samples can be brought here, to follow

@@ -66,8 +66,8 @@ void require_variants(const FrameCodec& codec, Error::Kind kind) {
   if (codec.unchosen.empty()) return;
   throw Error(kind, say("the frames of {} do not say what their numbers mean ({}); name the variant of the device, for "
                         "example --set frames={}:{} (variants: {})",
-                        Name{codec.name}, fmt::join(codec.unchosen, ", "), Name{codec.name}, Name{codec.variants.front()},
-                        fmt::join(codec.variants, ", ")));
+                        Name{codec.name}, fmt::join(codec.unchosen, ", "), Name{codec.name},
+                        Name{codec.variants.front()}, fmt::join(codec.variants, ", ")));
 }
 
 /// The layouts that --topic names keep their channels.

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble::hdf5 {
 
 /// Owns one identifier of the HDF5 library.

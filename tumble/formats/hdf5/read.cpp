@@ -150,13 +150,15 @@ class Source {
   Timeline stamps_of(const Numbers& numbers, const std::string& path) {
     if (stamps_ == Stamps::ignored) return {};
     Numbers time = open_numbers(file_, path, size_);
-    if (time.count != numbers.count) fail(say("{} has {} stamps for {} samples", Name{path}, time.count, numbers.count));
+    if (time.count != numbers.count)
+      fail(say("{} has {} stamps for {} samples", Name{path}, time.count, numbers.count));
     H5O_info_t info;
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
     for (const auto& known : clocks_)
       if (known.address == info.addr) return known.timeline;
     const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
-    if (kind_of(unit) != QuantityKind::time) fail(say("{} is in {}, not a unit of time", Name{path}, Name{unit.text()}));
+    if (kind_of(unit) != QuantityKind::time)
+      fail(say("{} is in {}, not a unit of time", Name{path}, Name{unit.text()}));
     clocks_.push_back({info.addr, {}, std::move(time), unit});
     clocks_.back().timeline = look_at(clocks_.back(), path);
     return clocks_.back().timeline;

@@ -311,8 +311,7 @@ file::Gathered Reader::finish() {
       names.push_back(say("'{}'", csv::plain_text(name, 60)));
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
-    const Sentence why =
-        strange.empty() ? Sentence("the file has no Y_Unit_Label for them") : in_a_row(strange, "; ");
+    const Sentence why = strange.empty() ? Sentence("the file has no Y_Unit_Label for them") : in_a_row(strange, "; ");
     throw Error{Error::Kind::bad_file,
                 Problems{say("'{}': channels without a unit: {}; {}", path_, in_a_row(names, ", "), why),
                          say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets})}};

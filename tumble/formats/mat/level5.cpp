@@ -68,7 +68,9 @@ class Level5 {
  private:
   std::uint32_t word(const char* at) const { return file::number_at<std::uint32_t>(at, swapped_); }
 
-  Sentence where(const Sentence& name, const Sentence& reason) const { return say("'{}': {}: {}", path_, name, reason); }
+  Sentence where(const Sentence& name, const Sentence& reason) const {
+    return say("'{}': {}: {}", path_, name, reason);
+  }
 
   /// One variable; what is whole before a place where the file is cut off is kept.
   void variable(std::size_t size, bool packed) {

@@ -279,7 +279,8 @@ class Maker {
       refuse(say("holds {} arrays, and columns name those of one: name it with --topic", chosen_.size()));
     const Array& array = contents_.arrays[chosen_.front()];
     if (array.vectors.size() != options_.columns.size())
-      refuse(say("has {} columns in {}, and {} were named", array.vectors.size(), Name{array.name}, options_.columns.size()));
+      refuse(say("has {} columns in {}, and {} were named", array.vectors.size(), Name{array.name},
+                 options_.columns.size()));
     for (std::size_t k = 0; k < array.vectors.size(); ++k) {
       const auto [name, unit] = name_and_unit_of(options_.columns[k]);
       if (name != "-" && !time_unit(name)) vectors_.push_back({name, array.name, chosen_.front(), k, unit});

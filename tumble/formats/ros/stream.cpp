@@ -62,9 +62,11 @@ std::string as_word(const std::string& name) {
     refuse(log, say("has nothing that is read without being named: {}. A {} states no unit: name the topic and "
                     "give the units, --topic {} --set unit.{}.x=rad/s --set unit.{}.y=rad/s "
                     "--set unit.{}.z=rad/s{}",
-                    described(topics), Name{std::string(vector)}, Name{as_word(sampled->name)}, Name{channel}, Name{channel}, Name{channel}, in_a_row(damage, "")));
+                    described(topics), Name{std::string(vector)}, Name{as_word(sampled->name)}, Name{channel},
+                    Name{channel}, Name{channel}, in_a_row(damage, "")));
   }
-  if (std::ranges::any_of(topics, readable)) refuse(log, say("holds no message of {}{}", described(topics), in_a_row(damage, "")));
+  if (std::ranges::any_of(topics, readable))
+    refuse(log, say("holds no message of {}{}", described(topics), in_a_row(damage, "")));
   refuse(log, say("holds no topic of a type that is read ({}): its topics are {}{}", Name{known_message_types()},
                   described(topics), in_a_row(damage, "")));
 }
@@ -166,8 +168,8 @@ void give_units(const Log& log, const ReadOptions& options, Stream& stream) {
       without += (without.empty() ? "'" : ", '") + column.name + "'";
   }
   if (without.empty()) return;
-  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", Name{without}, Name{stream.topic.name},
-                  Name{stream.columns.front().name}));
+  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", Name{without},
+                  Name{stream.topic.name}, Name{stream.columns.front().name}));
 }
 
 }  // namespace

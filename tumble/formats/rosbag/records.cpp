@@ -98,8 +98,7 @@ bool next_record(ros::Window& window, Record& record, HeaderOfMessage& known) {
   if (window.at_end()) return false;
   const std::size_t length = file::number_at<std::uint32_t>(take(window, 4));
   if (length == 0 || length > ros::Window::longest)
-    no_record(
-        say("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
+    no_record(say("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
   const std::string_view header(take(window, length), length);
   if (repeats(known, header)) {
     record.op = Op::message;

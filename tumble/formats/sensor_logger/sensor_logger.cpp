@@ -173,9 +173,9 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
     names.push_back(name);
   }
   if (names.empty())
-    throw Error{
-        Error::Kind::bad_file,
-        say("'{}' has no sensor that is read without being asked for; pick one: --topic {}", path, Name{known.front()})};
+    throw Error{Error::Kind::bad_file,
+                say("'{}' has no sensor that is read without being asked for; pick one: --topic {}", path,
+                    Name{known.front()})};
   return names;
 }
 

@@ -30,7 +30,7 @@ struct Dataset {
   std::shared_ptr<file::Series> abscissa, values;  ///< [as written]; none of the abscissa where it is even
   file::EvenClock clock = {};                      ///< of the abscissa
   Unit time = Unit::parse("s");
-  Sentence time_problem;                ///< empty: its unit is one of time
+  Sentence time_problem;                   ///< empty: its unit is one of time
   long kind = 0, ordinate = 0, count = 0;  ///< function type; 2, 4: real; 5, 6: complex
   bool even = true;
   double start = 0.0, step = 0.0;  ///< of the abscissa, in its unit

@@ -139,8 +139,8 @@ std::pair<long double, std::size_t> total(std::span<const double> rate, std::spa
     sum += part.sum;
   }
   if (present < fewest) {
-    throw Error(Error::Kind::bad_data, say("a stability deviation needs at least {} samples, there are {}",
-                                           fewest, present));
+    throw Error(Error::Kind::bad_data,
+                say("a stability deviation needs at least {} samples, there are {}", fewest, present));
   }
   if (!std::isfinite(static_cast<double>(sum))) {
     const auto bad = std::find_if(rate.begin(), rate.end(), [](double value) { return std::isinf(value); });

@@ -153,7 +153,8 @@ Problems family_problems(const std::string& asked) {
   for (const auto& member : members) names.emplace_back(member.name);
   for (const auto& word : words_of(asked))
     if (std::find(names.begin(), names.end(), word) == names.end())
-      problems.push_back(say("deviations = {}: expected any of {}{}", Name{word}, Name{family_names()}, did_you_mean(word, names)));
+      problems.push_back(
+          say("deviations = {}: expected any of {}{}", Name{word}, Name{family_names()}, did_you_mean(word, names)));
   return problems;
 }
 

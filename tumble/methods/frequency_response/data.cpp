@@ -242,8 +242,9 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
     data.output_unit = output.unit;
     if (scaling.relative) data.findings.push_back({Finding::Severity::info, "gains_relative", {}, output.name});
   } else if (!(output.unit.dimension() == data.output_unit.dimension())) {
-    throw Error(Error::Kind::bad_data, say("the recordings hold different kinds of output: '{}' in {} and '{}' in {}",
-                                           data.output_name, Name{data.output_unit.text()}, output.name, Name{output.unit.text()}));
+    throw Error(Error::Kind::bad_data,
+                say("the recordings hold different kinds of output: '{}' in {} and '{}' in {}", data.output_name,
+                    Name{data.output_unit.text()}, output.name, Name{output.unit.text()}));
   }
   add_parts(marks, recording, of_output, of_reference, data);
 }

@@ -67,8 +67,8 @@ void refuse_incomplete(const Sorted& sorted) {
       if (!sorted.whole.recordings.empty() && !has(sorted.whole, role))
         problems.push_back(say("the recordings of the whole unit have no channel {}", Name{role}));
       if (!sorted.alone.contains(role))
-        problems.push_back(
-            say("no recording is of {0} alone: [[recording]] with a plan whose [channels] say {0} = \"...\"", Name{role}));
+        problems.push_back(say(
+            "no recording is of {0} alone: [[recording]] with a plan whose [channels] say {0} = \"...\"", Name{role}));
     }
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);

@@ -68,9 +68,9 @@ Regressor input_of(const Plan& plan, const std::string& channel) {
     for (const auto& output : model.outputs(constants))
       if (output.channel == channel && output.input) return output.input;
   }
-  throw Error(
-      Error::Kind::bad_input,
-      say("{}: [instrument] model must be one with an output '{}': its input axis is needed", Name{plan.file}, channel));
+  throw Error(Error::Kind::bad_input,
+              say("{}: [instrument] model must be one with an output '{}': its input axis is needed", Name{plan.file},
+                  channel));
 }
 
 /// y = w + b + k w: nabla = b/(1 + k), dK = 1/(1 + k) - 1.

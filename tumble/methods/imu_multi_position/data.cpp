@@ -48,15 +48,16 @@ std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t 
   if (missing.empty()) return channels;
   const std::size_t present = 3 - static_cast<std::size_t>(std::ranges::count(channels, nullptr));
   if (present > 0)
-    problems.push_back(in_file(label(evidence, r), say("no channel for {}: all three of a triad are needed", Name{missing})));
+    problems.push_back(
+        in_file(label(evidence, r), say("no channel for {}: all three of a triad are needed", Name{missing})));
   return {};
 }
 
 void check(const std::array<const Channel*, 3>& channels, const Kind& kind, Problems& problems) {
   for (const Channel* c : channels) {
     if (c->kind != kind.quantity && c->kind != kind.increment && c->kind != QuantityKind::count)
-      problems.push_back(
-          say("channel '{}' [{}] is {}; {} takes {}", c->name, Name{c->unit.text()}, Sentence(std::string(name(c->kind)).c_str()), kind.name, kind.units));
+      problems.push_back(say("channel '{}' [{}] is {}; {} takes {}", c->name, Name{c->unit.text()},
+                             Sentence(std::string(name(c->kind)).c_str()), kind.name, kind.units));
     else if (c->kind != channels[0]->kind)
       problems.push_back(say("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
                              Name{channels[0]->unit.text()}, c->name, Name{c->unit.text()}));

@@ -59,9 +59,10 @@ std::string turning_axis(const Plan& plan) {
     if (turns(plan.schedule, axis.name)) axes.push_back(axis.name);
   }
   if (axes.size() == 1) return axes.front();
-  const Sentence what = axes.empty() ? Sentence("the schedule turns no axis: the method finds north where one gyro points "
-                                          "into several directions")
-                                        : say("the schedule turns {}", fmt::join(axes, " and "));
+  const Sentence what = axes.empty() ? Sentence(
+                                           "the schedule turns no axis: the method finds north where one gyro points "
+                                           "into several directions")
+                                     : say("the schedule turns {}", fmt::join(axes, " and "));
   throw Error(Error::Kind::bad_input,
               say("{}; north finding needs one axis of the rig, vertical, that goes to index angles or turns "
                   "(axes of {}: {})",

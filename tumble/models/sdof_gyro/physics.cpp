@@ -29,7 +29,8 @@ void refuse_incomplete(const Settings& truth) {
   require_with(truth, {"spin_rate"}, {"rotor_inertia"}, problems);
   require_with(truth, {"pickoff_gain", "amplifier_gain"}, gains, problems);
   const auto moments = given_of(truth, {"gimbal_inertia_I", "gimbal_inertia_S"});
-  if (moments.size() == 1) problems.push_back(say("{}: K_IS needs gimbal_inertia_I and gimbal_inertia_S", Name{moments[0]}));
+  if (moments.size() == 1)
+    problems.push_back(say("{}: K_IS needs gimbal_inertia_I and gimbal_inertia_S", Name{moments[0]}));
   const bool direct = truth.has("angular_momentum"), derived = truth.has("rotor_inertia");
   if (direct && derived) problems.push_back("give angular_momentum, or rotor_inertia and spin_rate, not both");
   if (!direct && !derived)

@@ -50,7 +50,8 @@ double scale_factor_of(const Settings& truth) {
   if (word == "specific_force") return 1.0;
   const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
   const double scale = truth.has(name) ? truth.number(name) : 0.0;
-  if (scale == 0.0) throw Error(Error::Kind::bad_input, say("[truth] output = \"{}\" needs {}, not zero", word, Name{name}));
+  if (scale == 0.0)
+    throw Error(Error::Kind::bad_input, say("[truth] output = \"{}\" needs {}, not zero", word, Name{name}));
   return scale;
 }
 

@@ -24,14 +24,14 @@ bool usable_output(const Channel* channel, const Recording& recording, const std
 
 void require_dimension(const Channel* channel, const std::string& unit, Problems& problems) {
   if (channel && channel->unit.dimension() != Unit::parse(unit).dimension())
-    problems.push_back(
-        say("channel {} is in {}, but must be in {} or the like", Name{channel->name}, Name{channel->unit.text()}, Name{unit}));
+    problems.push_back(say("channel {} is in {}, but must be in {} or the like", Name{channel->name},
+                           Name{channel->unit.text()}, Name{unit}));
 }
 
 double number_in(const Table& table, const Table::Cell& cell) {
   if (const auto* number = std::get_if<double>(&cell)) return *number;
-  throw Error(Error::Kind::bad_file,
-              say("the result's table {} holds '{}' where a number belongs", Name{table.name}, std::get<std::string>(cell)));
+  throw Error(Error::Kind::bad_file, say("the result's table {} holds '{}' where a number belongs", Name{table.name},
+                                         std::get<std::string>(cell)));
 }
 
 void refuse(const Recording& recording, Problems problems) {

@@ -119,8 +119,8 @@ void refuse_unlike_units(const Evidence& evidence, const Problem& problem) {
     problems.push_back(
         say("{}: channel '{}' is in {}, but in {} it is in {}: recordings of one fit must hold "
             "the same quantity",
-            Name{recording.origin.file}, channel.name, Name{channel.unit.text()}, Name{evidence.recordings.front().origin.file},
-            Name{first.unit.text()}));
+            Name{recording.origin.file}, channel.name, Name{channel.unit.text()},
+            Name{evidence.recordings.front().origin.file}, Name{first.unit.text()}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }

@@ -79,7 +79,8 @@ void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
 Thermal thermal_of(const Sensors& sensors, double begin, double end, const ThermalReading& reading) {
   const double half = 0.5 * reading.smoothing;
   const Slice top = slice(*sensors.top, begin, end);
-  if (top.time.empty()) throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", Name{sensors.top->name}));
+  if (top.time.empty())
+    throw Error(Error::Kind::bad_data, say("channel {}: no sample in the run", Name{sensors.top->name}));
   Smoothed smooth = local_quadratic(top.time, top.value, half);
   blank_gaps(top, half, smooth);
   Smoothed other = smooth;

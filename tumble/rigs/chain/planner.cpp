@@ -217,7 +217,8 @@ class Planner {
       }
     }
     const auto beyond = [&](double angle, double stop) {
-      problem(say("{} would reach {}, beyond its stop at {}", Name{limits_.axis}, Name{shown(angle, "deg")}, Name{shown(stop, "deg")}));
+      problem(say("{} would reach {}, beyond its stop at {}", Name{limits_.axis}, Name{shown(angle, "deg")},
+                  Name{shown(stop, "deg")}));
     };
     const double tolerance = 1e-9;  // [rad], rounding of the units
     if (low < limits_.lowest - tolerance) beyond(low, limits_.lowest);

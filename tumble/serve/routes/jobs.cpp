@@ -43,7 +43,8 @@ std::string what_to_identify(const Context& context, const Json& body) {
   const auto plan = member<std::string>(body, "plan", ""), method = member<std::string>(body, "method", "");
   if (plan.empty() == method.empty()) throw Error{Error::Kind::bad_input, "either a plan or a method is expected"};
   if (!plan.empty()) return existing(context, plan);
-  if (find_method(method).needs_plan) throw Error{Error::Kind::bad_input, say("the method {} needs a plan", Name{method})};
+  if (find_method(method).needs_plan)
+    throw Error{Error::Kind::bad_input, say("the method {} needs a plan", Name{method})};
   return method;
 }
 

@@ -219,7 +219,8 @@ fs::path place_for(const fs::path& folder, const std::string& name, const std::s
     fs::create_hard_link(temporary, place, failed);
     if (!failed) return place;
     if (failed != std::errc::file_exists)
-      throw Error{Error::Kind::bad_file, say("cannot write '{}': {}", place.filename().string(), system_reason(failed))};
+      throw Error{Error::Kind::bad_file,
+                  say("cannot write '{}': {}", place.filename().string(), system_reason(failed))};
   }
   throw Error{Error::Kind::bad_input, say("'{}': there are many files of that name", name)};
 }

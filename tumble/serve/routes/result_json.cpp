@@ -174,7 +174,8 @@ void show_in_units(const std::vector<std::string>& units, Estimate& estimate) {
     }
     const Unit unit = Unit::parse(text.substr(at + 1));
     if (unit.dimension() != found->unit.dimension())
-      problems.push_back(say("'{}' is in {}, which is not a kind of {}", name, Name{found->unit.text()}, Name{unit.text()}));
+      problems.push_back(
+          say("'{}' is in {}, which is not a kind of {}", name, Name{found->unit.text()}, Name{unit.text()}));
     else
       found->unit = unit;
   }

@@ -16,8 +16,8 @@ HttpResponse password_refusal(const PasswordCheck& check) {
   } else if (check.remaining == 0) {
     response = problem_response(403, say("the name or the password is wrong; try again in {} s", seconds));
   } else {
-    response = problem_response(
-        403, say("the name or the password is wrong; attempts before a pause: {}", check.remaining));
+    response =
+        problem_response(403, say("the name or the password is wrong; attempts before a pause: {}", check.remaining));
   }
   return response;
 }

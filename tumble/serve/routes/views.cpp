@@ -46,8 +46,8 @@ void take_rows(const HttpRequest& request, Wanted& wanted) {
     }
     const Unit unit = units.empty() || units[i].empty() ? found->unit : Unit::parse(units[i]);
     if (unit.dimension() != found->unit.dimension())
-      problems.push_back(
-          say("channel '{}' is in {}, which is not a kind of {}", names[i], Name{found->unit.text()}, Name{unit.text()}));
+      problems.push_back(say("channel '{}' is in {}, which is not a kind of {}", names[i], Name{found->unit.text()},
+                             Name{unit.text()}));
     wanted.rows.push_back({static_cast<std::size_t>(found - channels.begin()), unit});
   }
   if (!problems.empty()) throw Error{Error::Kind::bad_input, problems};

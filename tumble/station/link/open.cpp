@@ -63,7 +63,7 @@ Sentence devices_here() {
             "'dialout' may",
             device));
   if (code == EBUSY) refuse(say("the serial device '{}' is in use by another program", device));
-  refuse(say("cannot open the serial device '{}': {}", device, system_reason(code)));
+  refuse(say("cannot open the serial device '{}': {}", device, tumble::system_reason(code)));
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
   const std::string name = text_of(address);
   Code code;
   const auto ends = Tcp::resolver(context_).resolve(address.host, std::to_string(address.port), code);
-  if (code) refuse(say("cannot open {}: {}{}", Name{name}, system_reason(code), advice_on(code)));
+  if (code) refuse(say("cannot open {}: {}{}", Name{name}, tumble::system_reason(code), advice_on(code)));
   auto link = std::make_shared<Connection>(links_.size(), Tcp::socket(context_));
   auto& socket = std::get<Tcp::socket>(link->stream);
   std::optional<Code> result;
@@ -85,10 +85,10 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
     Code ignored;
     socket.close(ignored);
     while (!result) context_.restart(), context_.run_one();
-    refuse(
-        say("cannot open {}: no answer within {:.3g} s; is the device on, and is the address right?", Name{name}, timeout));
+    refuse(say("cannot open {}: no answer within {:.3g} s; is the device on, and is the address right?", Name{name},
+               timeout));
   }
-  if (*result) refuse(say("cannot open {}: {}{}", Name{name}, system_reason(*result), advice_on(*result)));
+  if (*result) refuse(say("cannot open {}: {}{}", Name{name}, tumble::system_reason(*result), advice_on(*result)));
   socket.set_option(Tcp::no_delay(true), code);
   return add(link, silence);
 }
@@ -96,7 +96,7 @@ std::size_t Loop::open_tcp(const LinkAddress& address, double timeout, double si
 std::size_t Loop::open_udp(const LinkAddress& address, double silence) {
   const std::string name = text_of(address);
   const auto check = [&](const Code& code) {
-    if (code) refuse(say("cannot open {}: {}{}", Name{name}, system_reason(code), advice_on(code)));
+    if (code) refuse(say("cannot open {}: {}{}", Name{name}, tumble::system_reason(code), advice_on(code)));
   };
   Code code;
   const bool listens = address.host.empty();
@@ -131,23 +131,24 @@ std::size_t Loop::open_serial(const LinkAddress& address, double silence) {
   auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
   if (isatty(descriptor) != 1) refuse(say("'{}' is not a serial device; {}", address.device, devices_here()));
   if (const auto reason = take_alone(descriptor); !reason.empty())
-    refuse(say("the serial device '{}' is not free: {}", address.device, system_reason(reason)));
+    refuse(say("the serial device '{}' is not free: {}", address.device, tumble::system_reason(reason)));
   if (const auto reason = set_line(descriptor, address.baud, address.framing); !reason.empty())
-    refuse(say("the serial device '{}' cannot be set to {}: {}", address.device, Name{text_of(address)}, system_reason(reason)));
+    refuse(say("the serial device '{}' cannot be set to {}: {}", address.device, Name{text_of(address)},
+               tumble::system_reason(reason)));
   return add(link, silence);
 }
 
 std::uint16_t Loop::listen(std::uint16_t port, const std::string& host) {
   Code code;
   const auto address = asio::ip::make_address(host, code);
-  if (code) refuse(say("'{}' is not an address of this computer: {}", host, system_reason(code)));
+  if (code) refuse(say("'{}' is not an address of this computer: {}", host, tumble::system_reason(code)));
   auto door = std::make_shared<Tcp::acceptor>(context_);
   const Tcp::endpoint end(address, port);
   door->open(end.protocol(), code);
   if (!code) door->set_option(Tcp::acceptor::reuse_address(true), code);
   if (!code) door->bind(end, code);
   if (!code) door->listen(asio::socket_base::max_listen_connections, code);
-  if (code) refuse(say("cannot listen at {}:{}: {}", Name{host}, port, system_reason(code)));
+  if (code) refuse(say("cannot listen at {}:{}: {}", Name{host}, port, tumble::system_reason(code)));
   doors_.push_back(door);
   accept(door);
   return door->local_endpoint().port();
@@ -175,14 +176,14 @@ void Loop::accept_later(const std::shared_ptr<Tcp::acceptor>& door) {
 
 Links::Terminal Loop::open_terminal() {
   const int descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (descriptor < 0) refuse(say("this system gives no pseudo-terminal: {}", system_reason(errno)));
+  if (descriptor < 0) refuse(say("this system gives no pseudo-terminal: {}", tumble::system_reason(errno)));
   auto link = std::make_shared<Connection>(links_.size(), asio::posix::stream_descriptor(context_, descriptor));
   char name[128];
   if (grantpt(descriptor) != 0 || unlockpt(descriptor) != 0 || ptsname_r(descriptor, name, sizeof name) != 0)
-    refuse(say("this system gives no pseudo-terminal: {}", system_reason(errno)));
+    refuse(say("this system gives no pseudo-terminal: {}", tumble::system_reason(errno)));
   link->other_side = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (const auto reason = set_line(link->other_side, 0, "8N1"); !reason.empty())
-    refuse(say("a pseudo-terminal cannot be set up: {}", system_reason(reason)));
+    refuse(say("a pseudo-terminal cannot be set up: {}", tumble::system_reason(reason)));
   return {add(link, 0.0), name};
 }
 

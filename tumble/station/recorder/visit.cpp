@@ -17,8 +17,8 @@ std::string path_of_store(const std::string& run) {
   const std::string path = fs::is_directory(run) ? (fs::path(run) / live_store_name).string() : run;
   require_contained(path);
   if (!fs::is_regular_file(path))
-    throw Error(Error::Kind::bad_file,
-                say("'{}' is not a run: a run is a folder with a live store, {}", run, Name{std::string(live_store_name)}));
+    throw Error(Error::Kind::bad_file, say("'{}' is not a run: a run is a folder with a live store, {}", run,
+                                           Name{std::string(live_store_name)}));
   return path;
 }
 

@@ -112,11 +112,12 @@ void check_values(Checking& checking, const StationAxis& axis, const Motion& mot
   const auto values = values_of(device, axis, motion, verb);
   for (const auto& value : values)
     if (!device.may_carry(verb, value))
-      checking.add(say("{}: '{}' of the controller {} takes no {}", Name{axis.name}, verb, Name{device.controller}, Name{value}));
+      checking.add(say("{}: '{}' of the controller {} takes no {}", Name{axis.name}, verb, Name{device.controller},
+                       Name{value}));
   for (const auto& value : device.needs.at(verb))
     if (!contains(values, value))
-      checking.add(say("{}: '{}' of the controller {} needs {}{}", Name{axis.name}, verb, Name{device.controller}, Name{value},
-                       verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
+      checking.add(say("{}: '{}' of the controller {} needs {}{}", Name{axis.name}, verb, Name{device.controller},
+                       Name{value}, verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
@@ -127,8 +128,8 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
   if (axis.kind != Kind::temperature) needed.emplace_back("stop");
   for (const auto& one : needed)
     if (!device.verbs.empty() && !device.can(one))
-      checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label, Name{axis.name},
-                       one, Name{device.controller}));
+      checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
+                       Name{axis.name}, one, Name{device.controller}));
   if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
     checking.add(
         fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",

@@ -52,10 +52,10 @@ class AxisLimits {
 
  private:
   void beyond(double value, double limit, const Unit& unit, double crest = 1.0) {
-    const Sentence peaks =
-        crest == 1.0 ? Sentence()
-                     : say(" in its peaks, {:.3g} standard deviations{},", crest,
-                           axis_.clips_at ? "" : " (if the drive clips them, state `clips_at` of the axis)");
+    const Sentence peaks = crest == 1.0
+                               ? Sentence()
+                               : say(" in its peaks, {:.3g} standard deviations{},", crest,
+                                     axis_.clips_at ? "" : " (if the drive clips them, state `clips_at` of the axis)");
     problems.push_back(say("{}{}: {:.6g} {}{} is beyond the station's {:.6g} {}", where_, Name{axis_.name},
                            unit.from_si(value), Name{unit.text()}, peaks, unit.from_si(limit), Name{unit.text()}));
   }

@@ -30,8 +30,8 @@ ParameterLimits limits_in(const LimitsByName& limits, const std::string& name, c
   if (!written->second.lower.empty()) both.lower = parse_si(written->second.lower, unit);
   if (!written->second.upper.empty()) both.upper = parse_si(written->second.upper, unit);
   if (!(both.lower < both.upper))
-    throw Error(Error::Kind::bad_input,
-                say("limits of {}: {} is not below {}", Name{name}, Name{written->second.lower}, Name{written->second.upper}));
+    throw Error(Error::Kind::bad_input, say("limits of {}: {} is not below {}", Name{name}, Name{written->second.lower},
+                                            Name{written->second.upper}));
   return both;
 }
 

@@ -77,7 +77,8 @@ struct FrameDraft {
 };
 
 [[noreturn]] void refuse_value(const FrameDraft& draft, const Sentence& what, const Sentence& why) {
-  throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
+  throw Error(Error::Kind::bad_input,
+              say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
 }
 
 /// Which items of the layout the content needs, in their order.
@@ -199,7 +200,8 @@ bool make_true(FrameDraft& draft, const FrameCondition& condition) {
 
 void locate_items(FrameDraft& draft) {
   if (!codec::locate(draft.layout, draft.bytes, draft.places))
-    throw Error(Error::Kind::bad_input, say("{}: these bytes are no frame '{}'", Name{draft.codec.name}, draft.layout.name));
+    throw Error(Error::Kind::bad_input,
+                say("{}: these bytes are no frame '{}'", Name{draft.codec.name}, draft.layout.name));
 }
 
 void put_counter_and_time(FrameDraft& draft, const FrameContent& content) {

@@ -32,7 +32,8 @@ struct LineDraft {
 };
 
 [[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const Sentence& why) {
-  throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
+  throw Error(Error::Kind::bad_input,
+              say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
 }
 
 /// All bits of a number with digits, as they stand in a cell.

@@ -152,7 +152,8 @@ void ControllerDevice::answer(const ControllerReply& reply) {
   try {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
-    throw Error(error.kind, say("{}: answer to {}: {}", Name{controller_->name}, Name{slot->request.verb}, reason_of(error)));
+    throw Error(error.kind,
+                say("{}: answer to {}: {}", Name{controller_->name}, Name{slot->request.verb}, reason_of(error)));
   }
   slot->answered = true;
 }

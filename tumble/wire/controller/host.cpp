@@ -94,8 +94,8 @@ std::map<std::string, double> ControllerHost::values_to_send(const ControllerExc
 
 std::string ControllerHost::ask(const ControllerRequest& request) {
   if (command_)
-    throw Error(Error::Kind::bad_input,
-                say("{}: {} was asked while {} is outstanding", Name{controller_->name}, Name{request.verb}, Name{request_.verb}));
+    throw Error(Error::Kind::bad_input, say("{}: {} was asked while {} is outstanding", Name{controller_->name},
+                                            Name{request.verb}, Name{request_.verb}));
   const ControllerCommand& command = command_of(*controller_, request.verb);
   require_values(*controller_, command, request);
   const ControllerRequest before = request_;

@@ -121,8 +121,8 @@ Content content_of(const Controller& controller, const ControllerReply& reply, c
     if (word == reply.words.end() || content.values.contains(bits.from)) continue;
     const auto number = bits_of_word(bits, word->second);
     if (!number)
-      throw Error(Error::Kind::bad_input,
-                  say("{}: this controller has no bits for the {} '{}'", Name{controller.name}, Name{bits.word}, word->second));
+      throw Error(Error::Kind::bad_input, say("{}: this controller has no bits for the {} '{}'", Name{controller.name},
+                                              Name{bits.word}, word->second));
     content.values[bits.from] = *number;
   }
   return content;

@@ -14,8 +14,8 @@ namespace {
 
 [[noreturn]] void does_not_fit(const ControllerPiece& piece, double steps) {
   throw Error(Error::Kind::bad_input,
-              say("{} = {:.9g}{}{} does not fit the format of the controller", Name{key_of(piece)}, steps * piece.factor,
-                  piece.unit.text() == "1" ? "" : " ", Name{piece.unit.text()}));
+              say("{} = {:.9g}{}{} does not fit the format of the controller", Name{key_of(piece)},
+                  steps * piece.factor, piece.unit.text() == "1" ? "" : " ", Name{piece.unit.text()}));
 }
 
 std::string write_binary(const ControllerPiece& piece, double steps) {

@@ -35,8 +35,8 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
   if (units && std::ranges::any_of(*units, fits)) return;
   if (!units && piece.unit.dimension() == Dimension{}) return;
   if (units)
-    section.problem_at(
-        key, say("'{}' must be in {} or the like, not '{}'", piece.text, Name{units->front().text()}, piece.unit.text()));
+    section.problem_at(key, say("'{}' must be in {} or the like, not '{}'", piece.text, Name{units->front().text()},
+                                piece.unit.text()));
   else
     section.problem_at(
         key, say("a number with a unit has one of the names position, rate, acceleration, "

@@ -34,7 +34,8 @@ struct VectorCheck {
 void VectorCheck::compare(const ControllerReply& reply) const {
   if (!reply.problem.empty()) return add(reply.problem);
   if (reply.refused != vector.reply.refused)
-    return add(reply.refused ? say("the reply is refused: {}", Sentence(reply.text.c_str())) : Sentence("the reply is not refused"));
+    return add(reply.refused ? say("the reply is refused: {}", Sentence(reply.text.c_str()))
+                             : Sentence("the reply is not refused"));
   if (!vector.reply.text.empty() && reply.text != vector.reply.text) add(say("the text is '{}'", reply.text));
   for (const auto& [name, value] : vector.reply.values) {
     const auto found = reply.values.find(name);

@@ -45,8 +45,8 @@ void require_separable(const ManyResults& results) {
       problems.push_back(say("every {0} has one result: {0} and repeat cannot be separated", Name{factor.name}));
     for (std::size_t b = 0; b < a; ++b)
       if (numbered(results.factors[b].level) == levels)
-        problems.push_back(
-            say("{0} and {1} change together: they cannot be separated", Name{results.factors[b].name}, Name{factor.name}));
+        problems.push_back(say("{0} and {1} change together: they cannot be separated", Name{results.factors[b].name},
+                               Name{factor.name}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
