@@ -47,6 +47,19 @@ def tables(text):
             yield lines[i - 1], line, lines[i + 1:end]
 
 
+class Problems(unittest.TestCase):
+    def test_a_wrong_option_goes_to_who_has_started_the_program_as_values(self):
+        for arguments, pattern in ((["inspect"], "{} (see `tumble {}--help`)"), (["inspect", "--sett", "a=b"], "unknown option '{}'{} (see `tumble {}--help`)")):
+            read, write = os.pipe()
+            with open(read) as lines:
+                done = subprocess.run([PROGRAM, *arguments], env={**os.environ, "TUMBLE_PROBLEMS": str(write)}, pass_fds=[write],
+                                      capture_output=True, text=True, check=False)
+                os.close(write)
+                problem = json.loads(lines.readline().removeprefix("problems "))[0]
+            self.assertEqual((done.returncode, problem["code"], problem["pattern"]), (2, "bad_input", pattern))
+            self.assertEqual(done.stderr, f"error: {problem['message']}\n")
+
+
 class Choice(unittest.TestCase):
     def is_chinese(self, *arguments, **environment):
         return "诊断信息" in tumble("inspect", DATA, *arguments, **environment)

@@ -8,8 +8,10 @@
 #include <charconv>
 #include <sstream>
 
+#include "tumble/core/said.hpp"
 #include "tumble/core/section_words.hpp"
 #include "tumble/core/texts.hpp"
+#include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/sentence.hpp"
 #include "tumble/version.hpp"
@@ -37,7 +39,7 @@ Sentence set_instead(const CLI::App& app, const std::string& extra) {
 }
 
 /// What was on the command line that no option or argument takes, with the nearest that would.
-int refuse_extras(const CLI::App& program, const Terminal& terminal) {
+[[noreturn]] void refuse_extras(const CLI::App& program) {
   const auto used = program.get_subcommands();
   const auto& app = used.empty() ? program : *used.front();
   const Name verb{used.empty() ? "" : app.get_name() + " "};
@@ -59,8 +61,7 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
       problems.push_back(say("'{}' is one argument too many (see `tumble {}--help`)", extra, verb));
     }
   }
-  complain(terminal, problems);
-  return usage;
+  throw Error(Error::Kind::bad_input, problems);
 }
 
 std::string seed_problem(const std::string& text) {
@@ -173,7 +174,7 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
     std::ranges::reverse(words);  // as CLI11 wants them
     program.parse(std::move(words));
   } catch (const CLI::ExtrasError&) {
-    return refuse_extras(program, terminal);
+    refuse_extras(program);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version
       std::ostringstream text;
@@ -183,8 +184,7 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
     }
     const auto used = program.get_subcommands();
     const std::string verb = used.empty() ? "" : used.front()->get_name() + " ";
-    complain(terminal, say("{} (see `tumble {}--help`)", said_by_library(error.what()), Name{verb}));
-    return usage;
+    throw Error(Error::Kind::bad_input, say("{} (see `tumble {}--help`)", said_by_library(error.what()), Name{verb}));
   }
   for (const auto& verb : verbs)
     if (program.got_subcommand(verb.name)) return verb.run(terminal);
