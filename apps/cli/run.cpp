@@ -135,11 +135,12 @@ void print_timeline(const Plan& plan, const Terminal& terminal) {
     const Sentence until =
         rule == rules.end() ? Sentence()
                             : say(" at most; until {}, from {:g} s on", Name{rule->second.text}, rule->second.at_least);
-    print_said(terminal,
-               say("{:>9}  {} ({:g} s{})\n", Name{hours_text(time)}, Name{segment.label}, segment.duration, until));
+    print_said(terminal, say("{}  {} ({:g} s{})\n", Name{fmt::format("{:>9}", hours_text(time))}, Name{segment.label},
+                             segment.duration, until));
     time += segment.duration;
   }
-  print_said(terminal, say("{:>9}  end, without ways, settling and prompts\n", Name{hours_text(time)}));
+  print_said(terminal,
+             say("{}  end, without ways, settling and prompts\n", Name{fmt::format("{:>9}", hours_text(time))}));
 }
 
 /// A rule about a parameter that the method's own prediction of the plan lacks would never end its segment.
