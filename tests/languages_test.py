@@ -273,6 +273,7 @@ class Names(unittest.TestCase):
             chinese = "\n".join(self.both(*arguments)[1])
             for name in kept:
                 self.assertIn(name, chinese)
+                chinese = chinese.replace(name, "")
             self.assertRegex(chinese, HAN)
             self.assertNotRegex(chinese, Refusals.SENTENCE)
 
