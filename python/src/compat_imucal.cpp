@@ -128,7 +128,7 @@ Answer calibrated_rate(const Triads& values, const Square& k, const Square& r, c
                        const Triads& force) {
   if (force.shape(0) != values.shape(0))
     throw Error(Error::Kind::bad_input, say("argument gyr: {} rows were given; accepted are as many as acc has, {}",
-                                            std::to_string(values.shape(0)), std::to_string(force.shape(0))));
+                                            values.shape(0), force.shape(0)));
   return applied(inverse(matrix_of(r)) * inverse(matrix_of(k)), vector_of(b), values, matrix_of(k_ga), &force);
 }
 

@@ -67,13 +67,13 @@ void require_finite(std::span<const double> values) {
   throw Error(Error::Kind::bad_data,
               say("argument data: value {} is not a finite number; accepted are finite numbers (gradev accepts NaN in "
                   "phase, and tumble.allan_deviation NaN for missing samples with missing='nan')",
-                  std::to_string(bad - values.begin())));
+                  bad - values.begin()));
 }
 
 void require_rate(double rate) {
   if (!(rate > 0.0 && std::isfinite(rate)))
     throw Error(Error::Kind::bad_input,
-                say("argument rate: {} was given; accepted are rates above 0 Hz", std::to_string(rate)));
+                say("argument rate: {} was given; accepted are rates above 0 Hz", Name{std::to_string(rate)}));
 }
 
 Series series_of(std::span<const double> values, double rate, bool of_phase, bool exact_mean) {
@@ -303,9 +303,9 @@ Deviations codeviation(std::span<const double> one, std::span<const double> two,
   const auto first = series_of(one, rate, of_phase, false), second = series_of(two, rate, of_phase, false);
   const auto x = first.phase, y = second.phase;
   if (x.size() != y.size())
-    throw Error(Error::Kind::bad_input,
-                say("argument data_2: {} phase points were given; accepted are as many as data_1 has, {}",
-                    std::to_string(y.size()), std::to_string(x.size())));
+    throw Error(
+        Error::Kind::bad_input,
+        say("argument data_2: {} phase points were given; accepted are as many as data_1 has, {}", y.size(), x.size()));
   Deviations out;
   for (const std::size_t m : factors_of(taus, rate, x.size(), static_cast<double>(x.size()), false)) {
     if (x.size() <= 2 * m) continue;
