@@ -54,6 +54,8 @@ std::string plain_key(std::string_view english) {
   return shape_of(key, {}).key;
 }
 
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
 /// "sample" of "{lost:sample}", or of said_count(): Chinese has its counting word in the sentence, and the number alone
 /// as value.
 std::set<std::string> nouns_of_findings() {
@@ -83,7 +85,7 @@ const Translations& translations() {
     for (const char* section : {"said", "said_by_libraries"})
       for (const auto& [english, text] : texts_of(Language::chinese, section)) all.emplace(plain_key(english), text);
     for (const auto& [code, english] : texts_of(Language::english, "finding"))
-      if (const auto text = chinese_of_finding(code))
+      if (const auto text = chinese_of_finding(code); text && std::ranges::any_of(plain_key(english), is_letter))
         if (auto in_order = numbered(*text, Pattern(english, "").names))
           all.emplace(plain_key(english), std::move(*in_order));
     for (const auto& noun : nouns_of_findings())
@@ -95,8 +97,6 @@ const Translations& translations() {
   }();
   return table;
 }
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 /// Whether a text that nobody has called a name has two plain words side by side. A list, "gyro, time", has none.
 bool reads_like_english(std::string_view text) {

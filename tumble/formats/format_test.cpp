@@ -198,7 +198,7 @@ TEST(FormatChoice, RefusalsNameTheFile) {
   const auto file = Error::Kind::bad_file, input = Error::Kind::bad_input;
   const std::string none = folder.file("none.csv"), whole = folder.path.string();
   const std::string absent = std::system_category().message(ENOENT);
-  EXPECT_TRUE(refuses(file, Asked{.values = {none, absent}}, [&] { read_recording(none, {}, {}); }));
+  EXPECT_TRUE(refuses(file, Asked{.values = {none}, .part = absent}, [&] { read_recording(none, {}, {}); }));
   EXPECT_TRUE(refuses(file, Asked{.values = {whole}, .pattern = "folder"}, [&] { read_recording(whole, {}, {}); }));
   EXPECT_TRUE(refuses(file, Asked{.values = {"/dev/null"}, .pattern = "not a regular file"},
                       [&] { read_recording("/dev/null", {}, {}); }));

@@ -44,7 +44,7 @@ TEST(Lvm, AChannelWithoutUnitIsAskedFor) {
   std::string text = read_text_file(reference_text("one_x.lvm"));
   text.replace(text.find("Y_Unit_Label\tg\tdeg/s"), 20, "Y_Unit_Label\t\tdeg/s");
   const auto refused = refusal_of(text, "a.lvm");
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"'ax'"}}, refused));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"ax"}}, refused));
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "--set 'unit.ax="}, refused));
   ReadOptions options;
   options.units = {{"ax", Unit::parse("m/s^2")}};

@@ -162,7 +162,7 @@ TEST(FourPositions, ACurrentWithoutAScaleFactorIsRefusedByTheNameOfItsChannel) {
 TEST(FourPositions, APositionMissingOrUnderTwoLabelsIsNamed) {
   const auto missing = refusal(method(), simulated(plan_of({figure_11[0], figure_11[1], figure_11[2]}, {20.0})));
   EXPECT_TRUE(
-      refuses(Error::Kind::bad_data, Asked{.part = "position 4 (level, turned over against 2) missing"}, missing));
+      refuses(Error::Kind::bad_data, Asked{.part = "4 (level, turned over against 2)", .pattern = "missing"}, missing));
   auto stands = figure_11;
   stands[3].head = 0.0;
   const auto twice = refusal(method(), simulated(plan_of(stands, {20.0})));

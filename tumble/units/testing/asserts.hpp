@@ -27,7 +27,7 @@ struct Refused {
 struct Asked {
   std::vector<std::string> values =
       {};                    ///< as they are shown, in their order: those of the place, then of the sentence
-  std::string part = {};     ///< stands in one value: of a list, or of a text that is no sentence yet
+  std::string part = {};     ///< stands in one value: of a list, or of a sentence
   std::string pattern = {};  ///< part of the pattern: only for a sentence that no value distinguishes
   std::string file = {}, table = {}, key = {}, channel = {};
   std::size_t line = 0, column = 0;
@@ -52,6 +52,12 @@ inline void add_values(const Sentence& said, std::vector<std::string>& values) {
   }
 }
 
+/// Whether the words stand in one value, which may be a sentence.
+inline bool has_part(const Sentence& said, const std::string& words) {
+  return std::ranges::any_of(said.values,
+                             [&](const SentenceValue& value) { return value.text.find(words) != std::string::npos; });
+}
+
 /// Whether the pattern of a sentence, or of one in it, holds the words.
 inline bool has_pattern(const Sentence& said, const std::string& words) {
   const auto nested_has = [&](const Sentence& nested) { return has_pattern(nested, words); };
@@ -72,8 +78,7 @@ inline bool is_asked(const Problem& problem, const Asked& asked) {
   std::vector<std::string> values;
   add_values(where.place, values);
   add_values(problem.what, values);
-  const auto has_part = [&](const std::string& value) { return value.find(asked.part) != std::string::npos; };
-  if (!asked.part.empty() && std::ranges::none_of(values, has_part)) return false;
+  if (!asked.part.empty() && !has_part(where.place, asked.part) && !has_part(problem.what, asked.part)) return false;
   auto wanted = asked.values.begin();
   for (const std::string& value : values)
     if (wanted != asked.values.end() && value == *wanted) ++wanted;
