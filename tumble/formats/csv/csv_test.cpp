@@ -128,11 +128,12 @@ TEST_F(Csv, ColumnsWithoutUnitAreRefusedByName) {
 }
 
 TEST_F(Csv, EveryProblemOfTheHeaderAtOnce) {
-  EXPECT_TRUE(refuses_with("time[m],a[furlong],b,b,[g]\n0,1,2,3,4\n", {{.values = {"1", "time[m]"}},
-                                                                       {.values = {"2", "a[furlong]", "furlong"}},
-                                                                       {.values = {"b"}, .pattern = "twice"},
-                                                                       {.values = {"5", "[g]"}},
-                                                                       {.values = {"b", "b"}, .part = "without a unit"}}));
+  EXPECT_TRUE(
+      refuses_with("time[m],a[furlong],b,b,[g]\n0,1,2,3,4\n", {{.values = {"1", "time[m]"}},
+                                                               {.values = {"2", "a[furlong]", "furlong"}},
+                                                               {.values = {"b"}, .pattern = "twice"},
+                                                               {.values = {"5", "[g]"}},
+                                                               {.values = {"b", "b"}, .part = "without a unit"}}));
 }
 
 TEST_F(Csv, OnlyWhatIsWantedIsRead) {
@@ -232,7 +233,8 @@ TEST_F(Csv, LabelsOverManyPiecesAndInBlocksAreTheSame) {
 }
 
 TEST_F(Csv, AMatlabFileIsNamed) {
-  EXPECT_TRUE(refuses(std::string("MATLAB 5.0 MAT-file, Platform: GLNXA64") + '\0' + "\x01IM", {.pattern = "is a MATLAB binary file"}));
+  EXPECT_TRUE(refuses(std::string("MATLAB 5.0 MAT-file, Platform: GLNXA64") + '\0' + "\x01IM",
+                      {.pattern = "is a MATLAB binary file"}));
 }
 
 TEST_F(Csv, AWordForAMissingSample) {

@@ -18,8 +18,9 @@ TEST_F(CsvDevices, TheTimeSinceTheStartOfADeviceIsNoUnixTime) {
       {"1234567890123456,1\n1234567895123456,2\n1234567900123456,3\n", "ns"},  // 14 days, 200 Hz
       {"1234567890123,1\n1234572890123,2\n1234577890123,3\n", "ns"}};          // 20 minutes, 200 Hz
   for (const auto& [rows, unit] : files)
-    EXPECT_TRUE(refuses_with(std::string("timestamp,a[1]\n") + rows,
-                             {{.values = {"timestamp", "timestamp"}}, {.part = std::string("--set unit.timestamp=") + unit}}));
+    EXPECT_TRUE(
+        refuses_with(std::string("timestamp,a[1]\n") + rows,
+                     {{.values = {"timestamp", "timestamp"}}, {.part = std::string("--set unit.timestamp=") + unit}}));
   EXPECT_TRUE(refuses("Time;a[1]\n45981,375000000;1\n45981,375011574;2\n", {.part = "--set unit.Time=day"}));
   // A pause does not change it, and neither does a slow log whose unit is said.
   const std::string paused = "1700000000000000,1\n1700000000005000,2\n1700000300000000,3\n1700000300005000,4\n";

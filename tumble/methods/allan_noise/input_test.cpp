@@ -176,8 +176,8 @@ TEST(NoiseInput, TheQuantityIsCheckedAndNotGuessed) {
     evidence.plan.settings.set_word("data", data);
     return refusal_of([&] { identify_noise(evidence); });
   };
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "angular rate"},
-                      refused(QuantityKind::angle, "arcsec", "rate")));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_data, Asked{.pattern = "angular rate"}, refused(QuantityKind::angle, "arcsec", "rate")));
   EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "an angle or a velocity"},
                       refused(QuantityKind::angular_rate, "deg/h", "increment")));
   EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "fractional frequency"},
