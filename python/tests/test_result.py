@@ -156,7 +156,7 @@ def test_a_wrong_plan_is_refused_with_all_lines(tmp_path):
     first = refused.value.errors[0]
     assert (first["code"], first["message"]) == ("bad_input", refused.value.problems[0])
     assert first["pattern"] == "unknown key '{}'{}"
-    assert first["values"][0] == {"text": "confidense"}
+    assert first["values"][0] == {"name": "confidense"}
     assert (first["where"]["file"], first["where"]["line"]) == (str(plan), 3)
     assert copy.errors == refused.value.errors
 
