@@ -11,8 +11,8 @@ namespace {
 
 using namespace support;
 
-/// [usual steps] that the counts before and after a jump may lie from the two ends. Nine in ten steps are usual, so that
-/// fewer than one jump in ten is missed for a greater step. Chosen: a doubling asks for registers twice as large.
+/// [usual steps] that the counts before and after a jump may lie from the two ends. Nine in ten steps are usual, so
+/// that fewer than one jump in ten is missed for a greater step. Chosen: a doubling asks for registers twice as large.
 constexpr double steps_from_end = 4.0;
 constexpr double rounding = 2.0;  ///< [counts] that two counts of a quiet unit may differ by
 /// [1] of the register, within which the counts come to both ends. Farther than a jump is looked for, see least_steps.
@@ -20,8 +20,8 @@ constexpr double end_part = 0.25;
 /// [usual steps] in a register whose overflow shows: steps_from_end of them, and rounding, are then less than end_part.
 constexpr double least_steps = steps_from_end / end_part;
 /// Standard deviations, of the count of the number before, by which the last number of a register exceeds it where a
-/// counter stops. Counts that stand at both equally often differ so much in 0.2 % of records: the difference of two such
-/// counts has sqrt(2) times that sd. Without any at the number before, five and more at the last exceed it.
+/// counter stops. Counts that stand at both equally often differ so much in 0.2 % of records: the difference of two
+/// such counts has sqrt(2) times that sd. Without any at the number before, five and more at the last exceed it.
 constexpr double excess_sd = 4.0;
 
 /// A register of so many bits, with or without sign.

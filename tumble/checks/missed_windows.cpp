@@ -20,7 +20,8 @@ constexpr double most_scatter = 0.1;
 constexpr double rounding = 2.0;  ///< [counts] that rounding may move the counts of one window by, at both of its ends
 /// Windows in one count. Chosen: a greater ratio is a damaged count and no late read.
 constexpr double most_windows = 1000.0;
-/// [1] of a window that holds two or more, below which a quiet neighbour lies: (1 + most_scatter)/1.5 = 0.733, rounded up.
+/// [1] of a window that holds two or more, below which a quiet neighbour lies: (1 + most_scatter)/1.5 = 0.733, rounded
+/// up.
 constexpr double neighbour_bound = 0.75;
 
 /// Median of the windows about one, and how far all but four of them lie from it.

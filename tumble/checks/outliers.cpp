@@ -26,12 +26,12 @@ constexpr std::size_t block = 1024, thinning = 8, near = 24, ringing = 8;
 /// record has one by chance. Doubled, an outlier of 10 to 20 noise sd would be missed.
 constexpr double far = 8.0;
 constexpr double sd_of_median = 1.4826;  ///< sd over the median of magnitudes, of the normal distribution
-/// [1] of an outlier's distance, that no bend beside it reaches. Chosen: a knock rings with more than a third of its peak
-/// in the next period unless its damping ratio is above 0.17. Doubled, ringing of two thirds is an outlier too.
+/// [1] of an outlier's distance, that no bend beside it reaches. Chosen: a knock rings with more than a third of its
+/// peak in the next period unless its damping ratio is above 0.17. Doubled, ringing of two thirds is an outlier too.
 constexpr double most_ringing = 1.0 / 3.0;
 constexpr std::size_t least_samples = 16;  ///< of a channel: `ringing` on both sides of one
-/// [usual bends] beyond which a sample is damaged. Chosen: a jump over the whole range of a 20-bit output whose noise is
-/// one quantum. A damaged exponent or digit is farther; doubled, a few of them are outliers.
+/// [usual bends] beyond which a sample is damaged. Chosen: a jump over the whole range of a 20-bit output whose noise
+/// is one quantum. A damaged exponent or digit is farther; doubled, a few of them are outliers.
 constexpr double damaged = 1e6;
 /// [sample intervals] within which outliers of several channels are one event: two samples, and half of one for stamps
 /// that are rounded apart.

@@ -15,9 +15,9 @@ namespace {
 using namespace support;
 
 constexpr std::size_t least_at_extreme = 10;  ///< samples at the extreme value, below which none is called a pile
-/// The tail of noise thins out: its last value is less frequent than the one before. A pile exceeds that by half, and by
-/// four times the square root, which is the scatter of a count. None of 38 000 ends of simulated white noise did (1000 to
-/// 100 000 samples, a quantum of 0.5 to 2 sd).
+/// The tail of noise thins out: its last value is less frequent than the one before. A pile exceeds that by half, and
+/// by four times the square root, which is the scatter of a count. None of 38 000 ends of simulated white noise did
+/// (1000 to 100 000 samples, a quantum of 0.5 to 2 sd).
 constexpr double pile_ratio = 1.5, pile_sd = 4.0;
 /// [quanta] of the step that runs into a plateau: near its peak a smooth oscillation that fills `wide_range` moves by
 /// less from one sample to the next. Chosen: doubled, clipped tones of a small amplitude are missed.
@@ -26,7 +26,8 @@ constexpr double wide_range = 2.0 * abrupt_step;  ///< [quanta] from lowest to h
 constexpr std::size_t least_plateaus = 10, least_in_plateaus = 20;  ///< and their samples: each has two
 constexpr double one_step = 1.5;  ///< [quanta, pulses] less than this is one step or none
 /// [1] of the pairs of places that are alike where the peak of a tone repeats with the samples: two patterns at equal
-/// shares give 0.5. What is cut off stands between all kinds of values, which gives next to none: half of 0.5 separates.
+/// shares give 0.5. What is cut off stands between all kinds of values, which gives next to none: half of 0.5
+/// separates.
 constexpr double pattern_share = 0.25;
 
 /// The end of a channel's range: how often the extreme value stands there, and how often the one next to it.

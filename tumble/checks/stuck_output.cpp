@@ -13,11 +13,11 @@ namespace {
 using namespace support;
 
 constexpr double records_per_false_alarm = 1e6;  ///< of the size of this one, until one has such a run by chance
-/// [1] of samples that equal the one before. Below, the length would hang on a share that 1000 samples do not show; above,
-/// it would grow without bound: at 0.99 it is 2750 of a million samples.
+/// [1] of samples that equal the one before. Below, the length would hang on a share that 1000 samples do not show;
+/// above, it would grow without bound: at 0.99 it is 2750 of a million samples.
 constexpr double least_repeats = 1e-3, most_repeats = 0.99;
-/// Equal samples in a row that are looked at. Chosen: where few samples repeat, the probability alone accepts 5 in a row
-/// of a million. Doubled, faults shorter than 16 samples are missed.
+/// Equal samples in a row that are looked at. Chosen: where few samples repeat, the probability alone accepts 5 in a
+/// row of a million. Doubled, faults shorter than 16 samples are missed.
 constexpr std::size_t least_length = 8;
 constexpr double one_step = 1.5;    ///< [counts] rounding moves a count by 1, and this is more
 constexpr std::size_t enough = 32;  ///< samples beside a run that show what is usual: twice what `texture_of` needs

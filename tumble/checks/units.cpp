@@ -9,8 +9,8 @@ namespace tumble::checks::units {
 
 namespace {
 
-/// [K] below which a temperature in kelvin was meant in degC. Chosen: instruments are tested from -55 degC (218 K) to about
-/// 120 degC. Doubled, tests in the cold would be accused.
+/// [K] below which a temperature in kelvin was meant in degC. Chosen: instruments are tested from -55 degC (218 K) to
+/// about 120 degC. Doubled, tests in the cold would be accused.
 constexpr double coldest = 120.0;
 
 bool raw_output(const Unit& unit) {

@@ -19,8 +19,8 @@ std::string_view last_letter(std::string_view text) {
   return text.substr(begin);
 }
 
-/// Appends what follows. After a question mark a full stop goes. A blank stands between Chinese and Latin letters alone: where a value turned out to be
-/// Chinese, it goes.
+/// Appends what follows. After a question mark a full stop goes. A blank stands between Chinese and Latin letters
+/// alone: where a value turned out to be Chinese, it goes.
 void append(std::string& text, std::string_view more) {
   if (text.ends_with("？") && more.starts_with("。")) more.remove_prefix(std::string_view("。").size());
   const bool ends = text.ends_with(' ') && is_han(last_letter(std::string_view(text).substr(0, text.size() - 1)));

@@ -23,15 +23,16 @@ using enum Finding::Severity;
 constexpr double usual_lag = 600.0;     ///< [s] of a unit in its housing behind a thermometer outside
 constexpr double fewest_windows = 8.0;  ///< of a position, which show that it counts one number throughout
 constexpr double same_count = 1e-9;     ///< [1] rounding of a count that the file gives as a rate
-/// Probability below which a count that does not move is the end of a register; of positions without a fault one test in
-/// 1e5 is accused.
+/// Probability below which a count that does not move is the end of a register; of positions without a fault one test
+/// in 1e5 is accused.
 constexpr double stopped_p = 1e-5;
 constexpr double least_range = 2.0;  ///< [pulses per window] that the offset must move a count over: more than rounding
 constexpr double count_margin = 0.01;  ///< [pulses] rounding of the mean of counts
-/// Standard deviations of a change within a position that still changes: noise and counting alone do not reach it (1e-15).
+/// Standard deviations of a change within a position that still changes: noise and counting alone do not reach it
+/// (1e-15).
 constexpr double changing_sd = 8.0;
-/// [1 g] change within a segment that holds more than one position: a turn by 8 degrees from the vertical. Chosen: far above
-/// any drift, and doubled, turns by up to 11 degrees would be taken for one.
+/// [1 g] change within a segment that holds more than one position: a turn by 8 degrees from the vertical. Chosen: far
+/// above any drift, and doubled, turns by up to 11 degrees would be taken for one.
 constexpr double other_position = 0.01;
 /// Mean square of the changes of all positions over their variance, of `fewest_positions` and more: chi-square with 8
 /// degrees of freedom exceeds 4 times its mean with p = 9e-5.

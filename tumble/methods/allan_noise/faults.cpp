@@ -26,8 +26,8 @@ constexpr double staying_part = 0.6;
 constexpr double looser = 10.0;  ///< times `rare` for the jumps that are counted; the worst one must be rare
 /// Shares of the record that the times of exponentials are: 1/32 to 1/2, each half of the one before, in so many tries.
 constexpr double shortest_share = 32.0, tries_of_exponentials = 5.0;
-/// Ratio of the least step of an output to its rms difference, and to its sd within a block. Rounding to steps of 2.3 sd
-/// gives differences of 1/1.33 of the step, two levels that alternate at random 1/1.41.
+/// Ratio of the least step of an output to its rms difference, and to its sd within a block. Rounding to steps of 2.3
+/// sd gives differences of 1/1.33 of the step, two levels that alternate at random 1/1.41.
 constexpr double step_to_difference = 1.3, step_to_sd = 1.75;
 constexpr double step_rounding = 1e-9;  ///< [1] of a value: a smaller step comes from the arithmetic of the file
 constexpr std::size_t fewest_means = 32, fewest_of_jumps = 64, shortest_mean = 16, parts = 8;

@@ -15,19 +15,19 @@ using Severity = Finding::Severity;
 /// [turns in the segment] between two lines that coincide: each is one turn wide on both sides.
 constexpr double turns_apart = 2.0;
 constexpr int harmonics_of_table = 3;  ///< that carry the sensitive terms or the Earth's rate
-/// [turns] of the table against the arm, and of both together, that a segment needs: three for a line beside an offset and
-/// a ramp, one for the Earth's.
+/// [turns] of the table against the arm, and of both together, that a segment needs: three for a line beside an offset
+/// and a ramp, one for the Earth's.
 constexpr double fewest_table_turns = 3.0, fewest_net_turns = 1.0;
 constexpr double least_weakest =
     0.02;                          ///< [1] of the lines that are distinguished. Chosen: noise is then 50 times larger
 constexpr double most_lost = 0.5;  ///< [samples] none may be missing in whole periods
-/// [1] change of the rates within a segment. The specific force changes by twice as much: 200 ppm are a warning, 2000 ppm
-/// refuse the level.
+/// [1] change of the rates within a segment. The specific force changes by twice as much: 200 ppm are a warning, 2000
+/// ppm refuse the level.
 constexpr double unsteady_warning = 1e-4, unsteady_refused = 1e-3;
 constexpr double fewest_periods = 500.0;  ///< whole periods that the source asks for; a part of one comes in addition
 constexpr double explained_sd = 6.0;      ///< standard deviations of the plan's error of the rates
-/// [1] of a rate, and of the net rate, which is a small difference of two, that the drives may be off without an entry in
-/// the plan. Chosen: doubled, a table that lost one turn in 500 is accepted.
+/// [1] of a rate, and of the net rate, which is a small difference of two, that the drives may be off without an entry
+/// in the plan. Chosen: doubled, a table that lost one turn in 500 is accepted.
 constexpr double rate_tolerance = 1e-3, net_tolerance = 1e-2;
 /// Standard deviations and [1] of the Earth's rate. Chosen: a tenth is more than a reference gyro errs by in its scale
 /// factor, and less than a wrong unit or clock.

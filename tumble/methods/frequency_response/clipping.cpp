@@ -13,11 +13,11 @@ namespace {
 constexpr std::size_t bins = 64, fewest_bins = 40;
 constexpr int angles = 20;
 constexpr double angle_step = 0.07;  ///< [rad]
-/// Fall of chi-square by the two angles of a cut: it exceeds 40 by noise with p = e^-20 = 2e-9, and fewer than 100 pairs
-/// of angles are tried.
+/// Fall of chi-square by the two angles of a cut: it exceeds 40 by noise with p = e^-20 = 2e-9, and fewer than 100
+/// pairs of angles are tried.
 constexpr double cut_improvement = 40.0;
-/// [1] of the squares that harmonics alone leave, which a cut may leave at most. Chosen: a cut explains a fifth of them and
-/// more; doubled to two fifths, cuts beside other distortion are missed.
+/// [1] of the squares that harmonics alone leave, which a cut may leave at most. Chosen: a cut explains a fifth of them
+/// and more; doubled to two fifths, cuts beside other distortion are missed.
 constexpr double cut_remaining = 0.8;
 
 /// Means over parts of the cycle.

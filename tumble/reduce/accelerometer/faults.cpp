@@ -30,13 +30,14 @@ using Pose = std::map<std::string, std::array<double, 5>>;
 constexpr double hold = static_cast<double>(Motion::Kind::hold);
 /// [1] of the greatest output, and standard deviations, within which two segments show one value.
 constexpr double one_output = 1e-5, one_output_sd = 5.0;
-/// [1] of the greatest output, by which their specific forces differ where the output is clipped: 500 times `one_output`,
-/// so that the scale factor of an instrument that is not clipped would show it.
+/// [1] of the greatest output, by which their specific forces differ where the output is clipped: 500 times
+/// `one_output`, so that the scale factor of an instrument that is not clipped would show it.
 constexpr double other_force = 5e-3;
 /// [1] of the greatest specific force, from which on a segment is one of the greatest: 11 degrees about it in a tumble.
 constexpr double near_the_end = 0.98;
-/// Ratio of the rms residuals with and without these segments. Chosen: an error model without a term that matters does not
-/// improve so much by leaving out a few segments; doubled, clipping of less than ten times the other residuals is missed.
+/// Ratio of the rms residuals with and without these segments. Chosen: an error model without a term that matters does
+/// not improve so much by leaving out a few segments; doubled, clipping of less than ten times the other residuals is
+/// missed.
 constexpr double much_better = 5.0;
 /// Standard deviations of a segment, and [1] of its output, by which it shows less than the others predict. Chosen: far
 /// beyond noise; below 1e-3 of the output terms that the model lacks can do the same.

@@ -161,8 +161,8 @@ namespace {
 constexpr double fewest_windows = 16.0;  ///< that show the scatter before and after
 /// [1] of `reach` on both sides of the expected count, within which a register is never left: it is not unwrapped.
 constexpr double inner_reach = 0.9;
-/// [1] of the register's size, from the expected count. After unwrapping none is farther than 0.5; one that lies so near to
-/// it could be a turn off. Chosen: a margin of 3 % of the register on both sides.
+/// [1] of the register's size, from the expected count. After unwrapping none is farther than 0.5; one that lies so
+/// near to it could be a turn off. Chosen: a margin of 3 % of the register on both sides.
 constexpr double farthest_count = 0.47;
 /// [1] of the squares before, which unwrapping must leave at most: counts that did not wrap are not moved for nothing.
 constexpr double squares_left = 0.98;
