@@ -1,6 +1,6 @@
 # What a build by pip needs from the system, asked for at once: a user who builds from source learns all that is missing.
 set(tumble_missing "")
-foreach(package Eigen3 fmt tomlplusplus nlohmann_json NLopt CLI11)
+foreach(package Eigen3 fmt tomlplusplus nlohmann_json CLI11)
   find_package(${package} QUIET)
   if(NOT ${package}_FOUND)
     list(APPEND tumble_missing ${package})

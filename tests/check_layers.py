@@ -33,7 +33,7 @@ CONSTANTS = (  # what is not written outside of tumble/units, and the name to us
     (re.compile(r"(?<![\w.])3600(?:\.0?)?(?![\w.])"), "hour"),
 )
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
-HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/", "zlib", "bzlib", "lz4", "zstd",
+HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "CLI/", "zlib", "bzlib", "lz4", "zstd",
          "sqlite3", "pugixml")
 
 

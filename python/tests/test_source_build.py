@@ -12,10 +12,10 @@ import pytest
     shutil.which("cmake") is None or shutil.which("c++") is None, reason="cmake and a compiler are absent"
 )
 def test_a_source_build_names_what_is_missing(tree, tmp_path):
-    absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in ("Eigen3", "NLopt")]
+    absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in ("Eigen3", "CLI11")]
     configure = ["cmake", "-S", tree, "-B", tmp_path, "-DSKBUILD=2", "-DTUMBLE_PYTHON=ON", *absent]
     done = subprocess.run(list(map(str, configure)), capture_output=True, text=True, check=False)
     assert done.returncode != 0
     said = " ".join(done.stderr.split())
-    assert "these libraries are missing: Eigen3, NLopt." in said
+    assert "these libraries are missing: Eigen3, CLI11." in said
     assert "script/bootstrap" in said

@@ -101,6 +101,7 @@ struct ThermalReading {
 struct Covered {
   std::vector<std::pair<Input, double>> weights;
   double least = 0.0, greatest = 0.0;
+  double noise = 0.0;  ///< [SI] how far beyond it a single sample lies that was at its edge
 };
 
 /// A straight line and the departures from it as they were measured: in place of the terms, where a user wants these.
@@ -131,7 +132,8 @@ struct OutputModel {
   double misfit = 0.0;                               ///< [SI of u] sd of what the terms do not follow
   std::optional<ThermalReading> thermal = {};        ///< temperatures are read so; absent: from channels of their names
   std::optional<double> reference_temperature = {};  ///< [K] at which people state temperature terms
-  std::vector<Covered> covered = {};                 ///< beside the ranges of the terms
+  std::vector<Covered> covered = {};                 ///< where the model holds, beside the ranges of the terms
+  bool in_region = false;                            ///< `covered` alone says where the model holds
   std::vector<std::string> caveats = {};             ///< codes of findings that belong to every use of the model
   std::vector<ModelTerm> terms = {};
   std::optional<MeasuredDepartures> measured = {};

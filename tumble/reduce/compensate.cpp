@@ -167,7 +167,8 @@ std::vector<double> slopes_sd(const Channel& channel) {
   return sd;
 }
 
-/// Where a term needs the angular acceleration of rates that are compensated themselves, their slopes are what it is.
+/// Where a term needs the angular acceleration of rates that are compensated themselves, and no plan says it, their
+/// slopes are what it is.
 void take_slopes(Samples& samples, const Works& clean, Works& works, Recording& recording) {
   std::array<std::vector<double>, 3> slope;
   const auto first = static_cast<std::size_t>(Input::angular_acceleration_x);
@@ -177,7 +178,7 @@ void take_slopes(Samples& samples, const Works& clean, Works& works, Recording& 
     const bool asked = std::ranges::any_of(works, [&](const Work& work) {
       return std::ranges::any_of(work.terms, [&](const UsedTerm& term) { return term.slots.contains(first + k); });
     });
-    if (asked && by < works.size()) needed.emplace_back(k, by);
+    if (asked && by < works.size() && !samples.known.planned[first + k]) needed.emplace_back(k, by);
   }
   for (int pass = 0; !needed.empty() && pass < passes_with_slopes; ++pass) {
     for (const auto& [k, by] : needed) {

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "tumble/math/golden_section.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
@@ -18,23 +20,10 @@ double best_time(const std::vector<AllanObservation>& observations, std::size_t 
     options.markov_time = std::exp(log_time);
     return fit_allan(observations, samples, options).minus_twice_log_likelihood;
   };
-  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  double a = std::log(low), b = std::log(high);
-  double left = b - golden * (b - a), right = a + golden * (b - a), at_left = at(left), at_right = at(right);
-  for (int i = 0; i < 10; ++i) {
-    if (at_left < at_right) {
-      b = right;
-      right = left;
-      at_right = at_left;
-      at_left = at(left = b - golden * (b - a));
-    } else {
-      a = left;
-      left = right;
-      at_left = at_right;
-      at_right = at(right = a + golden * (b - a));
-    }
-  }
-  return std::exp(0.5 * (a + b));
+  int steps = 10;  // shorten the interval to 0.618^10 = 0.8 % of its length
+  const auto best = golden_section_search(
+      std::log(low), std::log(high), at, [&steps](double) { return steps-- > 0; }, std::less{});
+  return std::exp(0.5 * (best.a + best.b));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::accelerometer_centrifuge_test {
 namespace {
 
 const Method& method() { return find_method("accelerometer_centrifuge"); }
@@ -181,4 +181,4 @@ TEST(AccelerometerCentrifuge, AnArmThatStandsIsRefused) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::accelerometer_centrifuge_test

@@ -18,7 +18,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble {
+namespace tumble::dtg_centrifuge_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -706,4 +706,4 @@ TEST(DtgCentrifuge, TheIntervalOfTheRepeatabilityStaysAboveZero) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::dtg_centrifuge_test

@@ -63,6 +63,7 @@ std::vector<OutputModel> models_of(const Estimate& estimate, const std::vector<L
     models.push_back(
         output_model(estimate, output.channel, first ? w_x : w_y, "deg/h", ranges_over(terms, felt_at(levels))));
     models.back().covered = covered(levels);
+    models.back().in_region = true;
   }
   return models;
 }

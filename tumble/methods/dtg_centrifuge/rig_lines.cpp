@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/circle.hpp"
+#include "tumble/math/golden_section.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -39,11 +40,10 @@ double angle(const Reference& reference, const char* name, double time) {
 
 /// So spaced that the instants fall in step with nothing.
 Instants look(const Reference& reference, const Spin& spin) {
-  constexpr double golden = 0.6180339887498949;
   Instants out;
   const double begin = spin.begin - spin.power_on, length = spin.end - spin.begin;
   for (std::size_t k = 0; k < points; ++k) {
-    const double share = std::fmod(golden * static_cast<double>(k) + 0.5 / points, 1.0), time = begin + share * length;
+    const double share = golden_fraction(k, 0.5 / points), time = begin + share * length;
     Felt felt;
     reference.felt(time, 0.0, std::span(&felt, 1));
     out.tau[k] = 2.0 * share - 1.0;

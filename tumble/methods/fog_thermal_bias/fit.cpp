@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlopt.hpp>
 #include <numeric>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -130,23 +129,6 @@ double Likelihood::operator()(const Point& x) const {
   for (std::size_t c = 0; c < q; ++c)
     if (std::abs(r(c, c)) > 0.0) value += 2.0 * std::log(std::abs(r(c, c)));
   return value;
-}
-
-Likelihood::Point Likelihood::most_likely() const {
-  nlopt::opt optimiser(nlopt::LN_SBPLX, 3);
-  optimiser.set_min_objective(
-      [](const Point& x, Point&, void* self) { return (*static_cast<const Likelihood*>(self))(x); },
-      const_cast<Likelihood*>(this));
-  // A term at its lower end is almost absent (1e-3 of the white level of one average and less).
-  optimiser.set_lower_bounds({-7.0, -7.0, -7.0});
-  optimiser.set_upper_bounds({2.0, 5.0, 5.0});
-  optimiser.set_initial_step(1.0);
-  optimiser.set_ftol_abs(0.02);  // in -2 log L: far below the one unit that a standard error is worth
-  optimiser.set_maxeval(150);
-  Point x{-0.3, -1.5, -2.5};
-  double best = 0.0;
-  optimiser.optimize(x, best);
-  return x;
 }
 
 std::vector<double> degrees_of_freedom(const Likelihood& likelihood, const Likelihood::Point& x,

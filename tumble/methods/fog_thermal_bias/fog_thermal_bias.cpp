@@ -99,10 +99,14 @@ OutputModel model_of(const std::vector<Term>& terms, const Answer& answer, const
   std::erase_if(drift, [](const Term& term) { return term.name.starts_with("bias_"); });
   std::vector<Felt> felt;
   each_average(answer.runs, [&](const RunData& run, std::size_t k) { felt.push_back(run.felt[k]); });
-  OutputModel model = output_model(estimate, "gyro", Input::rate_x, "deg/h", ranges_over(std::move(drift), felt));
+  TermRanges ranges = ranges_over(std::move(drift), felt);
+  for (std::size_t j = 0; j < ranges.terms.size(); ++j)  // an average has no time since power-on
+    if (ranges.terms[j].name == "startup_transient") ranges.least[j] = 0.0, ranges.greatest[j] = 1.0;
+  OutputModel model = output_model(estimate, "gyro", Input::rate_x, "deg/h", ranges);
   model.misfit = answer.misfit.predicted;
   model.thermal = reading_of(settings, settings.number("sensor_lag"));
   model.covered = covered(answer.runs);
+  model.in_region = true;
   model.reference_temperature = settings.number("start_temperature_reference");
   return model;
 }

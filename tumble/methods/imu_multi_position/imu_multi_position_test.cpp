@@ -15,7 +15,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::imu_multi_position_test {
 namespace {
 
 const Method& method() { return find_method("imu_multi_position"); }
@@ -319,4 +319,4 @@ TEST(ImuMultiPosition, SingleLostSamplesLoseNoRest) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::imu_multi_position_test

@@ -237,7 +237,7 @@ std::vector<OutputModel> models_of(const Task& task, const JointSolution& soluti
                                           [](const linear::Solution& alone) { return alone.output.role; });
     model.recorded = output->output.recorded;
     model.nominal = output->output.nominal;
-    model.covered = imu::covered(task.look.fastest, task.look.strongest);
+    imu::set_covered(task.look.fastest, task.look.strongest, model);
   }
   return models;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/golden_section.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
@@ -40,15 +41,13 @@ double run_away_in(const PowerUp& power_up, const Stretch& stretch) {
 
 /// Adds a stretch by instants in it that are not in step with any motion.
 void look_at(const PowerUp& power_up, const Stretch& stretch, Look& look) {
-  constexpr double golden = 0.6180339887498949;
   const std::size_t count = stretch.steady ? 1 : instants;
   const double length = stretch.duration();
   std::array<Felt, instants> all;
   Vector3 rate, force;
   for (std::size_t k = 0; k < count; ++k) {
     Felt& felt = all[k];
-    power_up.reference.felt(stretch.first + length * std::fmod(0.5 + golden * static_cast<double>(k), 1.0),
-                            stretch.step, std::span(&felt, 1));
+    power_up.reference.felt(stretch.first + length * golden_fraction(k, 0.5), stretch.step, std::span(&felt, 1));
     rate = rate + felt.rate;
     force = force + felt.specific_force;
     look.turning = std::max(look.turning, dot(felt.rate, felt.rate) + norm(felt.angular_acceleration));

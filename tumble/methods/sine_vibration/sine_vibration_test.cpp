@@ -5,7 +5,7 @@
 #include "tumble/methods/sine_vibration/measure.hpp"
 #include "tumble/methods/sine_vibration/testing/shaken.hpp"
 
-namespace tumble {
+namespace tumble::sine_vibration_test {
 namespace {
 
 using namespace testing;
@@ -125,4 +125,4 @@ TEST(SineVibration, UnitsAreCompared) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::sine_vibration_test

@@ -57,6 +57,7 @@ OutputModel over_temperature(const Estimate& estimate, double low, double high) 
   add_remaining(estimate, model);
   const double most = beyond_gravity * standard_gravity;
   model.covered = {{{{Input::specific_force_x, 1.0}}, -most, most}, {{{Input::temperature, 1.0}}, low, high}};
+  model.in_region = true;
   return model;
 }
 

@@ -272,6 +272,7 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
                  const std::vector<Slot>& slots, const std::optional<ThermalReading>& thermal) {
   Inputs out;
   out.from.resize(slots.size());
+  out.planned.resize(slots.size());
   Sources sources{&recording, &output, std::vector<const Channel*>(slots.size()),
                   nullptr,    nullptr, 1.0 / sampling_rate(output)};
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -280,7 +281,8 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
         channel_of(estimate, recording, output, is_acceleration(k) ? slots[k - acceleration] : slots[k]);
     if (sources.channels[k])
       out.from[k] = (is_acceleration(k) ? "slope of channel " : "channel ") + sources.channels[k]->name;
-    if (!sources.channels[k] && plan && k < felt_inputs) out.from[k] = "schedule of the plan";
+    out.planned[k] = !sources.channels[k] && plan && k < felt_inputs;
+    if (out.planned[k]) out.from[k] = "schedule of the plan";
   }
   if (out.from[since_power_on].empty()) out.from[since_power_on] = "time of the samples";
   if (plan) sources.test = std::make_shared<const Planned>(planned_for(*plan, recording, output));

@@ -29,6 +29,7 @@ inline constexpr std::size_t common_slot_count = static_cast<std::size_t>(Input:
 struct Inputs {
   /// Where each comes from, for people: "channel accelerometer_x", "schedule of the plan". Empty: it is not known.
   std::vector<std::string> from;
+  std::vector<bool> planned;  ///< of each slot: the plan alone says it
   /// Fills in what is known [SI] at sample number `i` of the output, slot by slot; what is missing has the value of a
   /// Felt at rest. NaN where a channel has no value. Lagged slots stay as they are.
   std::function<void(std::size_t i, std::span<double> values)> fill;

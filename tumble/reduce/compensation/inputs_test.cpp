@@ -20,10 +20,13 @@ std::vector<double> force_along_x(const Motion& first) {
   Channel output{"accelerometer", QuantityKind::other, Unit::parse("mA"), {100.0, 1.0, nullptr}, {}};
   output.values.assign(26, 0.0);
   recording.channels = {output};
-  std::vector<Felt> felt(output.values.size());
-  inputs_of({}, recording, recording.channels[0], &plan).fill(0, felt);
-  std::vector<double> force;
-  for (const Felt& one : felt) force.push_back(one.specific_force.x);
+  const auto slots = common_slots();
+  const Inputs inputs = inputs_of({}, recording, recording.channels[0], &plan, slots, {});
+  std::vector<double> force, values(slots.size());
+  for (std::size_t i = 0; i < output.values.size(); ++i) {
+    inputs.fill(i, values);
+    force.push_back(values[static_cast<std::size_t>(Input::specific_force_x)]);
+  }
   return force;
 }
 

@@ -51,15 +51,15 @@ void solve(Work& work, Values& values) {
   work.u = values[work.shown] = std::nan("");
 }
 
-bool outside(double x, double least, double greatest) {
-  const double slack = 0.02 * (greatest - least) + 1e-6 * std::max(std::abs(least), std::abs(greatest));
+bool outside(double x, double least, double greatest, double noise = 0.0) {
+  const double slack = 0.02 * (greatest - least) + 1e-6 * std::max(std::abs(least), std::abs(greatest)) + noise;
   return x < least - slack || x > greatest + slack;
 }
 
 bool outside(const Covered& covered, const Values& values) {
   double sum = 0.0;
   for (const auto& [input, weight] : covered.weights) sum += weight * values[static_cast<std::size_t>(input)];
-  return outside(sum, covered.least, covered.greatest);
+  return outside(sum, covered.least, covered.greatest, covered.noise);
 }
 
 /// The terms at the solution: their sizes and u's derivatives. Returned: whether the calibration did not cover them.
@@ -76,7 +76,7 @@ bool take_terms(Work& work, const Values& values) {
     if (used.per_output) by_output += part;
     if (used.parameter != SIZE_MAX)
       work.d.emplace_back(used.parameter, -x / (used.per_output ? scale : 1.0) / (1.0 + work.slope));
-    far = far || outside(x, used.least, used.greatest);
+    far = far || (!work.model->in_region && outside(x, used.least, used.greatest));
   }
   if (work.model->scale) work.d.emplace_back(*work.model->scale, -(work.y - by_output) / scale / (1.0 + work.slope));
   if (work.model->offset) work.d.emplace_back(*work.model->offset, -1.0 / scale / (1.0 + work.slope));

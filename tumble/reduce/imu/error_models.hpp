@@ -29,7 +29,8 @@ std::vector<OutputModel> models_of(const Estimate& estimate, const RangeOf& rang
 OutputModel directed_model(const Estimate& estimate, Kind kind, std::size_t axis, double sign, const Vector3& rate,
                            const Vector3& force);
 
-/// The specific forces or rates of a test lie within these [SI] on both sides of zero: both triads, as `covered`.
-std::vector<Covered> covered(const Vector3& rate, const Vector3& force);
+/// The model holds where rates and specific forces of both triads lie within these [rad/s], [m/s^2] on both sides of
+/// zero, but for noise. All zero: nothing is known of it.
+void set_covered(const Vector3& rate, const Vector3& force, OutputModel& model);
 
 }  // namespace tumble::imu

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "tumble/math/golden_section.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 
@@ -14,10 +15,9 @@ constexpr std::size_t points_of_stretch = 192;  ///< in a stretch, or in one tur
 
 /// Times that stand for an interval: few enough to be quick, and so spaced that they fall in step with nothing.
 std::vector<double> sampled(double begin, double length, std::size_t points) {
-  constexpr double golden = 0.6180339887498949;
   std::vector<double> times(points, begin + 0.5 * length);
   for (std::size_t k = 0; k < points && points > 1; ++k)
-    times[k] = begin + length * std::fmod(golden * static_cast<double>(k) + 0.5 / static_cast<double>(points), 1.0);
+    times[k] = begin + length * golden_fraction(k, 0.5 / static_cast<double>(points));
   return times;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tumble/core/stamp_slack.hpp"
+#include "tumble/math/golden_section.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/constants.hpp"
@@ -41,12 +42,11 @@ constexpr std::size_t least_blocks = 4, counted_blocks = 32;
 /// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
 bool hardly_changes(const PowerUp& power_up, const Stretch& stretch) {
   constexpr std::size_t instants = 16;
-  constexpr double golden = 0.6180339887498949;
   const double length = stretch.duration();
   Felt first;
   for (std::size_t k = 0; k < instants; ++k) {
     Felt felt;
-    const double share = std::fmod(golden * static_cast<double>(k) + 0.5, 1.0);
+    const double share = golden_fraction(k, 0.5);
     power_up.reference.felt(stretch.first + share * length, stretch.step, std::span(&felt, 1));
     if (k == 0) first = felt;
     if (norm(felt.specific_force - first.specific_force) > 1e-4 * norm(first.specific_force) ||

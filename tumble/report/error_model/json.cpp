@@ -53,7 +53,9 @@ Json covered_json(const Covered& covered) {
   Json weights = Json::array();
   for (const auto& [input, weight] : covered.weights)
     weights.push_back({{"input", name(input)}, {"weight", number(weight)}});
-  return {{"least", number(covered.least)}, {"greatest", number(covered.greatest)}, {"weights", std::move(weights)}};
+  Json json{{"least", number(covered.least)}, {"greatest", number(covered.greatest)}, {"weights", std::move(weights)}};
+  if (covered.noise != 0.0) json["noise"] = number(covered.noise);
+  return json;
 }
 
 Json numbers_json(const std::vector<double>& values) {
@@ -75,6 +77,7 @@ void add_optional(const OutputModel& model, Json& json) {
   if (model.reference_temperature) json["reference_temperature"] = *model.reference_temperature;
   for (const auto& code : model.caveats) json["caveats"].push_back(code);
   for (const Covered& covered : model.covered) json["covered"].push_back(covered_json(covered));
+  if (model.in_region) json["in_region"] = true;
   if (model.measured)
     json["measured"] = {{"slope", number(model.measured->slope)},
                         {"offset", number(model.measured->offset)},
@@ -146,7 +149,7 @@ ModelTerm term_of(const Node& node, std::size_t parameters) {
 }
 
 Covered covered_of(const Node& node) {
-  Covered covered{{}, node["least"].number(NAN), node["greatest"].number(NAN)};
+  Covered covered{{}, node["least"].number(NAN), node["greatest"].number(NAN), number_of(node.optional("noise"), 0.0)};
   for (const Node& weight : node["weights"].elements())
     covered.weights.emplace_back(input_of(weight["input"]), weight["weight"].number(NAN));
   return covered;
@@ -167,6 +170,7 @@ void read_optional(const Node& node, std::size_t parameters, OutputModel& model)
     for (const Node& code : caveats.elements()) model.caveats.push_back(code.text());
   if (const Node covered = node.optional("covered"); !covered.absent())
     for (const Node& one : covered.elements()) model.covered.push_back(covered_of(one));
+  model.in_region = flag_of(node.optional("in_region"));
   if (const Node measured = node.optional("measured"); !measured.absent()) {
     model.measured = {measured["slope"].number(NAN), measured["offset"].number(NAN), measured["input"].numbers(),
                       measured["departure"].numbers()};

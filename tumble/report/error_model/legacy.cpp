@@ -160,8 +160,9 @@ std::vector<OutputModel> fog(const Estimate& estimate) {
   model.thermal = {number_of(estimate, "smoothing", "s", 30.0), number_of(estimate, "sensor_lag", "s", 0.0),
                    number_of(estimate, "start_window", "s", 120.0)};
   model.reference_temperature = reference;
+  model.in_region = true;
   for (std::size_t r = 0; range && range->columns.size() == 6 && r < range->rows.size(); ++r) {
-    Covered& covered = model.covered.emplace_back(Covered{{}, cell(*range, r, 4), cell(*range, r, 5)});
+    Covered& covered = model.covered.emplace_back(Covered{{}, cell(*range, r, 4), cell(*range, r, 5), 0.0});
     std::size_t column = 0;
     for (const Input input :
          {Input::temperature, Input::temperature_gradient, Input::temperature_rate, Input::start_temperature})
@@ -192,6 +193,7 @@ std::vector<OutputModel> tuned_gyro(const Estimate& estimate) {
     models.push_back(output_model(estimate, second ? "gyro_y" : "gyro", second ? w_y : w_x, "deg/h",
                                   ranges_of(estimate, std::move(terms))));
     models.back().covered = {{{{f_x, 1.0}}, -force, force}, {{{f_y, 1.0}}, -force, force}, {{{f_z, 1.0}}, low, high}};
+    models.back().in_region = true;
   }
   return models;
 }
@@ -211,7 +213,7 @@ std::vector<OutputModel> unit(const Estimate& estimate) {
     return std::pair{ranges.least.front(), ranges.greatest.front()};
   });
   for (OutputModel& model : models) {
-    model.covered = imu::covered(rate, force);
+    imu::set_covered(rate, force, model);
     const bool gyro = static_cast<std::size_t>(model.shows) < 3;
     if (gyro && !model.scale) set_nominal(estimate, "gyro_scale_factor", {"pulse/s"}, model);
     if (!gyro && !model.scale) set_nominal(estimate, "accelerometer_scale_factor", {"pulse/s", "mA", "V"}, model);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/math/golden_section.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
@@ -21,11 +22,8 @@ constexpr int probes = 16;
 constexpr double most_samples = 1e9;
 constexpr std::size_t most_segments = 5000;
 
-/// Fractions that no period of a motion hits twice: multiples of the golden section.
-double fraction(int i) {
-  const double x = 0.5 + 0.6180339887498949 * i;
-  return x - std::floor(x);
-}
+/// Fractions that no period of a motion hits twice.
+double fraction(int i) { return golden_fraction(static_cast<std::size_t>(i), 0.5); }
 
 /// A bench, a table and a chamber in all directions: what a regressor is measured against.
 std::vector<Felt> strong_motions() {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 
+#include "tumble/math/golden_section.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/score.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
@@ -43,23 +44,10 @@ std::vector<Nonlinear> nonlinear(const NoiseTerms& terms, const SearchRange& ran
 TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, double a, double b, double tolerance,
                         const std::function<NoiseTerms(double)>& terms_at) {
   const auto of = [&](double x) { return tried(data, terms_at(x), ramp, from.fit.s); };
-  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  double left = b - golden * (b - a), right = a + golden * (b - a);
-  TriedTerms at_left = of(left), at_right = of(right);
-  while (b - a > tolerance) {
-    if (at_left.value() < at_right.value()) {
-      b = right;
-      right = left;
-      at_right = std::move(at_left);
-      at_left = of(left = b - golden * (b - a));
-    } else {
-      a = left;
-      left = right;
-      at_left = std::move(at_right);
-      at_right = of(right = a + golden * (b - a));
-    }
-  }
-  return at_left.value() < at_right.value() ? at_left : at_right;
+  const auto goes_on = [tolerance](double length) { return length > tolerance; };
+  const auto less = [](const TriedTerms& x, const TriedTerms& y) { return x.value() < y.value(); };
+  auto best = golden_section_search(a, b, of, goes_on, less);
+  return less(best.at_left, best.at_right) ? std::move(best.at_left) : std::move(best.at_right);
 }
 
 /// ... along its logarithm, of one parameter within a factor 2 of where it is.
