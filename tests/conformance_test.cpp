@@ -111,28 +111,29 @@ TEST_P(Catalogue, PageNamesEveryOptionOfAMethodOrRig) {
 
 TEST_P(Catalogue, DefaultsAreAcceptedAsAUserWouldWriteThem) {
   const auto& entry = GetParam();
-  std::vector<std::string> problems;
+  Problems problems;
   const auto settings = resolve(entry.options, {}, entry.name, problems);
   std::vector<Given> given;
   for (const auto& [key, text] : settings.texts()) given.push_back({key, text, "--set", true, true});
   const auto again = resolve(entry.options, given, entry.name, problems);
-  EXPECT_TRUE(problems.empty()) << problems.front();
+  EXPECT_TRUE(problems.empty()) << problems.front().text();
   EXPECT_EQ(again.texts(), settings.texts());
 }
 
 TEST_P(Catalogue, MistypedOptionIsRefusedWithTheNearestName) {
   const auto& entry = GetParam();
   for (const auto& option : entry.options) {
-    std::vector<std::string> problems;
+    Problems problems;
     const auto mistyped = option.name + "q";  // with an x D_x would become D_xx, which some gyros have
     resolve(entry.options, {{mistyped, "1", "plan.toml:7", true, false}}, entry.name, problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
-    EXPECT_NE(problems[0].find(mistyped), std::string::npos) << problems[0];
-    EXPECT_NE(problems[0].find("plan.toml:7"), std::string::npos) << problems[0];
-    const auto rest = std::regex_replace(problems[0], std::regex(mistyped), "");
+    const std::string problem = problems[0].text();
+    EXPECT_NE(problem.find(mistyped), std::string::npos) << problem;
+    EXPECT_NE(problem.find("plan.toml:7"), std::string::npos) << problem;
+    const auto rest = std::regex_replace(problem, std::regex(mistyped), "");
     const auto suggested = std::any_of(entry.options.begin(), entry.options.end(),
                                        [&](const Option& o) { return rest.find(o.name) != std::string::npos; });
-    EXPECT_TRUE(suggested) << "suggests nothing: " << problems[0];
+    EXPECT_TRUE(suggested) << "suggests nothing: " << problem;
   }
 }
 
@@ -140,7 +141,7 @@ TEST_P(Catalogue, QuantityOfTheWrongDimensionIsRefused) {
   const auto& entry = GetParam();
   for (const auto& option : entry.options) {
     if (option.type != Option::Type::quantity) continue;
-    std::vector<std::string> problems;
+    Problems problems;
     resolve(entry.options, {{option.name, "1 kg^3", "plan.toml:7", true, false}}, entry.name, problems);
     EXPECT_EQ(problems.size(), 1u) << option.name;
   }
@@ -152,7 +153,7 @@ TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
     if (option.type != Option::Type::quantity) continue;
     if (Unit::parse(option.unit).dimension() == Dimension{}) continue;
     for (const bool quoted : {false, true}) {
-      std::vector<std::string> problems;
+      Problems problems;
       resolve(entry.options, {{option.name, "1", "plan.toml:7", quoted, false}}, entry.name, problems);
       EXPECT_EQ(problems.size(), 1u) << option.name << (quoted ? " quoted" : " unquoted");
     }

@@ -32,7 +32,7 @@ Evidence published(const std::string& angle) {
   for (const char* name : {"accelerometer_x", "accelerometer_y", "accelerometer_z", "gyro_x", "gyro_y", "gyro_z"})
     options.columns.push_back(std::string(name) + "[LSB]");
   Evidence evidence;
-  std::vector<std::string> problems;
+  Problems problems;
   evidence.plan.settings = resolve(find_method("imu_ferraris").options(),
                                    {{"gravity", "9.81 m/s^2", "", true, true},
                                     {"rotation_angle", angle, "", true, true},

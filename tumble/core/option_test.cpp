@@ -13,7 +13,7 @@ std::string problem_of(const Option& option, const std::string& text, bool comma
   Problems problems;
   resolve({option}, {{option.name, text, "plan.toml:3", true, command_line}}, "method", problems);
   EXPECT_LE(problems.size(), 1u);
-  return problems.empty() ? "" : problems.front();
+  return problems.empty() ? "" : problems.front().text();
 }
 
 TEST(Option, BuilderSaysWhatIsAccepted) {

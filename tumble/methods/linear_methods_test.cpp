@@ -148,7 +148,7 @@ TEST(Linear, ANegativeUncertaintyOfTheTorquerIsRefused) {
   resolve(find_method("sdof_gyro_static").options(), {{"torquer_scale_factor_sd", "-100 ppm", "test"}}, "the method",
           problems);
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_NE(problems[0].find("torquer_scale_factor_sd"), std::string::npos) << problems[0];
+  EXPECT_NE(problems[0].text().find("torquer_scale_factor_sd"), std::string::npos) << problems[0].text();
 }
 
 TEST(Linear, ARecordingThatEndsEarlyIsDistinguishedFromOneTooShortToSettle) {
@@ -348,8 +348,8 @@ TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
   resolve({linear::bias_instability_option("deg/h")}, {{"bias_instability", "0 deg/h", "--set", true}}, "method",
           problems);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_NE(problems[0].find("the value must be above 0 s"), std::string::npos) << problems[0];
-  EXPECT_NE(problems[1].find("the value must be above 0 deg/h"), std::string::npos) << problems[1];
+  EXPECT_NE(problems[0].text().find("the value must be above 0 s"), std::string::npos) << problems[0].text();
+  EXPECT_NE(problems[1].text().find("the value must be above 0 deg/h"), std::string::npos) << problems[1].text();
 }
 
 TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {

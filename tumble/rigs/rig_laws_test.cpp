@@ -74,7 +74,7 @@ class RigLaws : public testing::TestWithParam<const Rig*> {};
 TEST_P(RigLaws, ExerciseIsAccepted) {
   const Rig& rig = *GetParam();
   const auto refusals = rig.refusals(exercise(rig), defaults(rig.options()));
-  EXPECT_TRUE(refusals.empty()) << refusals.front();
+  EXPECT_TRUE(refusals.empty()) << refusals.front().text();
 }
 
 // At rest the instrument feels gravity and the Earth's rate, whatever its orientation, with every error of the rig
@@ -271,9 +271,9 @@ TEST_P(RigLaws, StandardDeviationsAreNotNegative) {
     Problems problems;
     resolve({option}, {{option.name, "-1 " + option.unit, "test"}}, "rig", problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
-    EXPECT_NE(problems[0].find(option.name + ": '-1 " + option.unit + "': the value must be at least 0"),
+    EXPECT_NE(problems[0].text().find(option.name + ": '-1 " + option.unit + "': the value must be at least 0"),
               std::string::npos)
-        << problems[0];
+        << problems[0].text();
   }
 }
 
@@ -287,7 +287,7 @@ TEST_P(RigLaws, RefusalsComeAllAtOnce) {
   schedule[1].axes[rig.axes().front().name] = {.kind = Kind::ramp, .value = 1.0, .to = 2.0};
   schedule[2].axes["mount_roll"] = {.kind = Kind::rate, .value = 1.0};
   std::string all;
-  for (const auto& problem : rig.refusals(schedule, options)) all += problem + "\n";
+  for (const auto& problem : rig.refusals(schedule, options)) all += problem.text() + "\n";
   for (const auto& part : expected) EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
 }
 

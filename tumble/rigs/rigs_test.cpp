@@ -49,7 +49,7 @@ TEST(Rigs, NothingIsColderThanAbsoluteZero) {
     Problems problems;
     resolve(rig->options(), {{option, "-300 degC", "test"}}, "rig", problems);
     ASSERT_EQ(problems.size(), 1u) << rig->name;
-    EXPECT_TRUE(problems[0].ends_with("the value must be above -273.15 degC")) << problems[0];
+    EXPECT_TRUE(problems[0].text().ends_with("the value must be above -273.15 degC")) << problems[0].text();
   }
 }
 
@@ -197,7 +197,7 @@ TEST(Centrifuge, RadiusGrowsWithTheSquareOfTheRate) {
 
 std::string refused(const Rig& rig, const Schedule& schedule, const std::vector<Given>& given = {}) {
   std::string all;
-  for (const auto& problem : rig.refusals(schedule, with(rig, given))) all += problem + "\n";
+  for (const auto& problem : rig.refusals(schedule, with(rig, given))) all += problem.text() + "\n";
   return all;
 }
 

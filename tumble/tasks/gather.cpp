@@ -169,7 +169,7 @@ void report_missing(const Plan& plan, const std::vector<Role>& roles, const std:
                                     : fmt::format("{}{} = \"{}\"", proposal.empty() ? " " : "; ", role, channel);
   if (!proposal.empty())
     problems.push_back(say("{}: by the names of its columns{}:{}", recording.origin.file,
-                           plan.file.empty() ? "" : ", in [channels] of " + plan.file, proposal));
+                           plan.file.empty() ? Sentence() : say(", in [channels] of {}", Name{plan.file}), proposal));
 }
 
 /// What is wrong with the unit of a channel in a role, or empty.

@@ -95,7 +95,8 @@ void expect_round_trips(const FrameCodec& codec) {
 }
 
 TEST(ShippedInstruments, VectorsHoldBothWays) {
-  for_each_codec([](const FrameCodec& codec) { EXPECT_EQ(problems_of_vectors(codec), std::vector<std::string>{}); });
+  for_each_codec(
+      [](const FrameCodec& codec) { EXPECT_EQ(texts_of(problems_of_vectors(codec)), std::vector<std::string>{}); });
 }
 
 TEST(ShippedInstruments, WhatIsEncodedIsDecoded) { for_each_codec(expect_round_trips); }

@@ -204,11 +204,10 @@ Log open(const std::string& path, const ReadOptions& options) {
   const auto chosen =
       options.topics.empty() ? preferred(*found, streams) : topics::asked_for(names, options.topics, path);
   if (chosen.empty())
-    refuse(path,
-           fmt::format("has no messages of a gyro or an accelerometer: IMU, GYR, ACC{}; name others with --topic: {}",
-                       found->damage.undescribed > 0 ? " (it holds messages without FMT: is its beginning missing?)"
-                                                     : " (is it cut off?)",
-                       fmt::join(names, ", ")));
+    refuse(path, say("has no messages of a gyro or an accelerometer: IMU, GYR, ACC{}; name others with --topic: {}",
+                     found->damage.undescribed > 0 ? " (it holds messages without FMT: is its beginning missing?)"
+                                                   : " (is it cut off?)",
+                     fmt::join(names, ", ")));
   Log log;
   log.frame.origin.file = path;
   std::vector<std::size_t> of_scan;

@@ -45,28 +45,28 @@ std::string as_word(const std::string& name) {
   const auto raw =
       std::ranges::find_if(candidates, [](const Topic& topic) { return topic.name.find("raw") != std::string::npos; });
   const Topic& example = raw == candidates.end() ? candidates.front() : *raw;
-  refuse(log, fmt::format("holds {} topics that can be read: {}; name the one to read: --topic {}, or in the plan, "
-                          "[[recording]] topics = [\"{}\"]",
-                          candidates.size(), described(candidates), as_word(example.name), example.name));
+  refuse(log, say("holds {} topics that can be read: {}; name the one to read: --topic {}, or in the plan, "
+                  "[[recording]] topics = [\"{}\"]",
+                  candidates.size(), described(candidates), as_word(example.name), example.name));
 }
 
 [[noreturn]] void refuse_all(const Log& log, const Topics& topics) {
   std::string damage;
   for (const Finding& finding : log.findings)
     if (finding.severity == Finding::Severity::warning) damage += "; " + finding.message;
-  if (topics.empty()) refuse(log, "holds no message" + damage);
+  if (topics.empty()) refuse(log, say("holds no message{}", damage));
   const auto sampled = std::ranges::find_if(
       topics, [](const Topic& topic) { return readable(topic) && topic.type == vector && topic.count.messages > 0; });
   if (sampled != topics.end()) {
     const std::string channel = as_prefix(sampled->name);
-    refuse(log, fmt::format("has nothing that is read without being named: {}. A {} states no unit: name the topic and "
-                            "give the units, --topic {} --set unit.{}.x=rad/s --set unit.{}.y=rad/s "
-                            "--set unit.{}.z=rad/s{}",
-                            described(topics), vector, as_word(sampled->name), channel, channel, channel, damage));
+    refuse(log, say("has nothing that is read without being named: {}. A {} states no unit: name the topic and "
+                    "give the units, --topic {} --set unit.{}.x=rad/s --set unit.{}.y=rad/s "
+                    "--set unit.{}.z=rad/s{}",
+                    described(topics), vector, as_word(sampled->name), channel, channel, channel, damage));
   }
-  if (std::ranges::any_of(topics, readable)) refuse(log, "holds no message of " + described(topics) + damage);
-  refuse(log, fmt::format("holds no topic of a type that is read ({}): its topics are {}{}", known_message_types(),
-                          described(topics), damage));
+  if (std::ranges::any_of(topics, readable)) refuse(log, say("holds no message of {}{}", described(topics), damage));
+  refuse(log, say("holds no topic of a type that is read ({}): its topics are {}{}", known_message_types(),
+                  described(topics), damage));
 }
 
 Topics of_type(const Topics& topics, std::string_view type) {
@@ -166,8 +166,8 @@ void give_units(const Log& log, const ReadOptions& options, Stream& stream) {
       without += (without.empty() ? "'" : ", '") + column.name + "'";
   }
   if (without.empty()) return;
-  refuse(log, fmt::format("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", without, stream.topic.name,
-                          stream.columns.front().name));
+  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", without, stream.topic.name,
+                  stream.columns.front().name));
 }
 
 }  // namespace
@@ -222,7 +222,7 @@ std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
     streams.push_back(std::move(stream));
   }
   if (streams.empty())
-    refuse(log, fmt::format("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), channels));
+    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), channels));
   return streams;
 }
 

@@ -131,8 +131,7 @@ void Reader::expect_bytes(std::size_t line) {
   bytes_due_ = set.binary->bytes;
   set.binary_numbers = binary_numbers(*set.binary, set.ordinate == 4, set.even, static_cast<std::size_t>(set.count));
   if (set.real() && set.binary_numbers.size == 0)
-    refuse(line - 11, "a binary dataset of " + std::to_string(set.binary->bytes) + " bytes, which " +
-                          std::to_string(set.count) + " samples do not take");
+    refuse(line - 11, say("a binary dataset of {} bytes, which {} samples do not take", set.binary->bytes, set.count));
 }
 
 void Reader::take_58(std::string_view line, std::size_t number) {
@@ -144,9 +143,9 @@ void Reader::take_58(std::string_view line, std::size_t number) {
     return;
   }
   if (!dataset_.real()) return;
-  if (!numbers_in(line, of_line_)) refuse(number, "'" + csv::plain_text(line, 40) + "' does not consist of numbers");
+  if (!numbers_in(line, of_line_)) refuse(number, say("'{}' does not consist of numbers", csv::plain_text(line, 40)));
   if (dataset_.numbers + of_line_.size() > dataset_.needed())
-    refuse(number, "more numbers than the " + std::to_string(dataset_.count) + " samples of the dataset");
+    refuse(number, say("more numbers than the {} samples of the dataset", dataset_.count));
   for (const double value : of_line_) take_number(value);
 }
 
@@ -207,8 +206,8 @@ void Reader::finish_dataset(std::size_t number) {
     return;
   }
   if (dataset_.numbers != dataset_.needed())
-    refuse(number, std::to_string(dataset_.numbers) + " numbers instead of " + std::to_string(dataset_.needed()) +
-                       " in dataset 58; the file was cut off");
+    refuse(number,
+           say("{} numbers instead of {} in dataset 58; the file was cut off", dataset_.numbers, dataset_.needed()));
   if (dataset_.count > 0) add_channel();
 }
 
@@ -303,10 +302,10 @@ file::Gathered Reader::finish() {
   if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
   Recording& recording = gathered_.frame;
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, say("'{}' has no time response (dataset 58, function type 1) to read{}", path_,
-                                           other_functions_ > 0 ? "; it has " + std::to_string(other_functions_) +
-                                                                      " spectra or other functions"
-                                                                : "")};
+    throw Error{
+        Error::Kind::bad_file,
+        say("'{}' has no time response (dataset 58, function type 1) to read{}", path_,
+            other_functions_ > 0 ? say("; it has {} spectra or other functions", other_functions_) : Sentence())};
   if (other_functions_ > 0)
     recording.findings.push_back(
         {Finding::Severity::info, "functions_not_read", {{"functions", other_functions_}}, path_});

@@ -211,15 +211,14 @@ Log open(const std::string& path, const ReadOptions& options) {
     messages.push_back(found.topics[i].messages);
   }
   if (names.empty() && !found.unreadable.empty())
-    refuse(path, fmt::format("holds no samples that can be read: there is no description, no timestamp of 64 bits, or "
-                             "there are two descriptions of {}",
-                             fmt::join(found.unreadable, ", ")));
+    refuse(path, say("holds no samples that can be read: there is no description, no timestamp of 64 bits, or "
+                     "there are two descriptions of {}",
+                     fmt::join(found.unreadable, ", ")));
   if (names.empty()) refuse(path, "holds no samples: no message of a described topic (is it cut off?)");
   const auto chosen =
       options.topics.empty() ? preferred(names, messages) : topics::asked_for(names, options.topics, path);
   if (chosen.empty())
-    refuse(path, fmt::format("has no topic of a gyro or an accelerometer; name one with --topic: {}",
-                             fmt::join(names, ", ")));
+    refuse(path, say("has no topic of a gyro or an accelerometer; name one with --topic: {}", fmt::join(names, ", ")));
   Log log;
   log.frame.origin.file = path;
   std::vector<std::size_t> of_scan;

@@ -146,8 +146,7 @@ void unpack(const std::string& path, const Entry& entry, const file::ByteSink& s
   const std::string from = path + ": " + entry.name;
   if (entry.encrypted) refuse(from, "it is encrypted; unpack it with its password first");
   if (entry.method != 0 && entry.method != 8)
-    refuse(from, "it is packed by method " + std::to_string(entry.method) +
-                     "; stored and deflated files (methods 0 and 8) are read");
+    refuse(from, say("it is packed by method {}; stored and deflated files (methods 0 and 8) are read", entry.method));
   Archive archive(path);
   const std::string local = archive.bytes(entry.header, local_size);
   if (!local.starts_with("PK\x03\x04"))
@@ -175,7 +174,7 @@ void unpack(const std::string& path, const Entry& entry, const file::ByteSink& s
     refuse(from, "its bytes do not agree with their checksum; the archive is damaged");
 }
 
-std::string listed(const std::vector<Entry>& entries) {
+Sentence listed(const std::vector<Entry>& entries) {
   std::string text;
   for (std::size_t i = 0; i < std::min<std::size_t>(entries.size(), 10); ++i) {
     std::string name = entries[i].name;
@@ -183,7 +182,7 @@ std::string listed(const std::vector<Entry>& entries) {
         name, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
     text += (i > 0 ? ", '" : "'") + name + "'";
   }
-  return entries.size() > 10 ? text + " and " + std::to_string(entries.size() - 10) + " more" : text;
+  return entries.size() > 10 ? say("{} and {} more", Name{text}, entries.size() - 10) : say("{}", Name{text});
 }
 
 }  // namespace tumble::zip

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/formats/file/inflate.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble::zip {
 
@@ -28,6 +29,6 @@ std::vector<Entry> entries_of(const std::string& path);
 void unpack(const std::string& path, const Entry& entry, const file::ByteSink& sink);
 
 /// Names for a message, the first ten.
-std::string listed(const std::vector<Entry>& entries);
+Sentence listed(const std::vector<Entry>& entries);
 
 }  // namespace tumble::zip

@@ -33,10 +33,12 @@ Entry chosen(const std::string& path, ReadOptions& options) {
     return *entry;
   }
   if (entries.size() == 1) return entries.front();
-  refuse_archive(
-      path, (options.topics.empty() ? "a zip archive of " : "it has no file '" + options.topics.front() + "', but ") +
-                std::to_string(entries.size()) + " files: " + listed(entries) + "; pick one: --topic '" +
-                entries.front().name + "'");
+  const Sentence all = listed(entries);
+  if (options.topics.empty())
+    refuse_archive(
+        path, say("a zip archive of {} files: {}; pick one: --topic '{}'", entries.size(), all, entries.front().name));
+  refuse_archive(path, say("it has no file '{}', but {} files: {}; pick one: --topic '{}'", options.topics.front(),
+                           entries.size(), all, entries.front().name));
 }
 
 /// A recording of an archive, unpacked into a temporary file.

@@ -411,8 +411,9 @@ TEST(FrequencyResponse, RefusesWithWords) {
           {{"averaging", "-1 s", "--set", true, true}, {"points_per_decade", "1000", "--set", true, true}}, "method",
           problems);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_NE(problems[0].find("averaging: '-1 s': the value must be at least 0 s"), std::string::npos) << problems[0];
-  EXPECT_NE(problems[1].find("must be between 3 and 60"), std::string::npos) << problems[1];
+  EXPECT_NE(problems[0].text().find("averaging: '-1 s': the value must be at least 0 s"), std::string::npos)
+      << problems[0].text();
+  EXPECT_NE(problems[1].text().find("must be between 3 and 60"), std::string::npos) << problems[1].text();
 }
 
 /// A servo accelerometer of 150 Hz, 0.6 on the shaker of the catalogue, read at 2 kHz.

@@ -75,7 +75,7 @@ Estimate identified(const Evidence& evidence) { return method().identify(evidenc
 /// The sentences of the error findings, one after the other.
 std::string errors_said(const Evidence& evidence) {
   std::string all;
-  for (const auto& sentence : errors_among(identified(evidence).findings)) all += sentence + "\n";
+  for (const auto& sentence : errors_among(identified(evidence).findings)) all += sentence.text() + "\n";
   return all;
 }
 

@@ -101,7 +101,7 @@ Recorded counted(std::vector<Response> stages, const std::string& prefix, const 
                  const RandomStream& random) {
   const std::string name = prefix + "pulse_scale_factor";
   if (given::number_or(truth, name, 0.0) == 0.0)
-    given::refuse({prefix + "output = \"count\" needs " + name + ", not zero"});
+    given::refuse({say("{}output = \"count\" needs {}, not zero", prefix, Name{name})});
   stages.push_back(electronics::scaled(truth.number(name)));
   stages.push_back(electronics::pulse_counter(step, random.split("start phase").uniform(0)));
   return {QuantityKind::count, "pulse", true, electronics::in_series(std::move(stages))};

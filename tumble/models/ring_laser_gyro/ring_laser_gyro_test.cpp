@@ -17,7 +17,7 @@ Settings truth(const std::vector<std::pair<std::string, std::string>>& values) {
   for (const auto& [key, value] : values) given.push_back({key, value, "--set", true, true});
   Problems problems;
   Settings settings = resolve(truth_options(model()), given, "test", problems);
-  EXPECT_TRUE(problems.empty()) << problems.front();
+  EXPECT_TRUE(problems.empty()) << problems.front().text();
   return settings;
 }
 

@@ -73,12 +73,12 @@ void advance(UsedTerm& term, const Values& values) {
 }
 
 std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estimate, std::vector<Slot>& slots) {
-  std::vector<std::string> faults;
+  Problems faults;
   std::vector<UsedTerm> out;
   for (const ModelTerm& term : model.terms) {
     out.push_back(used_term(term, estimate, slots));
     if (!std::isfinite(out.back().coefficient))
-      faults.push_back(fmt::format("the result's parameter '{}' has no value", term.term));
+      faults.push_back(say("the result's parameter '{}' has no value", term.term));
   }
   if (!faults.empty()) throw Error(Error::Kind::bad_file, faults);
   return out;

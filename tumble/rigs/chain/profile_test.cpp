@@ -217,7 +217,7 @@ TEST(Profile, AllProblemsAreListedWithTheirSegments) {
               segment(20.0, hold(0.0)), segment(50.0, slew(9.0, 1.0))},
              limits, {}, &problems);
   std::string all;
-  for (const auto& problem : problems) all += problem + "\n";
+  for (const auto& problem : problems) all += problem.text() + "\n";
   EXPECT_NE(all.find("above its max_rate"), std::string::npos) << all;
   EXPECT_NE(all.find("beyond its stop"), std::string::npos) << all;
   EXPECT_NE(all.find("to reach the commanded motion"), std::string::npos) << all;
@@ -225,7 +225,7 @@ TEST(Profile, AllProblemsAreListedWithTheirSegments) {
   EXPECT_NE(all.find("above its max_acceleration"), std::string::npos) << all;
   problems.clear();
   profile_of({segment(10.0, rate(1.0)), segment(10.0, hold(0.0))}, {"table", 1.0, 1.0}, {}, &problems);
-  EXPECT_TRUE(problems.empty()) << problems.front();
+  EXPECT_TRUE(problems.empty()) << problems.front().text();
 }
 
 }  // namespace

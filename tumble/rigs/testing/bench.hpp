@@ -12,9 +12,9 @@ namespace tumble {
 inline const Site site{34.0 * degree, 108.0 * degree, 400.0, 9.7966};
 
 inline Settings with(const Rig& rig, const std::vector<Given>& given) {
-  std::vector<std::string> problems;
+  Problems problems;
   auto options = resolve(rig.options(), given, rig.name, problems);
-  EXPECT_TRUE(problems.empty()) << problems.front();
+  EXPECT_TRUE(problems.empty()) << problems.front().text();
   return options;
 }
 

@@ -182,8 +182,7 @@ void put_field(FrameDraft& draft, const FrameField& field, double value) {
   if (!to) refuse_value(draft, name, "the frame has no room for it");
   if (std::isnan(value) && (draft.from_base || field.number.kind != FrameNumber::Kind::real)) return;
   const auto bits = bits_for(field.number, raw_of(field, value));
-  if (!bits)
-    refuse_value(draft, name, fmt::format("{:g} (SI) does not fit into its {} bits", value, field.number.bits));
+  if (!bits) refuse_value(draft, name, say("{:g} (SI) does not fit into its {} bits", value, field.number.bits));
   codec::put_natural(field.number, *bits, to);
 }
 

@@ -75,7 +75,7 @@ void put_raw(LineDraft& draft, const FrameNumber& number, const std::string& wha
     return;
   }
   const auto bits = bits_for(number, raw);
-  if (!bits) refuse_cell(draft, what, fmt::format("{:g} does not fit into {} bits", raw, number.bits));
+  if (!bits) refuse_cell(draft, what, say("{:g} does not fit into {} bits", raw, number.bits));
   put_bits(draft, number, *bits);
 }
 

@@ -59,9 +59,9 @@ void set_format(std::string_view format, std::string_view field, ControllerPiece
   const bool sound = real || ((piece.type == 'd' || piece.type == 'X') && piece.precision < 0) ||
                      (piece.type == 's' && piece.width > 0 && piece.precision < 0 && !piece.zeros && !piece.plus);
   if (!sound || piece.width > 64 || piece.precision > 17 || (piece.plus && piece.type == 'X'))
-    refuse_field(field, fmt::format("'{}' is not a format; write for example .4f, 06.1f, +.3f, d, 04X, 3s (three "
-                                    "characters), u8, i16be, i32le or f32be",
-                                    format));
+    refuse_field(field, say("'{}' is not a format; write for example .4f, 06.1f, +.3f, d, 04X, 3s (three "
+                            "characters), u8, i16be, i32le or f32be",
+                            format));
   if (real && piece.precision < 0) piece.precision = 6;
   if (piece.zeros && piece.width == 0) refuse_field(field, "a zero in the format wants a width, for example 06.1f");
 }
@@ -100,10 +100,10 @@ void check_default(std::string_view field, const ControllerPiece& piece) {
     try {
       write_number(piece, value_of_default(piece));
     } catch (const Error& error) {
-      refuse_field(field, fmt::format("the default after '=' must be a number that fits ({})", error.problems[0]));
+      refuse_field(field, say("the default after '=' must be a number that fits ({})", error.problems[0]));
     }
   } else if (piece.type == 's' && piece.width > 0 && piece.otherwise->size() != static_cast<std::size_t>(piece.width)) {
-    refuse_field(field, fmt::format("the default after '=' must have {} characters", piece.width));
+    refuse_field(field, say("the default after '=' must have {} characters", piece.width));
   }
 }
 

@@ -77,7 +77,7 @@ Conversation carry_out(ControllerHost& host, ControllerDevice& device, const Con
     for (const char c : device.output())
       for (const auto& reply : host.feed({&c, 1})) conversation.replies.push_back(reply);
   }
-  conversation.problems = device.problems();
+  conversation.problems = texts_of(device.problems());
   return conversation;
 }
 
