@@ -30,7 +30,7 @@ class Reader {
   std::string setting(const std::string& name) const;
   /// Notes that this result states `what` ("gyro_x bias"); a problem where another one did.
   void claim(const std::string& what, std::set<std::string>& claimed);
-  void problem(const std::string& text) { problems_.push_back(say("{}: {}", input_.file, text)); }
+  void problem(const Sentence& said) { problems_.push_back(say("{}: {}", Name{input_.file}, said)); }
   void note(const std::string& text) { calibration_.notes.push_back(text); }
 
  private:

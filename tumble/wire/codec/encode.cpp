@@ -76,7 +76,7 @@ struct FrameDraft {
   }
 };
 
-[[noreturn]] void refuse_value(const FrameDraft& draft, const Sentence& what, const std::string& why) {
+[[noreturn]] void refuse_value(const FrameDraft& draft, const Sentence& what, const Sentence& why) {
   throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
 }
 
@@ -154,7 +154,7 @@ void put_time_part(FrameDraft& draft, const FrameTime& part, double raw, double 
   unsigned char* const to = draft.at(part.number);
   if (!to) return;
   const auto bits = bits_for(part.number, raw);
-  if (!bits) refuse_value(draft, "time", fmt::format("{} s does not fit", time));
+  if (!bits) refuse_value(draft, "time", say("{} s does not fit", time));
   codec::put_natural(part.number, *bits, to);
 }
 

@@ -31,7 +31,7 @@ struct LineDraft {
   bool keeps(const FrameNumber& number) const { return !base.empty() && !cell(number).format.given; }
 };
 
-[[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const std::string& why) {
+[[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const Sentence& why) {
   throw Error(Error::Kind::bad_input, say("{}: frame '{}': {}: {}", draft.codec.name, draft.layout.name, what, why));
 }
 

@@ -11,7 +11,7 @@ namespace tumble::controller {
 
 namespace {
 
-[[noreturn]] void refuse_field(std::string_view field, std::string_view why) {
+[[noreturn]] void refuse_field(std::string_view field, const Sentence& why) {
   throw Error(Error::Kind::bad_input, say("{{{}}}: {}", field, why));
 }
 
