@@ -133,7 +133,7 @@ TEST(Finding, ErrorsAreTheProblemsOfARefusal) {
   const Findings findings{{Severity::info, "no_samples", {}, "a"},
                           {Severity::error, "no_samples", {}, "b"},
                           {Severity::error, "no_samples", {}}};
-  EXPECT_EQ(errors_among(findings),
+  EXPECT_EQ(texts_of(errors_among(findings)),
             (std::vector<std::string>{"b: the channel has no samples", "the channel has no samples"}));
 }
 

@@ -345,7 +345,12 @@ std::optional<std::string> chinese(const Sentence& said) {
 std::optional<std::string> chinese(const Values& side_by_side, bool quoted) {
   std::string text;
   for (const SentenceValue* value : side_by_side) {
-    if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) return std::nullopt;
+    if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) {
+      const auto found = translations().find(Sentence(value->text.c_str()).pattern);  // of a library: "File too large"
+      if (found == translations().end()) return std::nullopt;
+      text += filled(found->second, {});
+      continue;
+    }
     if (value->kind != SentenceValue::Kind::sentence || value->nested.empty()) {
       text += value->text;
       continue;
