@@ -385,9 +385,22 @@ std::optional<std::string> with_values_in(const std::string& translation, std::s
   return filled(translation, texts);
 }
 
+/// Whether a pattern has a word of English: letters alone, and marks behind them. An option or a key of a file, "--set
+/// channels.{}", "[certificate]", has more.
+bool has_words(std::string_view pattern) {
+  while (!pattern.empty()) {
+    const auto end = std::min(pattern.find(' '), pattern.size());
+    auto word = pattern.substr(0, end);
+    while (!word.empty() && std::string_view(",;:.?!").find(word.back()) != word.npos) word.remove_suffix(1);
+    if (!word.empty() && std::ranges::all_of(word, is_letter)) return true;
+    pattern.remove_prefix(std::min(end + 1, pattern.size()));
+  }
+  return false;
+}
+
 /// A pattern without words says the same in every language, in the marks of Chinese.
 std::optional<std::string> wordless(std::string_view pattern) {
-  if (std::ranges::any_of(pattern, is_letter)) return std::nullopt;
+  if (has_words(pattern)) return std::nullopt;
   std::string text;
   std::size_t place = 0;
   bool open = false;
