@@ -243,7 +243,7 @@ class Names(unittest.TestCase):
             english, chinese = self.both("identify", plan)
             self.assertEqual(english[0], f"error: {plan.name}:3: [site]: latitude: unit 'parsec', position 1: unknown unit 'parsec'; "
                                          "did you mean 'parcsec'?")
-            self.assertEqual(chinese[0], f"错误：{plan.name}:3：[site]: latitude：单位“parsec”第 1 个字符处：无法识别的单位“parsec”，是否应为“parcsec”？")
+            self.assertEqual(chinese[0], f"错误：{plan.name}:3：[site]：latitude：单位“parsec”第 1 个字符处：无法识别的单位“parsec”，是否应为“parcsec”？")
 
     def test_a_result_in_a_folder_with_a_blank_can_be_computed_again(self):
         data = self.folder / "my data"

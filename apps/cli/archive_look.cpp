@@ -83,7 +83,7 @@ int archive_show(const ArchiveArguments& arguments, const Terminal& terminal) {
       throw Error(Error::Kind::bad_input,
                   say("'{}' is the file '{}': -o FILE says where to write it", digits, file->name));
     write_stored(archive, file->sha256, arguments.output);
-    note(terminal, say("wrote {}: {}", arguments.output, file->name));
+    note(terminal, say("wrote {}: {}", Name{arguments.output}, file->name));
     return 0;
   }
   if (const auto run = find_run(archive, digits)) {

@@ -52,7 +52,7 @@ int run(const CompensateArguments& arguments, const Terminal& terminal) {
   }
   if (!arguments.save.empty()) write_output(terminal, arguments.save, to_json(shown));
   if (arguments.output == standard_output) return 0;
-  note(terminal, say("wrote {}", arguments.output));
+  note(terminal, say("wrote {}", Name{arguments.output}));
   if (!terminal.quiet) print(to_text(shown, terminal.width, terminal.language));
   return 0;
 }

@@ -39,7 +39,7 @@ int run(const ConvertArguments& arguments, const Terminal& terminal) {
     else
       tumble::cut(path, arguments.output, options, span, line.progress());
   }
-  if (arguments.output != standard_output) note(terminal, say("wrote {}", arguments.output));
+  if (arguments.output != standard_output) note(terminal, say("wrote {}", Name{arguments.output}));
   return 0;
 }
 

@@ -20,7 +20,7 @@ void write_plans_beside(const ReadyPlan& plan, const std::string& output, const 
     if (std::filesystem::exists(path)) continue;
     const auto& other = find_ready_plan(std::filesystem::path(file).stem().string());
     write_file_atomically(path, std::string(other.text));
-    note(terminal, say("wrote {}: {}", path, other.title));
+    note(terminal, say("wrote {}: {}", Name{path}, other.title));
   }
 }
 
@@ -34,7 +34,7 @@ int run(const InitArguments& arguments, const Terminal& terminal) {
   if (std::filesystem::exists(arguments.output))
     throw Error(Error::Kind::bad_input, say("-o {}: the file is there already; choose another name", arguments.output));
   write_file_atomically(arguments.output, std::string(plan.text));
-  note(terminal, say("wrote {}: {}", arguments.output, plan.title));
+  note(terminal, say("wrote {}: {}", Name{arguments.output}, plan.title));
   write_plans_beside(plan, arguments.output, terminal);
   return 0;
 }

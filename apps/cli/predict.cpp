@@ -69,7 +69,7 @@ int optimise(const PredictArguments& arguments, const tumble::OptimiseOptions& o
   print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width, terminal.language));
   if (arguments.output.empty()) return 0;
   write_file_atomically(arguments.output, heading(arguments) + tumble::plan_with_schedule(plan, found.schedule));
-  note(terminal, say("wrote {}", arguments.output));
+  note(terminal, say("wrote {}", Name{arguments.output}));
   return 0;
 }
 

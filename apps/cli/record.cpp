@@ -162,7 +162,7 @@ int run(const RecordArguments& arguments, const Terminal& terminal) {
   world.sealing = [&] { display.end(); };
   const RecordOutcome outcome = tumble::record(request, world);
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
-  note(terminal, say("wrote {}", outcome.sealed.path));
+  note(terminal, say("wrote {}", Name{outcome.sealed.path}));
   if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", outcome.store));
   if (!outcome.whole) complain(terminal, outcome.ending);
   flush_live_output();

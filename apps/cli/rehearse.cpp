@@ -80,7 +80,7 @@ int run(const RehearseArguments& arguments, const Terminal& terminal) {
                 fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
                             rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
                             wall_time() - begin)));
-  for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, say("wrote {}", sealed.path));
+  for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, say("wrote {}", Name{sealed.path}));
   if (archive && !rehearsed.recordings.empty())
     note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));
   return rehearsed.end.ending == RunEnding::complete ? 0 : 3;

@@ -226,7 +226,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
     return 3;
   }
   Disk disk;
-  for (const auto& sealed : seal(run.folder, disk)) note(terminal, say("wrote {}", sealed.path));
+  for (const auto& sealed : seal(run.folder, disk)) note(terminal, say("wrote {}", Name{sealed.path}));
   if (archive) note_deposited(terminal, put_in(*archive, deposit_of_run(run.folder), act_of(to_archive)));
   return 0;
 }

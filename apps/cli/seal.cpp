@@ -17,7 +17,7 @@ int run(const SealArguments& arguments, const Terminal& terminal) {
   if (!arguments.raw.empty()) {
     check_output("--raw", arguments.raw, {}, {".raw", ".bin", ".frames"});
     const auto bytes = write_raw(arguments.run, arguments.raw);
-    note(terminal, say("wrote {}: {} bytes as they came", arguments.raw, bytes));
+    note(terminal, say("wrote {}: {} bytes as they came", Name{arguments.raw}, bytes));
     return 0;
   }
   std::vector<SealedRecording> sealed;
@@ -27,7 +27,7 @@ int run(const SealArguments& arguments, const Terminal& terminal) {
     sealed = tumble::seal(arguments.run, disk, arguments.output, line.progress());
   }
   for (const auto& [slot, path, sha256, findings] : sealed) {
-    note(terminal, say("wrote {}", path));
+    note(terminal, say("wrote {}", Name{path}));
     for (const Finding& finding : findings)
       note(terminal, finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
   }

@@ -183,7 +183,7 @@ int change_users(const ServeArguments& arguments, const Terminal& terminal) {
     change_password(arguments.users, user.name, user.password);
   else
     add_user(arguments.users, user);
-  note(terminal, say("wrote {}", arguments.users));
+  note(terminal, say("wrote {}", Name{arguments.users}));
   return 0;
 }
 

@@ -60,7 +60,7 @@ Estimate read_result(const std::string& path) {
 void write_output(const Terminal& terminal, const std::string& path, const std::string& content) {
   if (path == standard_output) return print(content);
   write_file_atomically(path, content);
-  note(terminal, say("wrote {}", path));
+  note(terminal, say("wrote {}", Name{path}));
 }
 
 void write_figures(const std::vector<Figure>& originals, const std::string& path, Language language,
@@ -72,7 +72,7 @@ void write_figures(const std::vector<Figure>& originals, const std::string& path
                                          : all.parent_path() / fmt::format("{}-{}{}", all.stem().string(), i + 1,
                                                                            all.extension().string());
     write_file_atomically(one.string(), to_svg(figures[i]));
-    note(terminal, say("wrote {}: {}", one.string(), figures[i].name));
+    note(terminal, say("wrote {}: {}", Name{one.string()}, figures[i].name));
   }
 }
 

@@ -31,7 +31,7 @@ int run(const SimulateArguments& arguments, const Terminal& terminal) {
     ProgressLine line(terminal);
     tumble::simulate_to(output, plan, arguments.seed, free_memory() / 2, line.progress());
   }
-  if (output != standard_output) note(terminal, say("wrote {} (seed {})", output, arguments.seed));
+  if (output != standard_output) note(terminal, say("wrote {} (seed {})", Name{output}, arguments.seed));
   return 0;
 }
 

@@ -274,7 +274,7 @@ void read_channel_sets(Reading& reading) {
       reading.plan.channels[role] = std::move(choices);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
-        reading.problems.all.push_back(say("--set channels.{}: {}", role, problem));
+        reading.problems.all.push_back(within(say("--set channels.{}", Name{role}), problem));
     }
 }
 

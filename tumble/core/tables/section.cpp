@@ -68,9 +68,11 @@ void Section::complain(const toml::node& node, std::string_view key, const Probl
 }
 
 Where Section::named(std::string_view key) const {
-  const std::string separator = name_.empty() || key.empty() ? "" : ": ";
-  const std::string shown = name_ + separator + std::string(key);
-  return {.table = name_, .key = std::string(key), .place = shown.empty() ? Sentence() : say("{}", Name{shown})};
+  const std::string shown(key);
+  Where where{.table = name_, .key = shown};
+  if (!name_.empty()) where.place = shown.empty() ? say("{}", Name{name_}) : say("{}: {}", Name{name_}, Name{shown});
+  if (name_.empty() && !shown.empty()) where.place = say("{}", Name{shown});
+  return where;
 }
 
 std::optional<std::string> Section::text(std::string_view key) {
