@@ -356,7 +356,7 @@ TEST(RlgNorthFinder, RotationsAboutAnotherAxisOrTheOtherWayAreNamed) {
   EXPECT_EQ(value_of(short_turns, "turns_do_not_fit_gravity", "turns"), 1.0);
   EXPECT_NEAR(value_of(short_turns, "turns_do_not_fit_gravity", "planned"), 2.0, 0.01);
   const Estimate sound = trial_with({});
-  EXPECT_TRUE(errors_among(sound.findings).empty()) << errors_among(sound.findings).front();
+  EXPECT_TRUE(errors_among(sound.findings).empty()) << errors_among(sound.findings).front().text();
 }
 
 // A dither of which 20 deg/s is the 80th multiple over the scale factor, and one where it lies between two of them.
@@ -576,7 +576,7 @@ TEST(RlgNorthFinder, AnglesSetByHandAreNoFault) {
     const Trial trial = method().second_trial(seed);
     for (const char* estimator : {"least_squares", "closed_form"}) {
       const Estimate estimate = answer(trial.evidence, estimator);
-      EXPECT_TRUE(errors_among(estimate.findings).empty()) << errors_among(estimate.findings).front();
+      EXPECT_TRUE(errors_among(estimate.findings).empty()) << errors_among(estimate.findings).front().text();
       const Finding* off = finding_of(estimate.findings, "angle_off_plan");
       ASSERT_NE(off, nullptr);
       EXPECT_GT(off->occurrences.count, 5u);
