@@ -12,7 +12,7 @@ const Problems problems{within(Where{.file = "a b.csv",
                                      .column = 2,
                                      .channel = "gyro",
                                      .place = say("line {}, column {} '{}'", 3, 2, Name{"gyro"})},
-                               say("'{}' is not a number", "x")),
+                               say("'{}' is not a number", std::string("x"))),
                         within(Where{.time = 2.5, .place = "outer"}, say("{} of {}", 1.5, say("n {}", Name{"m"})))};
 
 TEST(ProblemJson, HasCodePatternValuesAndPlaceBesideTheMessage) {
