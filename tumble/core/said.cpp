@@ -464,6 +464,7 @@ std::string in_language(Language language, const Sentence& said) {
 
 std::string in_language(Language language, const Problem& problem) {
   if (language == Language::english) return problem.text();
+  if (problem.where.place.empty()) return in_language(language, problem.what);
   return chinese(problem).value_or(problem.text());
 }
 

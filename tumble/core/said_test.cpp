@@ -41,7 +41,7 @@ TEST(Said, WhatCannotBeTranslatedWholeIsEnglishWhole) {
 }
 
 TEST(Said, ASentenceInASentenceIsTranslated) {
-  EXPECT_EQ(chinese(say("unknown key '{}'{}", "titel", say("; did you mean '{}'?", "title"))),
+  EXPECT_EQ(chinese(say("unknown key '{}'{}", std::string("titel"), say("; did you mean '{}'?", std::string("title")))),
             "无法识别的键“titel”，是否应为“title”？");
   EXPECT_EQ(chinese(within(say("line {}, column {} '{}'", 3, 2, Name{"gyro"}), say("'{}' is not a number", "x"))),
             "第 3 行第 2 列“gyro”：“x”不是数值");

@@ -39,7 +39,7 @@ TEST(Problem, WithinKeepsWhatIsKnownOfThePlace) {
 
 TEST(Problem, NamesOfFilesAreToldFromAFolderOn) {
   const Problem problem = within(Where{.file = "/a b/c.csv", .place = say("'{}'", Name{"/a b/c.csv"})},
-                                 say("{}: {}", "/a b/d", say("no {}", Name{"/a b/e"})));
+                                 say("{}: {}", std::string("/a b/d"), say("no {}", Name{"/a b/e"})));
   const Problem shorter = named_from("/a b", problem);
   EXPECT_EQ(shorter.text(), "'c.csv': d: no e");
   EXPECT_EQ(shorter.where.file, "c.csv");
