@@ -172,8 +172,7 @@ Settings resolve(const std::vector<Option>& options, const std::vector<Given>& g
   Settings settings;
   const auto complain = [&](const Given& value, Problem problem) {
     problem = within(Where{.table = std::string(what), .place = Sentence(std::string(what))}, std::move(problem));
-    problems.push_back(value.where.empty() ? std::move(problem)
-                                           : within(say("{}", Name{value.where}), std::move(problem)));
+    problems.push_back(within(value.where, std::move(problem)));
   };
   const auto read = [&](const Option& option, const Given& value) {
     try {

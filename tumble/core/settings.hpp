@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tumble/core/option.hpp"
@@ -16,9 +17,19 @@ namespace tumble {
 struct Given {
   std::string key;
   std::string text;
-  std::string where;          ///< "plan.toml:12" or "--set"
+  Where where;                ///< "plan.toml:12", with file and line, or "--set"
   bool quoted = true;         ///< false: a TOML integer, float or boolean stood there, not a string
   bool command_line = false;  ///< from --set
+
+  Given(std::string name, std::string written, Where at, bool in_quotes = true, bool from_command_line = false)
+      : key(std::move(name)),
+        text(std::move(written)),
+        where(std::move(at)),
+        quoted(in_quotes),
+        command_line(from_command_line) {}
+  /// At a place that is no line of a file: "--set".
+  Given(std::string name, std::string written, const char* place, bool in_quotes = true, bool from_command_line = false)
+      : Given(std::move(name), std::move(written), Where{.place = place}, in_quotes, from_command_line) {}
 };
 
 /// Checked values by name. Asking for a name that the options do not list is a bug (assert).

@@ -67,6 +67,10 @@ std::string Problem::text() const {
   return where.place.empty() ? what.text() : where.place.text() + ": " + what.text();
 }
 
+Sentence sentence_of(const Problem& problem) {
+  return problem.where.place.empty() ? problem.what : say("{}: {}", problem.where.place, problem.what);
+}
+
 std::vector<std::string> texts_of(const Problems& problems) {
   std::vector<std::string> texts;
   for (const Problem& problem : problems) texts.push_back(problem.text());
@@ -134,6 +138,7 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
     SentenceValue value{argument.kind, "", argument.number, {}};
     value.text = fmt::vformat(fmt::format("{{{}{}}}", field.argument, field.how), values);
     if (argument.sentence) value.nested.push_back(*argument.sentence);
+    if (argument.problem) value.nested.push_back(sentence_of(*argument.problem));
     if (argument.words) value.nested.emplace_back(argument.words);
     said.pattern += "{}";
     said.values.push_back(std::move(value));

@@ -92,6 +92,9 @@ inline Problem within(Sentence place, Problem problem) {
   return within(Where{.place = std::move(place)}, std::move(problem));
 }
 
+/// In one sentence, the place before a colon: "plan.toml:7: [rig]: a table is expected". Pattern and values stay.
+Sentence sentence_of(const Problem& problem);
+
 /// The problem with other texts of its values and its place; words and patterns stay.
 Problem with_values(Problem problem, const std::function<std::string(const std::string&)>& change);
 /// The problem with names of files told from a folder on: whoever reads it does not know where that lies.
@@ -102,6 +105,7 @@ struct SayArgument {
   SentenceValue::Kind kind = SentenceValue::Kind::text;
   double number = 0.0;
   const Sentence* sentence = nullptr;
+  const Problem* problem = nullptr;
   const char* words = nullptr;  ///< of the program: a sentence without values
 };
 
@@ -111,6 +115,9 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
 inline SayArgument say_argument(const Name&) { return {.kind = SentenceValue::Kind::name}; }
 inline SayArgument say_argument(const Sentence& said) {
   return {.kind = SentenceValue::Kind::sentence, .sentence = &said};
+}
+inline SayArgument say_argument(const Problem& problem) {
+  return {.kind = SentenceValue::Kind::sentence, .problem = &problem};
 }
 inline SayArgument say_argument(const char* words) { return {.kind = SentenceValue::Kind::sentence, .words = words}; }
 template <class T>
@@ -126,7 +133,8 @@ SayArgument say_argument(const T& value) {
 }
 
 /// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). What a
-/// value is, follows from its type: a number, a Name, a Sentence, words of the program (const char*), a text.
+/// value is, follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words
+/// of the program (const char*), a text.
 template <class... Values>
 Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
   const fmt::string_view english = pattern;

@@ -37,6 +37,17 @@ TEST(Problem, WithinKeepsWhatIsKnownOfThePlace) {
   EXPECT_EQ(problem.where.key, "kind");
 }
 
+TEST(Problem, InASentenceKeepsItsPatternAndItsPlace) {
+  const Sentence said = say("not archived: {}", within(say("{}:{}", Name{"p.toml"}, 7), say("no {}", 3)));
+  EXPECT_EQ(said.text(), "not archived: p.toml:7: no 3");
+  ASSERT_EQ(said.values.at(0).kind, SentenceValue::Kind::sentence);
+  const Sentence& nested = said.values[0].nested.at(0);
+  EXPECT_EQ(nested.pattern, "{}: {}");
+  EXPECT_EQ(nested.values.at(0).nested.at(0).pattern, "{}:{}");
+  EXPECT_EQ(nested.values.at(1).nested.at(0).pattern, "no {}");
+  EXPECT_EQ(say("x {}", Problem("y")).values.at(0).nested.at(0).pattern, "y");  // without a place: what alone
+}
+
 TEST(Problem, NamesOfFilesAreToldFromAFolderOn) {
   const Problem problem = within(Where{.file = "/a b/c.csv", .place = say("'{}'", Name{"/a b/c.csv"})},
                                  say("{}: {}", std::string("/a b/d"), say("no {}", Name{"/a b/e"})));

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 #include <sstream>
 
@@ -31,25 +30,12 @@ void FileProblems::add(const toml::source_region& at, Problem problem) {
     all.push_back(say("there are more than {} problems: correct these first", most));
 }
 
-namespace {
-
-/// The line of a setting is known by its text alone, "plan.toml:12" (Given::where).
-void set_line(Where& where, const std::string& file) {
-  const std::string place = where.place.text(), begin = file + ":";
-  if (where.line > 0 || !place.starts_with(begin)) return;
-  std::from_chars(place.data() + begin.size(), place.data() + place.size(), where.line);
-  if (where.line > 0) where.file = file;
-}
-
-}  // namespace
-
 Problems FileProblems::sorted() const {
   const auto line = [this](const Problem& problem) {
     const bool here = problem.where.file == file && problem.where.line > 0;
     return here ? problem.where.line : std::numeric_limits<std::size_t>::max();
   };
   auto all_sorted = all;
-  for (Problem& problem : all_sorted) set_line(problem.where, file);
   std::stable_sort(all_sorted.begin(), all_sorted.end(),
                    [&](const Problem& a, const Problem& b) { return line(a) < line(b); });
   return all_sorted;
@@ -185,7 +171,7 @@ std::vector<Given> Section::rest() {
   for (const auto& key : unread()) {
     const auto& node = *find(key);
     if (const auto text = text_of(node))
-      given.push_back({key, *text, problems_.place(node.source()), node.is_string()});
+      given.push_back({key, *text, problems_.where(node.source()), node.is_string()});
     else
       complain(node, key, "a value is expected, not a table or a list of lists");
   }
