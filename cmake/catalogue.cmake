@@ -60,3 +60,35 @@ const std::vector<const @type@*>& @noun@_catalogue() {
 ]] @ONLY)
   set(${result} ${output} PARENT_SCOPE)
 endfunction()
+
+# The trials of the methods, methods/<method>/testing/trials.cpp, for the test programs: the library does not have them. Further
+# arguments are methods that stand elsewhere. Writes the list of all.
+function(tumble_trials name result)
+  file(GLOB found CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/tumble/methods
+       ${PROJECT_SOURCE_DIR}/tumble/methods/*/testing/trials.cpp)
+  list(TRANSFORM found REPLACE "/.*" "")
+  list(APPEND found ${ARGN})
+  list(SORT found)
+  set(declarations "")
+  set(entries "")
+  foreach(method ${found})
+    string(APPEND declarations "namespace ${method} {\nextern const Trials trials;\n}\n")
+    string(APPEND entries "      {\"${method}\", &${method}::trials},\n")
+  endforeach()
+  set(output ${PROJECT_BINARY_DIR}/generated/tumble/methods/testing/${name}.cpp)
+  file(CONFIGURE OUTPUT ${output} CONTENT [[// Generated from the files of tumble/methods/*/testing.
+#include "tumble/methods/testing/trials.hpp"
+
+namespace tumble {
+
+@declarations@
+const std::vector<std::pair<std::string_view, const Trials*>>& trials_catalogue() {
+  static const std::vector<std::pair<std::string_view, const Trials*>> entries{
+@entries@  };
+  return entries;
+}
+
+}  // namespace tumble
+]] @ONLY)
+  set(${result} ${output} PARENT_SCOPE)
+endfunction()

@@ -1,4 +1,4 @@
-// The entries of docs/adding.md at work: this program is compiled with the files of examples/adding, and finds them in
+// The entries of docs/adding/ at work: this program is compiled with the files of examples/adding, and finds them in
 // its catalogues as it finds all others.
 
 #include <gtest/gtest.h>
@@ -14,6 +14,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/rigs/testing/bench.hpp"
@@ -49,7 +50,8 @@ TEST(Adding, RigRefusesWhatItCannotDo) {
 }
 
 TEST(Adding, RigErrorsStandInTheBudgetOfTheMethod) {
-  const Estimate estimate = find_method("my_gyro_drift").identify(find_method("my_gyro_drift").trial(1).evidence, {});
+  const Estimate estimate =
+      find_method("my_gyro_drift").identify(trial_of(find_method("my_gyro_drift"), 1).evidence, {});
   EXPECT_TRUE(std::any_of(estimate.budget.begin(), estimate.budget.end(), [](const Contribution& line) {
     return line.source.find("level of the base") != std::string::npos;
   }));
@@ -58,7 +60,7 @@ TEST(Adding, RigErrorsStandInTheBudgetOfTheMethod) {
 TEST(Adding, MethodHoldsItsTruthWithinFourSigma) {
   const Method& method = find_method("my_gyro_drift");
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Trial trial = method.trial(seed);
+    const Trial trial = trial_of(method, seed);
     const Estimate estimate = method.identify(trial.evidence, {});
     for (const auto& [name, truth] : trial.truth) {
       const std::size_t i = index_of(estimate, name);
@@ -71,7 +73,7 @@ TEST(Adding, MethodHoldsItsTruthWithinFourSigma) {
 
 TEST(Adding, MethodFindsTheTruthToRoundingWithoutNoise) {
   const Method& method = find_method("my_gyro_drift");
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   trial.evidence.plan.rig.set_flag("ideal", true);
   trial.evidence.plan.truth.set_number("angle_random_walk", 0.0, Unit());
   trial.evidence.recordings = {simulate(trial.evidence.plan, 1, {})};
@@ -82,7 +84,7 @@ TEST(Adding, MethodFindsTheTruthToRoundingWithoutNoise) {
 
 TEST(Adding, MethodPredictsWhatItThenStates) {
   const Method& method = find_method("my_gyro_drift");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   const Estimate before = method.predict(trial.evidence.plan), after = method.identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
     const double predicted = standard_uncertainty(before, index_of(before, name));
@@ -95,7 +97,7 @@ TEST(Adding, MethodPredictsWhatItThenStates) {
 
 TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
   const Method& method = find_method("my_gyro_drift");
-  const Trial trial = method.trial(1), other = method.trial(2);
+  const Trial trial = trial_of(method, 1), other = trial_of(method, 2);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
   const Compensation compensated = compensate(estimate, other.evidence.recordings[0], &trial.evidence.plan);
@@ -109,6 +111,52 @@ TEST(Adding, MethodSubtractsTheDriftFromAnotherRecording) {
   ASSERT_NE(sd, nullptr);
   EXPECT_NEAR(before->values[100] - after->values[100], drift, 4.0 * sd->values[100]);
   EXPECT_GT(std::abs(drift), 4.0 * sd->values[100]);
+}
+
+TEST(Adding, WarmUpFindsTheTruthWithoutNoise) {
+  const Method& method = find_method("my_warm_up");
+  Trial trial = trial_of(method, 1);
+  Plan& plan = trial.evidence.plan;
+  plan.rig.set_flag("ideal", true);
+  plan.truth.set_number("angle_random_walk", 0.0, Unit());
+  plan.settings.set_number("averaging", 1.0, Unit::parse("s"));
+  trial.evidence.recordings = {simulate(plan, 1, {})};
+  const Estimate estimate = method.identify(trial.evidence, {});
+  // The last step is below 1e-12 of each value; samples of 1e-5 rad/s are rounded to 1e-16 of themselves.
+  for (const auto& [name, truth] : trial.truth)
+    EXPECT_NEAR(estimate.parameters[index_of(estimate, name)].value, truth, 1e-10 * std::abs(truth)) << name;
+}
+
+TEST(Adding, WarmUpRefusesARecordingWithoutATransient) {
+  Evidence evidence = trial_of(find_method("my_warm_up"), 1).evidence;
+  evidence.plan.truth.set_number("startup_transient", 0.0, Unit::parse("deg/h"));
+  evidence.recordings = {simulate(evidence.plan, 1, {})};
+  try {
+    find_method("my_warm_up").identify(evidence, {});
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_data);
+  }
+}
+
+TEST(Adding, WarmUpIsSubtractedFromAnotherRecording) {
+  const Method& method = find_method("my_warm_up");
+  const Trial trial = trial_of(method, 1), other = trial_of(method, 2);
+  Estimate estimate = method.identify(trial.evidence, {});
+  estimate.provenance.settings = trial.evidence.plan.settings.texts();
+  const Recording& recording = other.evidence.recordings[0];
+  const Compensation compensated = compensate(estimate, recording, &trial.evidence.plan);
+  const Channel *after = find_channel(compensated.recording, "gyro"), *before = find_channel(recording, "gyro"),
+                *sd = find_channel(compensated.recording, "gyro.compensation_sd");
+  ASSERT_NE(after, nullptr);
+  ASSERT_NE(sd, nullptr);
+  for (const std::size_t sample : {0u, 250u, 2000u}) {
+    const double time = static_cast<double>(sample) + 0.5;
+    const double drift = trial.truth[0].second + trial.truth[1].second * std::exp(-time / trial.truth[2].second);
+    EXPECT_NEAR(before->values[sample] - after->values[sample], drift, 4.0 * sd->values[sample]) << sample;
+    EXPECT_LT(sd->values[sample],
+              si(0.1, "deg/h"));  // some hundredths: the noise of 0.12 deg/h in 1 s, over 10 minutes
+  }
 }
 
 Recording with_temperature(std::vector<double> kelvins) {

@@ -15,6 +15,7 @@
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/testing/example_certificate.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/report/report.hpp"
 
 namespace tumble {
@@ -60,7 +61,7 @@ pugi::xml_node list_of(const pugi::xml_document& document) {
 class CertificateOfMethod : public ::testing::TestWithParam<const Method*> {};
 
 TEST_P(CertificateOfMethod, ValidatesAndReadsBack) {
-  Estimate estimate = GetParam()->identify(GetParam()->trial(1).evidence, {});
+  Estimate estimate = GetParam()->identify(trial_of(*GetParam(), 1).evidence, {});
   estimate.method = GetParam()->name;
   estimate.provenance.inputs = {{"trial.h5", std::string(64, '0')}};
   for (std::size_t i = 0; i < estimate.parameters.size() && estimate.verdicts.size() < 3; ++i)

@@ -7,8 +7,9 @@
   units      a public function that takes or returns a double, span, Matrix or vector<double> says a unit or a shape in
              square brackets: [rad/s], [u], [1], [N x p]
   words      no comment of a public header begins with "The same"
-  code       a block of a page below the comment <!-- from FILE --> stands in that file, line for line; in
-             docs/adding.md every block of C++ has such a comment
+  numbers    the versions of files that RELEASING.md states are those of the code
+  code       a block of a page below the comment <!-- from FILE --> or <!-- not run: from FILE --> stands in that file, line
+             for line; in docs/adding/ every block of C++, TypeScript, TOML and JSON has such a comment
 
     check_docs.py REPOSITORY      exit 1 and one line a fault; prints how many functions say a unit
     check_docs.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
@@ -29,9 +30,14 @@ NUMERIC = re.compile(r"\bdouble\b|\bspan<|\bMatrix\b")
 BRACKET = re.compile(r"(?<![\w)])\[([^\[\]\n]{1,60})\]")
 PLAN_TABLES = {"settings", "site", "rig", "channels", "truth", "limit", "instrument", "schedule", "recording", "beside"}
 ACCESS = ("public", "private", "protected")
-FROM = re.compile(r"(?m)^<!-- from (\S+) -->\n```cpp\n((?:.*\n)*?)```$|^```cpp\n")
-ALL_FROM_FILES = ("docs/adding.md",)
+FROM = re.compile(r"(?m)^<!-- (?:not run: )?from (\S+) -->\n```\w+\n((?:.*\n)*?)```$|^```(cpp|tsx|toml|json)\n")
+ALL_FROM_FILES = "docs/adding/"
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
+NUMBERS = {  # rows of the table in RELEASING.md, and what says the number in the file that the row names
+    "result JSON": r"project\(tumble VERSION ([\d.]+)",
+    "archive, SQLite and PostgreSQL": r"newest_version\(\) \{ return (\d+); \}",
+    "live store of a run": r"PRAGMA user_version = (\d+);|version\.integer\(1\) != (\d+)\)",
+}
 NO_FUNCTION = {"double", "int", "bool", "void", "char", "if", "return", "decltype", "noexcept", "alignas"}
 
 
@@ -154,6 +160,22 @@ def check_decisions(root):
     return faults
 
 
+def check_numbers(root):
+    """Rows of RELEASING.md whose number is not the one of the file that they name."""
+    faults, rows = [], {}
+    for line in (root / "RELEASING.md").read_text(encoding="utf-8").splitlines():
+        if len(cells := [cell.strip() for cell in line.strip("|").split("|")]) == 4:
+            rows[cells[0]] = (cells[2], cells[3].strip("`"))
+    for name, pattern in NUMBERS.items():
+        number, file = rows.get(name, ("", ""))
+        code = (root / file).read_text(encoding="utf-8") if file else ""
+        said = {"".join(match.groups("")) for match in re.finditer(pattern, code)}
+        if said != {number}:
+            faults.append(f"RELEASING.md: {name}: {number or 'no number'}, but {file or 'no file'} says "
+                          f"{', '.join(sorted(said)) or 'none'}")
+    return faults
+
+
 # ---- code of pages ----------------------------------------------------------------------------------------------
 
 
@@ -165,8 +187,8 @@ def check_code(root):
         for match in FROM.finditer(text):
             where = f"{name}:{line_of(text, match.start())}"
             if match[1] is None:
-                if name in ALL_FROM_FILES:
-                    faults.append(f"{where}: a block of C++ without <!-- from FILE -->")
+                if name.startswith(ALL_FROM_FILES):
+                    faults.append(f"{where}: a block of {match[3]} without <!-- from FILE -->")
                 continue
             source = root / match[1]
             code = "\n" + source.read_text(encoding="utf-8") if source.exists() else ""
@@ -307,7 +329,7 @@ def same_as_what(path):
 
 def check(root):
     faults, report = check_units(root)
-    return check_equations(root) + check_links(root) + check_decisions(root) + check_code(root) + faults, report
+    return check_equations(root) + check_links(root) + check_decisions(root) + check_numbers(root) + check_code(root) + faults, report
 
 
 # ---- self-test --------------------------------------------------------------------------------------------------
@@ -348,9 +370,17 @@ SOUND = {
     "tumble/methods/x/part.hpp": "/// One line,\n/// The same line goes on.\nint later(int x);\n",
     "tumble/math/testing/help.hpp": "double not_public(double x);\n",
     "examples/adding/my.cpp": "int a() { return 1; }\n\nint b() { return 2; }\n",
-    "docs/adding.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
+    "examples/adding/my.toml": "[command.stop]\nsend = 1\n",
+    "docs/adding/verb.md": "<!-- not run: from examples/adding/my.toml -->\n```toml\n[command.stop]\n```\n",
+    "docs/adding/my.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
     "docs/decisions/README.md": "[1](001-one.md)\n",
     "docs/decisions/001-one.md": "# One\n",
+    "RELEASING.md": "| result JSON | member | 0.1.0 | `CMakeLists.txt` |\n"
+                    "| archive, SQLite and PostgreSQL | table | 3 | `archive.cpp` |\n"
+                    "| live store of a run | file | 1 | `store.cpp` |\n",
+    "CMakeLists.txt": "project(tumble VERSION 0.1.0)\n",
+    "archive.cpp": "int newest_version() { return 3; }\n",
+    "store.cpp": 'run("PRAGMA user_version = 1;");\nif (version.integer(1) != 1) refuse();\n',
     "docs/other.md": "```cpp\nint c() { return 3; }\n```\n",
 }
 TAMPERED = {  # file, its new text, words of the fault
@@ -383,8 +413,15 @@ TAMPERED = {  # file, its new text, words of the fault
     "decision twice": ("docs/decisions/README.md", "[1](001-one.md) [2](001-one.md)\n", "stands 2 times"),
     "code that has changed": ("examples/adding/my.cpp", "int b() { return 3; }\n", "does not stand in"),
     "code of a part of a line": ("examples/adding/my.cpp", "// int b() { return 2; }\n", "does not stand in"),
-    "code from no file": ("docs/adding.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
-    "code without its file": ("docs/adding.md", "```cpp\nint b() { return 2; }\n```\n", "without <!-- from"),
+    "code of another language that has changed": ("examples/adding/my.toml", "[command.halt]\n", "does not stand in"),
+    "code from no file": ("docs/adding/my.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
+    "code without its file": ("docs/adding/my.md", "```cpp\nint b() { return 2; }\n```\n", "cpp without <!-- from"),
+    "toml without its file": ("docs/adding/verb.md", "```toml\n[command.stop]\n```\n", "toml without <!-- from"),
+    "a version that was raised": ("CMakeLists.txt", "project(tumble VERSION 0.2.0)\n", "0.1.0, but CMakeLists.txt says 0.2.0"),
+    "tables that were changed": ("archive.cpp", "int newest_version() { return 4; }\n", "says 4"),
+    "two numbers of one store": ("store.cpp", 'run("PRAGMA user_version = 2;");\nif (version.integer(1) != 1) refuse();\n',
+                                 "says 1, 2"),
+    "a version that nothing says": ("archive.cpp", "\n", "says none"),
     "begins with The same": ("tumble/core/a.hpp", "/// The same for two.\nint f(int x);\n", 'begins with "The same"'),
 }
 

@@ -22,7 +22,7 @@ NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart"),
          "tumble/methods/allan_noise/spectrum.cpp": ("left out",)}
 BEGINNING = re.compile(r"///<? *(?:What|Of|Those of|The same)\b")
-OLD_BEGINNINGS = 301
+OLD_BEGINNINGS = 298
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 

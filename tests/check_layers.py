@@ -88,13 +88,14 @@ def faults_of_namespace(relative, lines, layer, types):
     folder = relative.parts[-2] if len(relative.parts) > depth + 1 else ""
     wanted = "tumble" + (f"::{folder}" if folder else "")
     constants = f"tumble::{relative.stem}"  # a table of constants may have a namespace of its own
+    above = f"tumble::{relative.parts[-3]}" if folder == "testing" else wanted  # helpers of what stands in the folder above
     faults, current = [], None
     for number, line in enumerate(lines, 1):
         opened = NAMESPACE.match(line)
         if opened and not (current and opened[1] == "detail"):
             current = opened[1]
             forward = current == "tumble" and folder  # forward declarations of types of other modules
-            if current not in (wanted, constants) and not forward and current not in ("std", "Eigen"):
+            if current not in (wanted, constants, above) and not forward and current not in ("std", "Eigen"):
                 faults.append(f"{relative}:{number}: is in namespace {current}, by its folder it belongs in {wanted}")
         defined = DEFINITION.match(line)
         if defined and current == "tumble" and folder and folder != "testing":

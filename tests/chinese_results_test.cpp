@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
@@ -93,11 +94,11 @@ class ChineseResults : public ::testing::TestWithParam<const Method*> {
 
 TEST_P(ChineseResults, HaveNoEnglish) {
   const Method& method = *GetParam();
-  const auto first = method.trial(1);
+  const auto first = trial_of(method, 1);
   expect_no_english(first.evidence, method, method.identify(first.evidence, {}));
   if (method.predict) expect_no_english(first.evidence, method, method.predict(first.evidence.plan));
-  if (!method.second_trial) return;
-  const auto second = method.second_trial(1);
+  if (!trials_of(method).second) return;
+  const auto second = second_trial_of(method, 1);
   expect_no_english(second.evidence, method, method.identify(second.evidence, {}));
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 
 namespace tumble {
 namespace {
@@ -58,7 +59,7 @@ struct Case {
   double more_each = 0.0;  ///< [s] for each further one
 
   Evidence evidence() const {
-    Trial trial = variant == Variant::second_trial ? method.second_trial(1) : method.trial(1);
+    Trial trial = variant == Variant::second_trial ? second_trial_of(method, 1) : trial_of(method, 1);
     if (variant == Variant::stated) state_instabilities(method, trial.evidence.plan.settings);
     for (std::size_t r = 0; r < trial.evidence.recordings.size(); ++r)
       tumble::shift(trial.evidence.recordings[r], shift + more_each * static_cast<double>(r));
@@ -129,7 +130,7 @@ class ClockOrigin : public ::testing::TestWithParam<const Method*> {
 TEST_P(ClockOrigin, ChangesNothingInTheTrial) { expect_no_change(Variant::trial); }
 
 TEST_P(ClockOrigin, ChangesNothingInTheSecondTrial) {
-  if (GetParam()->second_trial != nullptr) expect_no_change(Variant::second_trial);
+  if (trials_of(*GetParam()).second != nullptr) expect_no_change(Variant::second_trial);
 }
 
 TEST_P(ClockOrigin, ChangesNothingWhereTheBiasInstabilityIsStated) {

@@ -14,6 +14,7 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
@@ -35,7 +36,7 @@ class Methods : public ::testing::TestWithParam<const Method*> {
     static std::map<std::string, Estimate> known;
     auto found = known.find(method().name);
     if (found == known.end()) {
-      found = known.emplace(method().name, method().identify(method().trial(1).evidence, {})).first;
+      found = known.emplace(method().name, method().identify(trial_of(method(), 1).evidence, {})).first;
     }
     return found->second;
   }
@@ -53,7 +54,7 @@ TEST_P(Methods, SaysWhatItNeedsAndWhereItComesFrom) {
 }
 
 TEST_P(Methods, TrialIsDrawnFromOneTruth) {
-  const Trial one = method().trial(1), again = method().trial(1), other = method().trial(2);
+  const Trial one = trial_of(method(), 1), again = trial_of(method(), 1), other = trial_of(method(), 2);
   EXPECT_FALSE(one.truth.empty());
   EXPECT_EQ(one.truth, other.truth);
   ASSERT_FALSE(one.evidence.recordings.empty());
@@ -68,7 +69,7 @@ TEST_P(Methods, TrialIsDrawnFromOneTruth) {
 }
 
 TEST_P(Methods, IsDeterministic) {
-  const Estimate again = method().identify(method().trial(1).evidence, {});
+  const Estimate again = method().identify(trial_of(method(), 1).evidence, {});
   ASSERT_EQ(again.parameters.size(), estimate().parameters.size());
   for (std::size_t i = 0; i < again.parameters.size(); ++i) {
     EXPECT_TRUE(same_bytes({again.parameters[i].value}, {estimate().parameters[i].value})) << again.parameters[i].name;
@@ -165,7 +166,7 @@ TEST_P(Methods, HasAFigure) {
 
 TEST_P(Methods, TruthNamesParameters) {
   std::size_t found = 0;
-  for (const auto& [name, value] : method().trial(1).truth) found += find_parameter(estimate(), name) != nullptr;
+  for (const auto& [name, value] : trial_of(method(), 1).truth) found += find_parameter(estimate(), name) != nullptr;
   EXPECT_GT(found, 0u);
 }
 
@@ -212,7 +213,7 @@ std::vector<Poor> poor_evidence() {
 
 TEST_P(Methods, PoorEvidenceIsAnErrorAndNothingElse) {
   for (const auto& poor : poor_evidence()) {
-    Evidence evidence = method().trial(1).evidence;
+    Evidence evidence = trial_of(method(), 1).evidence;
     poor.mutate(evidence);
     try {
       method().identify(evidence, {});
@@ -245,7 +246,7 @@ TEST_P(Methods, HasModelsWhoseTermsAreItsParameters) {
 
 TEST_P(Methods, CompensatesWithoutLosingSamples) {
   if (!method().compensates) return;
-  const Trial trial = method().trial(2);
+  const Trial trial = trial_of(method(), 2);
   const Recording& recording = trial.evidence.recordings[0];
   Estimate result = estimate();
   result.provenance.settings = trial.evidence.plan.settings.texts();
@@ -262,7 +263,7 @@ TEST_P(Methods, CompensatesWithoutLosingSamples) {
 
 TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
   if (method().predict == nullptr) return;
-  const Estimate predicted = method().predict(method().trial(1).evidence.plan);
+  const Estimate predicted = method().predict(trial_of(method(), 1).evidence.plan);
   ASSERT_FALSE(predicted.parameters.empty());
   ASSERT_EQ(predicted.covariance.rows, predicted.parameters.size());
   for (std::size_t i = 0; i < predicted.parameters.size(); ++i) {

@@ -95,6 +95,7 @@ struct ThermalReading {
   double smoothing = 0.0;     ///< [s] window of the local quadratic
   double lag = 0.0;           ///< [s] of the sensors
   double start_window = 0.0;  ///< [s] after power-on whose mean is the start temperature
+  double averaging = 0.0;     ///< [s] from power-on on: means over it are compared with `covered`; 0: the samples are
 };
 
 /// A weighted sum of inputs and the range of it [SI] that the test covered.

@@ -9,6 +9,7 @@
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
@@ -29,7 +30,7 @@ struct Conducted {
 /// The method's own trial, identified.
 Conducted conducted(const std::string& name) {
   const Method& method = find_method(name);
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   Conducted out{method.identify(trial.evidence, {}), trial.evidence.recordings.front(), trial.evidence.plan.settings};
   out.estimate.provenance.settings = trial.evidence.plan.settings.texts();
   for (const auto& [role, choices] : trial.evidence.plan.channels)

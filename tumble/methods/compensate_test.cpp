@@ -7,11 +7,12 @@
 #include <functional>
 
 #include "tumble/math/regression/least_squares.hpp"
-#include "tumble/methods/imu_channel_calibration/trial.hpp"
+#include "tumble/methods/imu_channel_calibration/testing/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
-#include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/methods/rlg_north_finder/testing/trial.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 
@@ -95,11 +96,11 @@ std::vector<Held> held(const char* name, const Use& use, const std::function<dou
   const Method& method = find_method(name);
   std::vector<Held> out(use.outputs.size());
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Trial trial = method.trial(seed);
+    const Trial trial = trial_of(method, seed);
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = trial.evidence.plan.settings.texts();
     const Compensation done = compensate(estimate, use.recording, nullptr);
-    EXPECT_EQ(done.tables.size(), use.outputs.size());
+    EXPECT_EQ(done.tables.size(), 1 + use.outputs.size());
     for (std::size_t k = 0; k < use.outputs.size(); ++k) {
       const Used& used = use.outputs[k];
       const double error = find_channel(done.recording, used.channel)->values[at] - used.truth[at];
@@ -128,7 +129,7 @@ void expect_held(const std::vector<Held>& all, const Use& use) {
 }
 
 TEST(SubtractedModel, OfAUnitMovedByHandHoldsAsOftenAsItSays) {
-  const Settings truth = find_method("imu_multi_position").trial(1).evidence.plan.truth;
+  const Settings truth = trial_of(find_method("imu_multi_position"), 1).evidence.plan.truth;
   const Use use = unit_in_use(truth, [](QuantityKind) { return 1.0; });
   expect_held(held(
                   "imu_multi_position", use, [](const Used&) { return 1.0; }, 7),
@@ -136,7 +137,7 @@ TEST(SubtractedModel, OfAUnitMovedByHandHoldsAsOftenAsItSays) {
 }
 
 TEST(SubtractedModel, OfAWholeUnitThatCountsHoldsAsOftenAsItSays) {
-  const Settings truth = find_method("imu_channel_calibration").trial(1).evidence.plan.truth;
+  const Settings truth = trial_of(find_method("imu_channel_calibration"), 1).evidence.plan.truth;
   const double force = si(10000.0, "pulse/s/g") / sample_rate, rate = si(10.0, "pulse/arcsec") / sample_rate;
   const Use use = unit_in_use(truth, [&](QuantityKind k) { return k == QuantityKind::angular_rate ? rate : force; });
   const auto gain = [&](const Used& used) { return used.channel.starts_with("gyro") ? rate : force; };
@@ -173,7 +174,7 @@ Use north_finder_in_use(const std::vector<double>& truth) {
 }
 
 TEST(SubtractedModel, OfANorthFinderHoldsAsOftenAsItSays) {
-  const auto truth = rlg_north_finder::truth_of(find_method("rlg_north_finder").trial(1).evidence.plan);
+  const auto truth = rlg_north_finder::truth_of(trial_of(find_method("rlg_north_finder"), 1).evidence.plan);
   const Use use = north_finder_in_use(truth);
   const auto gain = [&](const Used& used) {  // the scale factor as the model has it, without its error
     return (used.channel == "gyro"              ? truth[0] / (1.0 + si(40.0, "ppm"))
@@ -186,7 +187,7 @@ TEST(SubtractedModel, OfANorthFinderHoldsAsOftenAsItSays) {
 
 TEST(SubtractedModel, OfANorthFinderNamesTheAxesThatItLacks) {
   const Method& method = find_method("rlg_north_finder");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   Use use = north_finder_in_use(rlg_north_finder::truth_of(trial.evidence.plan));
   use.recording.channels.resize(3);
   Estimate estimate = method.identify(trial.evidence, {});
@@ -219,7 +220,7 @@ TEST(SubtractedModel, OfABiasHoldsAnotherPowerUpAsOftenAsItSays) {
   const Method& method = find_method("static_bias");
   double share = 0.0, raw = 0.0, residual = 0.0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Trial trial = method.trial(seed);
+    const Trial trial = trial_of(method, seed);
     Estimate estimate = method.identify(trial.evidence, {});
     const double bias = trial.truth[0].second;
     const Recording later = later_power_up(bias, trial.truth[3].second, seed);
@@ -237,7 +238,7 @@ TEST(SubtractedModel, OfABiasHoldsAnotherPowerUpAsOftenAsItSays) {
 
 TEST(SubtractedModel, OfABiasSaysWhatOnePowerUpDoesNotShow) {
   const Method& method = find_method("static_bias");
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   trial.evidence.recordings.resize(1);
   const Estimate estimate = method.identify(trial.evidence, {});
   const Compensation done = compensate(estimate, trial.evidence.recordings[0], nullptr);

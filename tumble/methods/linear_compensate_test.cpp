@@ -8,6 +8,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/power_up.hpp"
@@ -59,10 +60,10 @@ Use use_of(const Trial& trial) {
 /// Share of `seeds` identifications whose 95 % interval of what was subtracted holds the truth at sample `at`.
 double share_held(const char* name, std::size_t at, double (*truth)(const Felt&), std::uint64_t seeds) {
   const Method& method = find_method(name);
-  const Use use = use_of(method.trial(1));
+  const Use use = use_of(trial_of(method, 1));
   double held = 0.0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Trial trial = method.trial(seed);
+    const Trial trial = trial_of(method, seed);
     Estimate estimate = method.identify(trial.evidence, {});
     estimate.provenance.settings = trial.evidence.plan.settings.texts();
     const auto done = compensate(estimate, use.recording, &use.plan);
@@ -91,7 +92,7 @@ TEST(LinearCompensation, LeavesNothingOfTheTruthItself) {
   for (const auto& [name, truth] :
        {std::pair<const char*, Truth>{"sdof_gyro_static", rate_of}, {"accelerometer_tumble", force_of}}) {
     const Method& method = find_method(name);
-    Trial trial = method.trial(1);
+    Trial trial = trial_of(method, 1);
     const Use use = use_of(trial);
     trial.evidence.plan = use.plan;
     trial.evidence.recordings = {use.recording};
@@ -115,7 +116,7 @@ TEST(LinearCompensation, LeavesNothingOfTheTruthItself) {
 
 TEST(LinearCompensation, WithoutAPlanSaysWhichTermsRemain) {
   const Method& method = find_method("sdof_gyro_static");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   const Use use = use_of(trial);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
@@ -135,7 +136,7 @@ TEST(LinearCompensation, WithoutAPlanSaysWhichTermsRemain) {
 
 TEST(LinearCompensation, ChannelsOfTheRecordingAreTakenBeforeThePlan) {
   const Method& method = find_method("sdof_gyro_static");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   Use use = use_of(trial);
   Estimate estimate = method.identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
@@ -176,7 +177,7 @@ Recording cut_off(const Recording& whole, std::size_t marks) {
 
 TEST(LinearCompensation, SegmentsAreThoseOfTheirLabels) {
   const Method& method = find_method("sdof_gyro_static");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   const Use use = use_of(trial);
   const Estimate estimate = result_of(method, trial);
   const auto whole = compensate(estimate, use.recording, &use.plan);
@@ -196,7 +197,7 @@ TEST(LinearCompensation, SegmentsAreThoseOfTheirLabels) {
 
 TEST(LinearCompensation, AnOutputOfAnotherKindIsRefused) {
   const Method& method = find_method("accelerometer_tumble");
-  const Trial trial = method.trial(1);
+  const Trial trial = trial_of(method, 1);
   Use use = use_of(trial);
   const Estimate estimate = result_of(method, trial);
   for (const char* unit : {"V", "m/s^2", "deg/h"}) {

@@ -16,7 +16,6 @@ namespace tumble {
 template <auto roles, auto problem_of, auto finished>
 constexpr Method linear_method(Method method) {
   method.needs_plan = true;
-  method.compensates = true;
   method.roles = roles;
   method.identify = [](const Evidence& evidence, const Progress&) -> Estimate {
     if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");

@@ -7,6 +7,7 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
@@ -26,7 +27,7 @@ void silence(Plan& plan) {
 
 /// The trial's plan without noise and rig errors, carried out.
 Trial clean(const char* method) {
-  Trial trial = find_method(method).trial(1);
+  Trial trial = trial_of(find_method(method), 1);
   silence(trial.evidence.plan);
   if (method == std::string("sdof_gyro_dynamic")) {
     trial.evidence.plan.settings.set_number("natural_frequency", 92.0, Unit::parse("Hz"));
@@ -98,7 +99,7 @@ Plan on_a_centrifuge(const Plan& table) {
 }
 
 TEST(Linear, ACentrifugeRecordingMakesTheTenthTermObservable) {
-  Trial trial = find_method("sdof_gyro_static").trial(3);
+  Trial trial = trial_of(find_method("sdof_gyro_static"), 3);
   Plan& plan = trial.evidence.plan;
   const double truth = si(0.03, "deg/h/g^2");
   plan.truth.set_number("D_OO", truth, Unit::parse("deg/h/g^2"));
@@ -123,7 +124,7 @@ TEST(Linear, ACentrifugeRecordingMakesTheTenthTermObservable) {
 TEST(Linear, APlanWithoutASiteIsRefused) {
   for (const char* method : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic",
                              "gyro_scale_factor", "rlg_lock_in"}) {
-    Trial trial = find_method(method).trial(1);
+    Trial trial = trial_of(find_method(method), 1);
     trial.evidence.plan.site.reset();
     const auto said = refusal(find_method(method), trial.evidence);
     EXPECT_NE(said.find("[site]"), std::string::npos) << method << ": " << said;
@@ -131,7 +132,7 @@ TEST(Linear, APlanWithoutASiteIsRefused) {
 }
 
 TEST(Linear, ARateAndACurrentInOneFitAreRefused) {
-  Trial trial = find_method("sdof_gyro_static").trial(3);
+  Trial trial = trial_of(find_method("sdof_gyro_static"), 3);
   auto other = trial.evidence.recordings.front();
   other.channels[0].unit = Unit::parse("mA");
   trial.evidence.plan.settings.set_number("torquer_scale_factor", si(510.0, "deg/h/mA"), Unit::parse("deg/h/mA"));
@@ -152,7 +153,7 @@ TEST(Linear, ANegativeUncertaintyOfTheTorquerIsRefused) {
 }
 
 TEST(Linear, ARecordingThatEndsEarlyIsDistinguishedFromOneTooShortToSettle) {
-  Trial trial = find_method("sdof_gyro_static").trial(3);
+  Trial trial = trial_of(find_method("sdof_gyro_static"), 3);
   auto& channel = trial.evidence.recordings[0].channels[0];
   channel.values.resize(1903);  // 19 of the 27 positions of 100 s, and 3 s of the next
   const auto estimate = find_method("sdof_gyro_static").identify(trial.evidence, {});
@@ -206,7 +207,7 @@ TEST(Linear, AnUnknownLoopLeavesItsLagInKI) {
 }
 
 TEST(Linear, ACurrentNeedsItsScaleFactor) {
-  Trial trial = find_method("sdof_gyro_static").trial(1);
+  Trial trial = trial_of(find_method("sdof_gyro_static"), 1);
   const auto rate = find_method("sdof_gyro_static").identify(trial.evidence, {});
   auto& channel = trial.evidence.recordings[0].channels[0];
   const double scale = si(510.0, "deg/h/mA");
@@ -245,13 +246,13 @@ TEST(Linear, MissingSamplesAndALateClockChangeNothing) {
 
 TEST(Linear, PredictionAgreesWithTheScatterOfTests) {
   const Method& method = find_method("sdof_gyro_static");
-  const Plan plan = method.trial(1).evidence.plan;
+  const Plan plan = trial_of(method, 1).evidence.plan;
   const auto predicted = method.predict(plan);
   const int tests = 100;
   for (std::size_t j = 0; j < predicted.parameters.size(); ++j) EXPECT_GT(standard_uncertainty(predicted, j), 0.0);
   std::vector<double> squares(predicted.parameters.size(), 0.0);
   for (int seed = 1; seed <= tests; ++seed) {
-    const auto estimate = method.identify(method.trial(static_cast<std::uint64_t>(seed)).evidence, {});
+    const auto estimate = method.identify(trial_of(method, static_cast<std::uint64_t>(seed)).evidence, {});
     for (std::size_t j = 0; j < squares.size(); ++j)
       squares[j] += std::pow(estimate.parameters[j].value - predicted.parameters[j].value, 2) / tests;
   }
@@ -262,7 +263,7 @@ TEST(Linear, PredictionAgreesWithTheScatterOfTests) {
 
 TEST(Linear, InformationOfSegmentsAddsUpToThePrediction) {
   const Method& method = find_method("sdof_gyro_static");
-  Plan plan = method.trial(1).evidence.plan;
+  Plan plan = trial_of(method, 1).evidence.plan;
   plan.truth.set_number("bias_instability", 0.0, Unit());
   linear::Problem problem;
   problem.input = [](const Felt& felt) { return felt.rate.x; };
@@ -315,7 +316,7 @@ std::ptrdiff_t misfits(const Estimate& estimate) {
 }
 
 TEST(Linear, AStatedBiasInstabilityIsALineOfTheBudget) {
-  Trial trial = find_method("sdof_gyro_static").trial(3);
+  Trial trial = trial_of(find_method("sdof_gyro_static"), 3);
   const double without = standard_uncertainty(find_method("sdof_gyro_static").identify(trial.evidence, {}), 0);
   const double stated = 50.0 * trial.evidence.plan.truth.number("bias_instability");
   trial.evidence.plan.settings.set_number("bias_instability", stated, Unit::parse("deg/h"));
@@ -329,7 +330,7 @@ TEST(Linear, AStatedBiasInstabilityIsALineOfTheBudget) {
 }
 
 TEST(Linear, AStatedBiasInstabilityFarTooSmallIsSaid) {
-  Trial trial = find_method("accelerometer_tumble").trial(4);
+  Trial trial = trial_of(find_method("accelerometer_tumble"), 4);
   Plan& plan = trial.evidence.plan;
   plan.truth.set_number("bias_instability", Unit::parse("ug").to_si(300.0), Unit::parse("ug"));
   trial.evidence.recordings = {simulate(plan, 4, {})};
@@ -353,7 +354,7 @@ TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
 }
 
 TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {
-  Plan plan = find_method("gyro_scale_factor").trial(1).evidence.plan;
+  Plan plan = trial_of(find_method("gyro_scale_factor"), 1).evidence.plan;
   const Segment one = plan.schedule.front();
   plan.schedule = {one};
   plan.schedule[0].duration = 1000.0;
@@ -380,7 +381,7 @@ TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {
 TEST(Linear, ASoundTestHasNoMisfit) {
   for (const char* name : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic"})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)
-      EXPECT_EQ(misfits(find_method(name).identify(find_method(name).trial(seed).evidence, {})), 0)
+      EXPECT_EQ(misfits(find_method(name).identify(trial_of(find_method(name), seed).evidence, {})), 0)
           << name << ", seed " << seed;
 }
 
@@ -388,7 +389,7 @@ TEST(Linear, ASoundTestHasNoMisfit) {
 // where the input is zero, it turns all coefficients round.
 TEST(Linear, AScaleFactorOfTheWrongSignIsAMisfitOfTheStaticTest) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Evidence evidence = find_method("sdof_gyro_static").trial(seed).evidence;
+    Evidence evidence = trial_of(find_method("sdof_gyro_static"), seed).evidence;
     for (double& value : evidence.recordings[0].channels[0].values) value = -value;
     EXPECT_EQ(misfits(find_method("sdof_gyro_static").identify(evidence, {})), 1) << "seed " << seed;
   }

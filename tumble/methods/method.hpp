@@ -13,12 +13,6 @@
 
 namespace tumble {
 
-/// A simulated test whose answer is known: the coverage test, the scoreboard, the demo and the docs use the same one.
-struct Trial {
-  Evidence evidence;                                  ///< plan with resolved settings, and the recordings
-  std::vector<std::pair<std::string, double>> truth;  ///< parameter name, true value [SI]
-};
-
 /// One recording that is larger than memory, handed out block after block.
 struct StreamedEvidence {
   Plan plan;
@@ -35,8 +29,6 @@ struct Method {
   std::vector<Role> (*roles)();
   std::vector<Option> (*options)();
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
-  /// Evidence drawn with this seed, from a truth that every seed shares.
-  Trial (*trial)(std::uint64_t seed);
   /// Its results have error models, which can be subtracted from a recording and exported.
   bool compensates = false;
   /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
@@ -50,9 +42,6 @@ struct Method {
   bool takes_prior = false;
   /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
-  /// A trial that differs from `trial` in what that one holds at zero or ideal: offsets, filters, gaps, outliers, the
-  /// sign of every parameter. Null where none is written yet.
-  Trial (*second_trial)(std::uint64_t seed) = nullptr;
 };
 
 /// All entries, in the order of their names.

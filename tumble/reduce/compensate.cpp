@@ -1,6 +1,7 @@
 #include "tumble/reduce/compensate.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/core/roles.hpp"
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/reduce/compensation/before_after.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/compensation/solve.hpp"
@@ -53,7 +55,8 @@ void sort_terms(const Inputs& known, const Works& works, const Recording& record
       if (by < works.size() && &works[by] != &work && std::ranges::find(work.others, by) == work.others.end())
         work.others.push_back(by);
     }
-    const bool stays = !used.missing.empty() || work.model->terms[j].remains;
+    used.remains = work.model->terms[j].remains;
+    const bool stays = !used.missing.empty() || used.remains;
     const double middle = 0.5 * (used.least + used.greatest), width = used.greatest - used.least;
     const double variance =
         used.parameter == SIZE_MAX ? 0.0 : work.estimate->covariance(used.parameter, used.parameter);
@@ -63,6 +66,22 @@ void sort_terms(const Inputs& known, const Works& works, const Recording& record
                                (used.per_output ? work.scale_factor * work.scale_factor : 1.0);
     (stays ? work.staying : work.terms).push_back(std::move(used));
   }
+}
+
+/// Of an output of whose model nothing is known without inputs that are missing, nothing can be subtracted.
+void refuse_without_inputs(const Recording& recording, const Works& works) {
+  Problems problems;
+  for (const Work& work : works) {
+    std::set<std::string> missing;
+    for (const UsedTerm& used : work.staying)
+      if (!used.remains) missing.insert(used.missing.begin(), used.missing.end());
+    if (missing.empty() || !work.terms.empty() || work.model->scale || work.model->offset) continue;
+    problems.push_back(
+        say("every term of the error model of {} needs what neither a channel nor a plan states, {}: name the "
+            "channels in [channels], or give the plan by --plan",
+            work.model->role, fmt::join(missing, ", ")));
+  }
+  compensation::refuse(recording, problems);
 }
 
 /// Value of a parameter that the model cannot do without; `otherwise` where it names none.
@@ -122,8 +141,11 @@ void take_sample(const Samples& samples, Works& works, Values& values, std::size
   std::vector<bool> informed;
   for (const Work& work : works) informed.push_back(!std::isnan(errors_at(work, values)));
   solve_together(works, values);
+  Values means;
+  if (samples.known.average) samples.known.average(i, means = values);
+  const Values& compared = means.empty() ? values : means;
   for (std::size_t k = 0; k < works.size(); ++k)
-    take_solution(works[k], values, i, informed[k], recording.channels[works[k].place]);
+    take_solution(works[k], values, compared, i, informed[k], recording.channels[works[k].place]);
   Vector3 sd;
   for (std::size_t k = 0; k < 3; ++k)
     if (!samples.acceleration_sd[k].empty()) sd[k] = samples.acceleration_sd[k][i];
@@ -243,17 +265,10 @@ std::vector<const OutputModel*> recorded_outputs(const Estimate& estimate, const
   }
   if (wanted.empty())
     for (const OutputModel& model : estimate.models) wanted.push_back(&model);
-  const auto needs = [](const OutputModel& model, Input input) {
-    return std::ranges::any_of(model.terms, [&](const ModelTerm& term) {
-      return std::ranges::any_of(term.regressor, [&](const Product& product) {
-        return std::ranges::find(product.factors, input, &TermFactor::input) != product.factors.end();
-      });
-    });
-  };
   if (std::ranges::any_of(wanted, [&](const OutputModel* model) { return present(*model); }))
     std::erase_if(wanted, [&](const OutputModel* model) {
       return !present(*model) && std::ranges::none_of(wanted, [&](const OutputModel* other) {
-        return other != model && needs(*other, model->shows);
+        return other != model && compensation::needs(*other, model->shows);
       });
     });
   return wanted;
@@ -280,10 +295,12 @@ void set_channels(Recording& recording, Recording& raw, Work& work) {
   Channel& channel = recording.channels[work.place];
   if (work.delay != 0.0) {
     const Channel late = channel;
+    const double first = late.values.empty() ? 0.0 : late.time(0);
     const double last = late.values.empty() ? 0.0 : late.time(late.values.size() - 1);
     for (std::size_t i = 0; i < late.values.size(); ++i) {
       const double time = late.time(i) + work.delay;
-      raw.channels[work.place].values[i] = time > last ? std::nan("") : compensation::value_at(late, time);
+      raw.channels[work.place].values[i] =
+          time < first || time > last ? std::nan("") : compensation::value_at(late, time);
     }
   }
   const Unit& unit = work.model->unit;
@@ -304,7 +321,14 @@ Works works_of(const Estimate& estimate, const std::vector<const OutputModel*>& 
   return works;
 }
 
-void finish(Works& works, Compensation& out) {
+/// The first output whose temperatures are read as a thermal model wants, else the first.
+const Work& thermal_first(const Works& works) {
+  const auto match = std::ranges::find_if(works, [](const Work& work) { return work.model->thermal.has_value(); });
+  return match == works.end() ? works.front() : *match;
+}
+
+void finish(Works& works, const Recording& raw, Compensation& out) {
+  out.tables.push_back(compensation::before_and_after(works, raw, out.recording));
   for (Work& work : works) {
     const Channel& channel = out.recording.channels[work.place];
     for (const auto& code : work.model->caveats)
@@ -350,10 +374,13 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   std::vector<Slot> slots = compensation::common_slots();
   std::vector<std::vector<UsedTerm>> terms;
   for (const Work& work : works) terms.push_back(used_terms(*work.model, estimate, slots));
-  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan,
-                                               slots, works.front().model->thermal);
+  const OutputModel& warm = *thermal_first(works).model;
+  compensation::require_sensors(estimate, recording, warm);
+  const Inputs known =
+      compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan, slots, warm.thermal);
   for (std::size_t k = 0; k < works.size(); ++k)
     sort_terms(known, works, recording, slots, std::move(terms[k]), works[k]);
+  refuse_without_inputs(recording, works);
   Recording raw = recording;
   for (Work& work : works) set_channels(out.recording, raw, work);
   for (Work& work : works) set_cover(slots, known, works, work);
@@ -361,7 +388,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   const Works clean = works;
   take_all(samples, works, out.recording);
   take_slopes(samples, clean, works, out.recording);
-  finish(works, out);
+  finish(works, raw, out);
   add_faults_of_samples(recording, plan, out.findings);
   return out;
 }

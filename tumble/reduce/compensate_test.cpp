@@ -106,8 +106,8 @@ TEST(Compensate, TheInputComesBackToRounding) {
   EXPECT_TRUE(done.findings.empty());
   EXPECT_EQ(done.recording.channels[0].unit.text(), "g");
   EXPECT_EQ(done.recording.channels[0].kind, QuantityKind::specific_force);
-  ASSERT_EQ(done.tables.size(), 1u);
-  EXPECT_EQ(done.tables[0].rows.size(), 3u);
+  ASSERT_EQ(done.tables.size(), 2u);
+  EXPECT_EQ(done.tables[1].rows.size(), 3u);
 }
 
 // A mean of 2000 squares has the sd sqrt(2/2000) = 0.032; four of them.

@@ -9,7 +9,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/models/model.hpp"
 
-/// What a method puts into its result as the error model of an output.
+/// The error model of an output as a method puts it into its result.
 namespace tumble {
 
 /// Ranges [SI] of regressors over the data of a test, one for each term.
@@ -29,7 +29,7 @@ OutputModel output_model(const Estimate& estimate, const std::string& role, Inpu
 /// The parameter of this name is the scale factor K; without it nothing changes.
 void set_scale(const Estimate& estimate, const std::string& name, OutputModel& model);
 
-/// What was recorded is read as this channel was. Given: scale [SI of K u for one SI unit of the channel].
+/// The model reads its channel as this one was read. Given: scale [SI of K u for one SI unit of the channel].
 void set_reading(const Channel& channel, double scale, OutputModel& model);
 
 /// The range of each regressor over what was felt.

@@ -105,7 +105,7 @@ TEST(ResultJson, KeepsEveryKeyOfTheContractInItsOrder) {
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_EQ(keys,
             (std::vector<std::string>{"tumble", "method", "title", "instrument", "parameters", "covariance", "budget",
-                                      "tables", "curves", "fit", "findings", "verdicts", "provenance"}));
+                                      "models", "tables", "curves", "fit", "findings", "verdicts", "provenance"}));
 }
 
 void collect_keys(const nlohmann::json& json, std::set<std::string>& keys) {

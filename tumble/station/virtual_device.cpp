@@ -190,6 +190,12 @@ void answer_supply(Asked& asked) {
 
 }  // namespace
 
+std::vector<std::string> virtual_verbs() {
+  std::vector<std::string> names;
+  for (const auto& [name, carry_out] : verbs()) names.push_back(name);
+  return names;
+}
+
 ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, const ControllerRequest& request) {
   Asked asked{rig, time, device, request, {}, {.verb = request.verb, .axis = request.axis}};
   const auto verb = verbs().find(request.verb);

@@ -27,6 +27,9 @@ struct VirtualDevice {
   std::map<std::string, Memory> memory = {};
 };
 
+/// The verbs that `answer` knows, by name.
+std::vector<std::string> virtual_verbs();
+
 /// What the controller answers, and what the rig does about it. Verbs are those of the executive: identify, take,
 /// release, enable, disable, home, rate, position, sine, sweep, random, stop, read, state, clear_fault,
 /// set_temperature, set_ramp, start, hold, off, resume, set_point, alarm, set_voltage, set_current, set_limits. A reply

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -34,7 +35,7 @@ Recording part_of(const Recording& whole, std::size_t mark) {
 
 /// The trial of a tumble, each position in a file of its own, all of one plan beside the test's own.
 Evidence in_files() {
-  const Evidence trial = find_method("polar_axis_tumble").trial(1).evidence;
+  const Evidence trial = trial_of(find_method("polar_axis_tumble"), 1).evidence;
   const auto geometry = std::make_shared<const Plan>(trial.plan);
   Evidence evidence{trial.plan, {}};
   evidence.plan.method = "polar_axis_tumble";

@@ -9,6 +9,7 @@
 #include "tumble/core/budget.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/rigs/capabilities.hpp"
 #include "tumble/tasks/tasks.hpp"
 
@@ -55,7 +56,7 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
 }
 
 TEST(Plausible, ARadiusUnlikeThatOfThePlanIsAnError) {
-  Plan plan = find_method("accelerometer_centrifuge").trial(1).evidence.plan;
+  Plan plan = trial_of(find_method("accelerometer_centrifuge"), 1).evidence.plan;
   plan.rig.set_number("radius_sd", si(20.0, "um"), Unit::parse("um"));
   plan.rig.set_number("lever_sd", si(1.0, "mm"), Unit::parse("mm"));
   ASSERT_TRUE(is_fixed_on_arm(plan));
@@ -92,7 +93,7 @@ TEST(Plausible, GravityOfAnotherPlaceIsSaid) {
 // The output of every trial with one gyro or accelerometer turned about: each method says so, and no limit is decided.
 TEST(Plausible, AnOutputThatIsTurnedAboutIsSaid) {
   for (const char* name : {"accelerometer_dynamic", "gyro_scale_factor", "sdof_gyro_dynamic"}) {
-    Evidence evidence = find_method(name).trial(1).evidence;
+    Evidence evidence = trial_of(find_method(name), 1).evidence;
     const char* role = std::string(name).starts_with("accelerometer") ? "accelerometer" : "gyro";
     for (Recording& recording : evidence.recordings)
       for (Channel& channel : recording.channels)

@@ -14,6 +14,7 @@
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/prior_rows.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
@@ -44,7 +45,7 @@ TEST(PriorOfMethods, IsUsedForEveryMethodThatTakesOne) {
   for (const Method* method : method_catalogue()) {
     if (!method->takes_prior) continue;
     SCOPED_TRACE(method->name);
-    const Estimate result = method->identify(method->trial(3).evidence, {});
+    const Estimate result = method->identify(trial_of(*method, 3).evidence, {});
     const auto population = population_of_units("m", method->name, units_like(result, 12));
     const auto use = with_population(result, population);
     ASSERT_TRUE(use.with_prior) << use.belongs << " " << use.belongs_by_one;

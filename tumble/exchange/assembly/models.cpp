@@ -58,10 +58,13 @@ double origin_of(const Placed& placed, const TermFactor& factor) {
 bool place_warm(Placed& placed, const Product& product, double coefficient) {
   std::size_t power = 0;
   bool by_input = false;
+  std::optional<double> origin;
   for (const TermFactor& factor : product.factors) {
     if (factor.form != Form::power || factor.lag) return false;
     if (factor.input == Input::temperature) {
-      placed.origin = origin_of(placed, factor);
+      const double from = origin_of(placed, factor);
+      if (origin && *origin != from) return false;
+      origin = from;
       power += static_cast<std::size_t>(factor.order);
     } else if (factor.input == placed.model.shows && factor.order == 1 && !by_input) {
       by_input = true;
@@ -71,8 +74,12 @@ bool place_warm(Placed& placed, const Product& product, double coefficient) {
   }
   if (power == 0) return false;
   if (by_input && !placed.model.by_output) return false;
+  if (!placed.warm) placed.origin = *origin;
   placed.warm = true;
-  add_to(by_input ? placed.slope : placed.bias, power, coefficient);
+  std::vector<double> polynomial(power + 1, 0.0);
+  polynomial[power] = coefficient;
+  polynomial = shifted_polynomial(polynomial, placed.origin - *origin);
+  for (std::size_t n = 0; n < polynomial.size(); ++n) add_to(by_input ? placed.slope : placed.bias, n, polynomial[n]);
   return true;
 }
 
@@ -82,6 +89,7 @@ bool place_transient(Placed& placed, const Product& product, double coefficient)
   bool transient = false;
   for (const TermFactor& factor : product.factors) {
     if (factor.input == Input::start_temperature) {
+      if (factor.origin != placed.model.reference_temperature.value_or(usual_temperature)) return false;
       size = factor.order > 0 ? 0.0 : size;  // a power-up that begins at the reference
     } else if (factor.input == Input::temperature_gradient || factor.form == Form::decay) {
       transient = true;
@@ -252,6 +260,8 @@ void add_notes(Reader& reader, const Placed& placed) {
         fmt::format("{}: {} are not part of this calibration, which has no place for them; compensate subtracts "
                     "them",
                     placed.name, fmt::join(placed.other, ", ")));
+  if (placed.model.delay)
+    reader.note(fmt::format("{}: its delay is not part of this calibration; compensate takes it out", placed.name));
   const bool from_start = placed.warm && placed.model.thermal;
   if (from_start)
     reader.note(
@@ -263,7 +273,7 @@ void add_notes(Reader& reader, const Placed& placed) {
 /// "2000 pulse/s/g": what one SI unit of the quantity gives, where the output is not the quantity.
 std::string reading_of(const OutputModel& model) {
   if (model.nominal == 1.0 || model.scale) return "";
-  const std::string unit = fmt::format("{}/{}", model.recorded.text(), model.unit.text());
+  const std::string unit = fmt::format("{}/({})", model.recorded.text(), model.unit.text());
   return fmt::format("the output over its nominal scale factor {:.10g} {}",
                      Unit::parse(unit).from_si(1.0 / model.nominal), unit);
 }
@@ -277,7 +287,9 @@ void set_output(Reader& reader, const Placed& placed) {
     reader.problem(say("its output is in {}, that of another {} in {}", unit.text(),
                        placed.gyro ? "gyro" : "accelerometer", t.output.text()));
   t.output = unit;
-  if (const std::string text = reading_of(placed.model); !text.empty()) t.reading = text;
+  const std::string text = reading_of(placed.model);
+  if (text.empty() || text == t.reading) return;
+  t.reading = t.reading.empty() ? text : fmt::format("{}; {}: {}", t.reading, placed.name, text);
 }
 
 /// The axis that the user named for a single sensor, else its own.

@@ -9,7 +9,7 @@
 #include "tumble/exchange/calibration.hpp"
 #include "tumble/units/sentence.hpp"
 
-/// What results bring to a calibration.
+/// Error models of results as a calibration takes them.
 namespace tumble::assembly {
 
 /// One result while it is read. A parameter that is read is no longer `unread`.
@@ -49,7 +49,7 @@ Unit si_unit(const Unit& unit);
 Unit input_unit(bool gyro);
 
 /// The error models of a result: of a single sensor those of the axis that the user named, else each of its own axis.
-/// What a calibration has no place for is a note.
+/// A term without a place in a calibration is a note.
 void read_models(Reader& reader, std::set<std::string>& claimed);
 
 /// White noise, random walk and bias instability by the names of the channels. Returned: whether the result has any.

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "tumble/methods/accelerometer_centrifuge/report.hpp"
-#include "tumble/methods/accelerometer_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/capabilities.hpp"
 #include "tumble/units/error.hpp"
@@ -89,10 +88,8 @@ extern const Method accelerometer_centrifuge{
     .roles = accelerometer::roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::accelerometer_centrifuge

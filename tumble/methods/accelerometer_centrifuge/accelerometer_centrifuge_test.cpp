@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/linear/linear.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::accelerometer_centrifuge_test {
@@ -12,7 +13,7 @@ const Method& method() { return find_method("accelerometer_centrifuge"); }
 
 /// The trial without noise, counting and errors of the rigs, as a voltage.
 Trial clean(double lever_mm) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   const auto exact = [](Plan plan) {
     plan.rig.set_flag("ideal", true);
     for (const char* name : {"angle_random_walk", "bias_instability"}) plan.truth.set_number(name, 0.0, Unit());
@@ -131,7 +132,7 @@ TEST(AccelerometerCentrifuge, AnEffectiveCentreOffTheMountingIsDistinguishedFrom
 
 // Both go with w^4: s w^4 = K_oq (w^2 R)^2, K_oq = s/R^2.
 TEST(AccelerometerCentrifuge, AStretchOfTheRadiusIsInTheBudgetOfTheOddQuadraticTerm) {
-  const auto estimate = method().identify(method().trial(3).evidence, {});
+  const auto estimate = method().identify(trial_of(method(), 3).evidence, {});
   const auto* odd = find_parameter(estimate, "odd_quadratic_coefficient");
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
   double stretch = 0.0;

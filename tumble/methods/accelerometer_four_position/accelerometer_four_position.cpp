@@ -1,5 +1,4 @@
 #include "tumble/methods/accelerometer_four_position/report.hpp"
-#include "tumble/methods/accelerometer_four_position/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -96,10 +95,8 @@ extern const Method accelerometer_four_position{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::accelerometer_four_position

@@ -13,7 +13,7 @@
 #include "tumble/methods/accelerometer_four_position/reduce.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/reduce/compensate.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::accelerometer_four_position_test {

@@ -1,7 +1,6 @@
 #include <cmath>
 
 #include "tumble/methods/accelerometer_tumble/report.hpp"
-#include "tumble/methods/accelerometer_tumble/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -31,10 +30,8 @@ extern const Method accelerometer_tumble{
     .roles = accelerometer::roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::accelerometer_tumble

@@ -9,6 +9,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/positions.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -255,7 +256,7 @@ double budget(const Estimate& estimate, const std::string& source, const std::st
 
 /// The trial on a head that is exact but for `option`, 1 arcsec.
 Estimate with_error(const char* option) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   auto& rig = evidence.plan.rig;
   for (const auto& one : find_rig("dividing_head").options())
     if (one.name.ends_with("_sd")) rig.set_number(one.name, 0.0, Unit::parse(one.unit));
@@ -267,7 +268,7 @@ Estimate with_error(const char* option) {
 // The same from the rig's own errors, through the budget: 1 arcsec twice per turn is 2 x 4.848e-6 = 9.7 ppm of K_1 and
 // 9.7 ug/g^3 of K_3. The positions are weighted nearly alike, so that the harmonics hold to 2 %.
 TEST(AccelerometerTumble, AnArcsecTwicePerTurnIs97PpmAnd97MicroG) {
-  const double g = gravity(*method().trial(1).evidence.plan.site);
+  const double g = gravity(*trial_of(method(), 1).evidence.plan.site);
   const auto twice = with_error("angle_twice_sd"), once = with_error("angle_once_sd");
   const std::string c = ", cosine", s = ", sine", at = "angle error of head ";
   EXPECT_NEAR(budget(twice, at + "twice per turn" + s, "scale_factor") / value(twice, "scale_factor"), 9.7e-6, 2e-7);
@@ -527,7 +528,7 @@ TEST(AccelerometerTumble, AHeadThatCountsTheOtherWayIsNamed) {
 }
 
 TEST(AccelerometerTumble, APositionThatWasNotGoneToIsNamed) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;
   std::copy_n(values.begin() + 640, 60, values.begin() + 740);  // at 0 deg, the head long at rest
   std::copy_n(values.begin() + 640, 40, values.begin() + 700);
@@ -538,7 +539,7 @@ TEST(AccelerometerTumble, APositionThatWasNotGoneToIsNamed) {
 }
 
 TEST(AccelerometerTumble, TwoPositionsThatAreExchangedAreNamed) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;
   std::swap_ranges(values.begin() + 700, values.begin() + 800, values.begin() + 1000);  // 60 deg and 240 deg
   const auto estimate = method().identify(evidence, {});
@@ -548,7 +549,7 @@ TEST(AccelerometerTumble, TwoPositionsThatAreExchangedAreNamed) {
 
 // Three degrees of freedom: the best of nine positions to leave out improves the rest several times by luck alone.
 TEST(AccelerometerTumble, FewPositionsThatAgreeAreNotAccused) {
-  Plan plan = method().trial(1).evidence.plan;
+  Plan plan = trial_of(method(), 1).evidence.plan;
   plan.schedule.erase(plan.schedule.begin() + 9, plan.schedule.end());
   for (std::size_t k = 0; k < 9; ++k) {
     plan.schedule[k].label = std::to_string(k);

@@ -10,6 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
@@ -184,7 +185,7 @@ const Curve* curve_named(const Estimate& estimate, const std::string& name) {
 
 TEST(AllanNoise, TheSpectrumOfAFilteredSensorFallsAsItIsMeasured) {
   // At half the rate the density is a fifth of that at frequency zero, which was drawn before.
-  Trial trial = find_method("allan_noise").second_trial(5);
+  Trial trial = second_trial_of(find_method("allan_noise"), 5);
   trial.evidence.plan.settings.set_word("spectrum", "welch");
   const auto estimate = identify_noise(trial.evidence);
   const Curve* spectrum = curve_named(estimate, "accelerometer.z power_spectrum");

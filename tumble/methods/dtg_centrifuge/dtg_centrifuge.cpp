@@ -9,7 +9,6 @@
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
 #include "tumble/methods/dtg_centrifuge/misfit.hpp"
 #include "tumble/methods/dtg_centrifuge/screen.hpp"
-#include "tumble/methods/dtg_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
 
 // w_t rate of the arm, w_s of the table against it, w_n = w_t - w_s; theta = -table angle, beta = arm + table angle.
@@ -311,9 +310,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return estimate;
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
-Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method dtg_centrifuge{
@@ -327,8 +323,6 @@ extern const Method dtg_centrifuge{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
-    .compensates = true,
-    .second_trial = second_trial_of};
+    .compensates = true};
 
 }  // namespace tumble::dtg_centrifuge

@@ -12,9 +12,10 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/compensate.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -242,7 +243,7 @@ TEST(DtgCentrifuge, BothOrientationsSeparateDxFromDxz) {
 }
 
 TEST(DtgCentrifuge, OrientationsMayShareOnePlan) {
-  Plan plan = method().trial(1).evidence.plan;
+  Plan plan = trial_of(method(), 1).evidence.plan;
   plan.rig.set_flag("ideal", true);
   set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
   plan.beside[0].truth.set_number("angle_random_walk", 0.0, Unit::parse("deg/sqrt(h)"));
@@ -619,7 +620,7 @@ TEST(DtgCentrifuge, ACoarseOutputIsNotClipped) {
 }
 
 TEST(DtgCentrifuge, ErrorsOfTheRigHaveTheKeyOfTheEquipment) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   trial.evidence.plan.rig_equipment = "C-77, certificate 2031";
   const Estimate estimate = method().identify(trial.evidence, {});
   const auto line = [&](const char* source) {
@@ -631,7 +632,7 @@ TEST(DtgCentrifuge, ErrorsOfTheRigHaveTheKeyOfTheEquipment) {
 }
 
 TEST(DtgCentrifuge, OutputYIsIdentifiedToo) {
-  Plan plan = method().trial(1).evidence.plan;
+  Plan plan = trial_of(method(), 1).evidence.plan;
   set_truth(plan, "y_D_x", 2.0, "deg/h/g");
   set_truth(plan, "y_D_y", 5.0, "deg/h/g");
   set_truth(plan, "y_D_yyy", 6e-4, "deg/h/g^3");
@@ -669,7 +670,7 @@ TEST(DtgCentrifuge, CompensationSubtractsTheDrift) {
     use.channels[6].values.push_back(g);
   }
   const Compensation out = compensate(estimate, use, nullptr);
-  EXPECT_TRUE(out.findings.empty());
+  for (const Finding& finding : out.findings) EXPECT_EQ(finding.code, "even_drift_terms_remain");
   Estimate quintic = estimate;  // f_X a^4 at 5 g
   for (auto& p : quintic.parameters)
     if (p.name == "p_4") p.value += si(1e-5, "deg/h/g^5");
@@ -683,15 +684,17 @@ TEST(DtgCentrifuge, CompensationSubtractsTheDrift) {
                 earth * std::cos(arm.values[i] + table.values[i]) + si(4.0, "deg/h"), si(1e-6, "deg/h"));
   for (double& f : use.channels[4].values) f *= 1.5;
   EXPECT_NE(finding_of(compensate(estimate, use, nullptr).findings, "extrapolated"), nullptr);
-  use.channels.pop_back();
+  use.channels.resize(5);  // along x alone
   EXPECT_NE(finding_of(compensate(estimate, use, nullptr).findings, "terms_remain"), nullptr);
+  use.channels.resize(4);
+  EXPECT_THROW(compensate(estimate, use, nullptr), Error);
 }
 
 // The root of a difference of variances with four power-ups: its interval reaches further to the large side, and does
 // not begin below zero as value -+ t sd does with seed 40, where the power-ups are alike.
 TEST(DtgCentrifuge, TheIntervalOfTheRepeatabilityStaysAboveZero) {
   for (const std::uint64_t seed : {1, 2, 3, 40}) {
-    const Estimate estimate = method().identify(method().trial(seed).evidence, {});
+    const Estimate estimate = method().identify(trial_of(method(), seed).evidence, {});
     const Parameter* repeatability = find_parameter(estimate, "turn_on_repeatability");
     ASSERT_NE(repeatability, nullptr) << seed;
     const auto index = static_cast<std::size_t>(repeatability - estimate.parameters.data());

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {

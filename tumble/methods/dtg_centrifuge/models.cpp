@@ -64,6 +64,7 @@ std::vector<OutputModel> models_of(const Estimate& estimate, const std::vector<L
         output_model(estimate, output.channel, first ? w_x : w_y, "deg/h", ranges_over(terms, felt_at(levels))));
     models.back().covered = covered(levels);
     models.back().in_region = true;
+    models.back().caveats = {"even_drift_terms_remain"};
   }
   return models;
 }

@@ -185,7 +185,7 @@ std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>&
 }
 
 ThermalReading reading_of(const Settings& settings, double lag) {
-  return {settings.number("smoothing"), lag, settings.number("start_window")};
+  return {settings.number("smoothing"), lag, settings.number("start_window"), settings.number("averaging")};
 }
 
 Settings constants_of(const Settings& settings) {

@@ -11,6 +11,7 @@
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -105,7 +106,7 @@ TEST(FogThermalBiasCoverage, AutomaticOrdersKeepTheirUncertainty) {
   int inside = 0, all = 0;
   constexpr int seeds = 60;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    Trial trial = fog().trial(seed);
+    Trial trial = trial_of(fog(), seed);
     // A third power that noise hides in most seeds.
     put(trial.evidence.plan.truth, "A3_0", 2e-7, "deg/h/K^3");
     for (const char* name : {"order", "gradient_order", "rate_order"})
@@ -127,7 +128,7 @@ TEST(FogThermalBiasCoverage, AutomaticOrdersKeepTheirUncertainty) {
 // One ramp from each of four start temperatures: prediction of a run from the others extrapolates in T_0, and would
 // choose too few orders. What is chosen is the smallest AICc of the table.
 TEST(FogThermalBias, ChoosesTheSmallestAiccWhereEachStartTemperatureHasOneRun) {
-  Trial trial = fog().trial(4);
+  Trial trial = trial_of(fog(), 4);
   Plan& plan = trial.evidence.plan;
   std::erase_if(plan.schedule, [](const Segment& segment) { return segment.run <= 5; });
   for (auto& segment : plan.schedule) segment.run -= 5;
@@ -164,7 +165,7 @@ TEST(FogThermalBias, NamesTheFileOfEachRunAndClaimsNoHeldOutRunsOfASingleOne) {
 }
 
 TEST(FogThermalBias, SaysThatASensorIsStuck) {
-  Trial trial = fog().trial(6);
+  Trial trial = trial_of(fog(), 6);
   const auto said = [&](const Evidence& evidence) {
     return finding_of(fog().identify(evidence, {}).findings, "temperature_sensor_stuck") != nullptr;
   };
@@ -193,7 +194,7 @@ TEST(FogThermalBias, SaysThatASensorIsStuck) {
 
 /// The trial with a drift added to its gyro: a function of the temperature of the top sensor, smoothed, in each run.
 Trial with_drift(std::uint64_t seed, const std::function<std::vector<double>(const std::vector<double>&)>& drift) {
-  Trial trial = fog().trial(seed);
+  Trial trial = trial_of(fog(), seed);
   Recording& recording = trial.evidence.recordings[0];
   Channel& gyro = recording.channels[0];
   const Channel& top = *find_channel(recording, "temperature_top");
@@ -329,7 +330,7 @@ TEST(FogThermalBias, ACoilThatConductsHeatIsWithinItsCompensationSd) {
 // is correlated over a run makes small departures less rare than white noise does.
 TEST(FogThermalBias, AccusesNoSoundTest) {
   for (std::uint64_t seed = 1; seed <= 15; ++seed)
-    for (const auto& trial : {fog().trial(seed), fog().second_trial(seed)}) {
+    for (const auto& trial : {trial_of(fog(), seed), second_trial_of(fog(), seed)}) {
       const Estimate estimate = fog().identify(trial.evidence, {});
       for (const char* code :
            {"hysteresis", "drift_lags_temperature", "temperature_sensor_stuck", "predicted_runs_worse"})

@@ -8,7 +8,6 @@
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/methods/fog_thermal_bias/stuck_sensors.hpp"
 #include "tumble/methods/fog_thermal_bias/surface.hpp"
-#include "tumble/methods/fog_thermal_bias/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -152,9 +151,7 @@ extern const Method fog_thermal_bias{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
-    .predict = predict,
-    .second_trial = second_trial};
+    .predict = predict};
 
 }  // namespace tumble::fog_thermal_bias

@@ -11,6 +11,7 @@
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -29,7 +30,7 @@ void set(Settings& settings, const char* name, double value, const char* unit) {
 
 /// The trial's test on an instrument with next to no noise and ideal sensors.
 Trial quiet_trial() {
-  Trial trial = method().trial(5);
+  Trial trial = trial_of(method(), 5);
   Plan& plan = trial.evidence.plan;
   for (const char* name : {"sensor_noise", "sensor_quantum"}) set(plan.rig, name, 0.0, "K");
   set(plan.rig, "sensor_lag", 0.0, "s");
@@ -68,7 +69,7 @@ TEST(FogThermalBias, TwoStagesAgreeWithOneOnQuietData) {
 TEST(FogThermalBiasCoverage, TwoStageIntervalsHoldTheTruth) {
   int inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    Trial trial = method().trial(seed);
+    Trial trial = trial_of(method(), seed);
     trial.evidence.plan.settings.set_word("estimator", "two_stage");
     const Estimate estimate = method().identify(trial.evidence, {});
     for (const auto& [name, truth] : trial.truth)
@@ -103,7 +104,7 @@ double true_drift(const Trial& trial, double temperature, double start) {
 // The cells of one row have one rate and one gradient, so that they differ by the terms of the temperature alone: they
 // differ as those of the truth do, within four of both standard uncertainties.
 TEST(FogThermalBias, TheSurfaceIsThatOfTheTruth) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   const Estimate estimate = method().identify(trial.evidence, {});
   const Table *map = find_table(estimate, "thermal_map"), *points = find_table(estimate, "thermal_points");
   ASSERT_TRUE(map != nullptr && points != nullptr);
@@ -128,7 +129,7 @@ TEST(FogThermalBias, TheSurfaceIsThatOfTheTruth) {
 }
 
 TEST(FogThermalBias, ChoosesTheTrueOrdersByAicc) {
-  Trial trial = method().trial(3);
+  Trial trial = trial_of(method(), 3);
   for (const char* name : {"order", "gradient_order", "rate_order"})
     trial.evidence.plan.settings.set_word(name, "auto");
   const Estimate estimate = method().identify(trial.evidence, {});
@@ -164,7 +165,7 @@ TEST(FogThermalBias, SaysThatASingleSoakCannotSeparateTemperatureFromItsRate) {
 }
 
 TEST(FogThermalBias, RefusesFewerStartTemperaturesThanTerms) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   trial.evidence.plan.settings.set_integer("start_temperature_power", 3);
   trial.evidence.plan.settings.set_integers("hold_out", {1, 2, 3, 6, 7, 8});
   try {
@@ -177,13 +178,13 @@ TEST(FogThermalBias, RefusesFewerStartTemperaturesThanTerms) {
 }
 
 TEST(FogThermalBias, RefusesRunsShorterThanAnAverage) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   set(trial.evidence.plan.settings, "averaging", 2.0, "h");
   EXPECT_THROW(method().identify(trial.evidence, {}), Error);
 }
 
 TEST(FogThermalBias, RefusesOptionsThatCannotBeMeantAllAtOnce) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   Settings& settings = trial.evidence.plan.settings;
   set(settings, "averaging", 20.0, "s");  // smoothing is 30 s
   settings.set_integers("hold_out", {99});
@@ -221,7 +222,7 @@ std::vector<double> sd_of_averages(const Recording& recording) {
 }
 
 TEST(FogThermalBias, CompensatesAnotherSessionToItsNoise) {
-  const Trial trial = method().trial(1), later = method().trial(2);
+  const Trial trial = trial_of(method(), 1), later = trial_of(method(), 2);
   const Compensation out = compensate(with_provenance(trial), later.evidence.recordings[0], nullptr);
   // White noise of 0.001 deg/sqrt(h) in averages of 100 s: 0.006 deg/h; slow noise adds about 0.003 deg/h over a run.
   for (const double sd : sd_of_averages(out.recording)) EXPECT_LT(sd, si(0.012, "deg/h"));
@@ -230,7 +231,7 @@ TEST(FogThermalBias, CompensatesAnotherSessionToItsNoise) {
 }
 
 TEST(FogThermalBias, CompensatesOnlyWithASoundResultAndOnlyOnce) {
-  const Trial trial = method().trial(1);
+  const Trial trial = trial_of(method(), 1);
   const Recording& recording = trial.evidence.recordings[0];
   const Estimate sound = with_provenance(trial);
   const auto refused = [&](const Estimate& estimate, const Recording& on) {
@@ -252,7 +253,7 @@ TEST(FogThermalBias, CompensatesOnlyWithASoundResultAndOnlyOnce) {
 }
 
 TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
-  const Trial trial = method().trial(1);
+  const Trial trial = trial_of(method(), 1);
   Recording recording = trial.evidence.recordings[0];
   for (auto& channel : recording.channels)
     if (channel.name != "gyro")
@@ -289,7 +290,7 @@ std::function<std::size_t(std::size_t)> within_run(const Recording& recording, c
 
 // The share of an interval is of the samples that its clock of 0.2 Hz gives, also where half of the record is lost.
 TEST(FogThermalBias, LostSamplesLessenTheShareOfTheirInterval) {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   Recording& recording = trial.evidence.recordings[0];
   const auto number = within_run(recording, recording.channels[0]);
   recording.channels[0] = without(recording.channels[0], [&](std::size_t k) {
@@ -305,8 +306,8 @@ TEST(FogThermalBias, LostSamplesLessenTheShareOfTheirInterval) {
 }
 
 TEST(FogThermalBias, FlagsSamplesOutsideOfTheCalibratedRange) {
-  const Trial trial = method().trial(1);
-  Trial hot = method().trial(2);
+  const Trial trial = trial_of(method(), 1);
+  Trial hot = trial_of(method(), 2);
   for (auto& segment : hot.evidence.plan.schedule)
     for (auto& [axis, motion] : segment.axes) (motion.kind == Motion::Kind::ramp ? motion.to : motion.value) += 15.0;
   const Recording recording = simulate(hot.evidence.plan, 2, {});
@@ -339,14 +340,14 @@ TEST(ThermalChamber, TemperatureRateIsTheDerivativeOfTemperature) {
 }
 
 TEST(ThermalChamber, RefusesAllItCannotDoAtOnce) {
-  Plan plan = method().trial(1).evidence.plan;
+  Plan plan = trial_of(method(), 1).evidence.plan;
   plan.schedule[0].axes["chamber"].value = si(120.0, "degC");
   plan.schedule[6].axes["chamber"].value = si(40.0, "K/min");
   EXPECT_EQ(find_rig("thermal_chamber").refusals(plan.schedule, plan.rig).size(), 2u);
 }
 
 TEST(Simulate, TheSameSeedGivesTheSameBytesAndAnotherOtherOnes) {
-  const Plan plan = method().trial(1).evidence.plan;
+  const Plan plan = trial_of(method(), 1).evidence.plan;
   const Recording a = simulate(plan, 7, {}), b = simulate(plan, 7, {}), c = simulate(plan, 8, {});
   for (std::size_t k = 0; k < a.channels.size(); ++k) EXPECT_EQ(a.channels[k].values, b.channels[k].values);
   EXPECT_NE(a.channels[0].values, c.channels[0].values);

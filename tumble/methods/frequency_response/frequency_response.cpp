@@ -3,7 +3,6 @@
 
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/frequency_response/phase.hpp"
-#include "tumble/methods/frequency_response/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/constants.hpp"
@@ -153,9 +152,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return finished(describe(means, data, sources), "frequency_response", evidence.plan.title, findings);
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
-Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method frequency_response{
@@ -167,8 +163,6 @@ extern const Method frequency_response{
     .needs_plan = false,
     .roles = roles,
     .options = options,
-    .identify = identify,
-    .trial = trial_of,
-    .second_trial = second_trial_of};
+    .identify = identify};
 
 }  // namespace tumble::frequency_response

@@ -7,7 +7,6 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
-#include "tumble/methods/gyro_scale_factor/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/linear.hpp"
@@ -338,9 +337,6 @@ Estimate predict(const Plan& plan) {
   return std::move(answer.estimate);
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
-Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method gyro_scale_factor{
@@ -353,10 +349,8 @@ extern const Method gyro_scale_factor{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial_of};
+    .takes_prior = true};
 
 }  // namespace tumble::gyro_scale_factor

@@ -9,6 +9,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/rigs/rig.hpp"
 
 namespace tumble::gyro_scale_factor_test {
@@ -241,7 +242,7 @@ TEST(GyroScaleFactor, ATableThatDidNotReachItsRate) {
 }
 
 TEST(GyroScaleFactor, PredictsWhatItThenFinds) {
-  const Trial trial = method().trial(3);
+  const Trial trial = trial_of(method(), 3);
   const Estimate predicted = method().predict(trial.evidence.plan), found = method().identify(trial.evidence, {});
   // Relative: the prediction takes the output as a rate. The noise found scatters by about 1/sqrt(2 10) about the true.
   EXPECT_NEAR(sd_of(predicted, "scale_factor") / (sd_of(found, "scale_factor") / value(found, "scale_factor")), 1.0,
@@ -290,7 +291,7 @@ TEST(GyroScaleFactor, CountsOfARepeatedRunAreNotClipped) {
 // Counts are pulses in a sample: lost samples must not change what one pulse is worth.
 TEST(GyroScaleFactor, LostSamplesDoNotChangeIt) {
   const Method& method = find_method("gyro_scale_factor");
-  Trial trial = method.trial(1);
+  Trial trial = trial_of(method, 1);
   const auto whole = method.identify(trial.evidence, {});
   for (Channel& channel : trial.evidence.recordings[0].channels) {
     std::vector<double> stamps, values;

@@ -3,7 +3,6 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_channel_calibration/compare.hpp"
-#include "tumble/methods/imu_channel_calibration/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -104,10 +103,8 @@ extern const Method imu_channel_calibration{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .several_instruments = true,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::imu_channel_calibration

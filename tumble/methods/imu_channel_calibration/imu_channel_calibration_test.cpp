@@ -8,6 +8,7 @@
 
 #include "tumble/math/matrix3.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::imu_channel_calibration_test {
@@ -17,7 +18,7 @@ const Method& method() { return find_method("imu_channel_calibration"); }
 
 /// Evidence of the trial's tests, carried out again with changed plans.
 Evidence again(const std::function<void(Plan&)>& change) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   change(evidence.plan);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     if (evidence.plans[r]) {
@@ -88,7 +89,7 @@ double sd(const Estimate& estimate, const std::string& name) {
 
 // gravity_sd is 5 ug, 5 ppm of every scale factor, of the unit and alone: it is not in the difference.
 TEST(ImuChannels, GravityCancelsInTheDifference) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   const auto shared = method().identify(evidence, {});
   EXPECT_GT(sd(shared, "accelerometer_x_scale_factor_error"), 4.9e-6);
   EXPECT_GT(sd(shared, "split.accelerometer_x_scale_factor_error"), 4.9e-6);
@@ -115,7 +116,7 @@ double difference_of(const Findings& findings, const std::string& term) {
 }
 
 TEST(ImuChannels, ATermThatChangedIsNamed) {
-  const auto same = method().identify(method().trial(1).evidence, {});
+  const auto same = method().identify(trial_of(method(), 1).evidence, {});
   EXPECT_EQ(difference_of(same.findings, "accelerometer_y_bias"), 0.0);
   const auto evidence = again([](Plan& plan) {
     if (plan.channels.contains("accelerometer_y"))
@@ -129,7 +130,7 @@ TEST(ImuChannels, ATermThatChangedIsNamed) {
 }
 
 TEST(ImuChannels, AllThatIsMissingIsNamed) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   evidence.recordings.erase(evidence.recordings.begin() + 1, evidence.recordings.begin() + 3);
   evidence.plans.erase(evidence.plans.begin() + 1, evidence.plans.begin() + 3);
   std::erase_if(evidence.recordings[0].channels, [](const Channel& channel) { return channel.name == "gyro_z"; });
@@ -151,7 +152,7 @@ TEST(ImuChannels, AScheduleThatHidesATermIsRefusedWithItsName) {
 }
 
 TEST(ImuChannels, WithoutGyrosTheAccelerometersStand) {
-  Evidence evidence = method().trial(1).evidence;
+  Evidence evidence = trial_of(method(), 1).evidence;
   evidence.recordings.resize(4);
   evidence.plans.resize(4);
   const auto estimate = method().identify(evidence, {});

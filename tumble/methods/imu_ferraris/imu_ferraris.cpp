@@ -6,7 +6,6 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_ferraris/report.hpp"
-#include "tumble/methods/imu_ferraris/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
@@ -176,8 +175,6 @@ extern const Method imu_ferraris{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
-    .compensates = true,
-    .second_trial = second_trial};
+    .compensates = true};
 
 }  // namespace tumble::imu_ferraris

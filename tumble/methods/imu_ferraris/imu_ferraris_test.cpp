@@ -9,6 +9,7 @@
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 
 namespace tumble::imu_ferraris_test {
@@ -277,7 +278,7 @@ TEST(ImuFerraris, AStatedBiasInstabilityIsInTheBudget) {
 TEST(ImuFerraris, ABiasInstabilityThatNobodyStatesIsInTheIntervals) {
   int held = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    auto trial = method().second_trial(seed);
+    auto trial = second_trial_of(method(), seed);
     trial.evidence.plan.settings.set_number("accelerometer_bias_instability", 0.0, Unit::parse("ug"));  // not stated
     const auto estimate = method().identify(trial.evidence, {});
     for (const auto& [name, truth] : trial.truth) {

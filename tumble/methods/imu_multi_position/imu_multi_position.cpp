@@ -6,7 +6,6 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
-#include "tumble/methods/imu_multi_position/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/rig_effects.hpp"
@@ -147,9 +146,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return describe(sessions, rests, fit, surroundings);
 }
 
-Trial first_trial(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }
-Trial other_trial(std::uint64_t seed) { return imu_multi_position::second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method imu_multi_position{
@@ -162,8 +158,6 @@ extern const Method imu_multi_position{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = first_trial,
-    .compensates = true,
-    .second_trial = other_trial};
+    .compensates = true};
 
 }  // namespace tumble::imu_multi_position

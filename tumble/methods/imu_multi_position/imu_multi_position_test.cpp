@@ -9,8 +9,9 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -46,7 +47,7 @@ double sd(const Estimate& estimate, const std::string& name) {
 
 /// The trial's test and instrument without noise, rounding or errors of the rig.
 Trial exact() {
-  Trial trial = method().trial(1);
+  Trial trial = trial_of(method(), 1);
   Plan plan = trial_plan(method().name, method().options(), "imu", "by_hand", 100.0);
   plan.site = trial.evidence.plan.site;
   plan.schedule = trial.evidence.plan.schedule;
@@ -72,7 +73,7 @@ TEST(ImuMultiPosition, ExactWithoutNoise) {
 }
 
 TEST(ImuMultiPosition, FindsEveryRestOfATremblingHandAndNotTheMoves) {
-  const Trial trial = method().trial(3);
+  const Trial trial = trial_of(method(), 3);
   const Estimate estimate = method().identify(trial.evidence, {});
   const Table& rests = *find_table(estimate, "rests");
   ASSERT_EQ(rests.rows.size(), trial.evidence.plan.schedule.size());
@@ -90,7 +91,7 @@ TEST(ImuMultiPosition, FindsEveryRestOfATremblingHandAndNotTheMoves) {
 }
 
 TEST(ImuMultiPosition, GyrosMayStandInARecordingOfTheirOwn) {
-  Evidence evidence = method().trial(2).evidence;
+  Evidence evidence = trial_of(method(), 2).evidence;
   const Estimate together = method().identify(evidence, {});
   Recording gyros = evidence.recordings[0];
   std::erase_if(gyros.channels, [](const Channel& c) { return c.name.find("gyro") != 0; });
@@ -106,7 +107,7 @@ TEST(ImuMultiPosition, GyrosMayStandInARecordingOfTheirOwn) {
 }
 
 TEST(ImuMultiPosition, RawCountsNeedNothingToBeKnownOfThem) {
-  Trial trial = method().trial(4);
+  Trial trial = trial_of(method(), 4);
   const Estimate plain = method().identify(trial.evidence, {});
   for (auto& c : trial.evidence.recordings[0].channels) {
     const bool gyro = c.name.find("gyro") == 0;
@@ -126,7 +127,7 @@ TEST(ImuMultiPosition, RawCountsNeedNothingToBeKnownOfThem) {
 }
 
 TEST(ImuMultiPosition, AMovedGravityMovesAllScaleFactorsTogether) {
-  Trial trial = method().trial(5);
+  Trial trial = trial_of(method(), 5);
   const Estimate before = method().identify(trial.evidence, {});
   trial.evidence.plan.settings.set_number("gravity", 9.797 * 1.001, Unit::parse("m/s^2"));
   const Estimate after = method().identify(trial.evidence, {});
@@ -138,7 +139,7 @@ TEST(ImuMultiPosition, AMovedGravityMovesAllScaleFactorsTogether) {
 }
 
 TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
-  Trial trial = method().trial(11);
+  Trial trial = trial_of(method(), 11);
   const auto with = [&](double times) {
     for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
       trial.evidence.plan.settings.set_number(name, times * trial.evidence.plan.truth.number(name),
@@ -163,7 +164,7 @@ TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
 
 TEST(ImuMultiPosition, NamesExchangedAndReversedAxes) {
   const auto with = [](const std::function<void(Evidence&)>& change) {
-    Evidence evidence = method().trial(6).evidence;
+    Evidence evidence = trial_of(method(), 6).evidence;
     change(evidence);
     return refusal(evidence);
   };
@@ -188,7 +189,7 @@ TEST(ImuMultiPosition, NamesExchangedAndReversedAxes) {
 }
 
 TEST(ImuMultiPosition, NamesUnitsMistakenForOthers) {
-  Evidence in_g = method().trial(7).evidence, in_degrees = in_g;
+  Evidence in_g = trial_of(method(), 7).evidence, in_degrees = in_g;
   for (const char* a : {"accelerometer_x", "accelerometer_y", "accelerometer_z"}) scale(in_g, a, 1.0 / 9.80665);
   EXPECT_NE(refusal(in_g).find("g taken for m/s^2"), std::string::npos) << refusal(in_g);
   for (const char* a : {"gyro_x", "gyro_y", "gyro_z"}) scale(in_degrees, a, 180.0 / std::numbers::pi);
@@ -197,7 +198,7 @@ TEST(ImuMultiPosition, NamesUnitsMistakenForOthers) {
 
 // 100 Hz: a factor of 100 either way.
 TEST(ImuMultiPosition, NamesIncrementsMistakenForRatesAndASilentAccelerometer) {
-  Evidence increments = method().trial(7).evidence, rates = increments, silent = increments;
+  Evidence increments = trial_of(method(), 7).evidence, rates = increments, silent = increments;
   for (const char* a : {"gyro_x", "gyro_y", "gyro_z"}) scale(increments, a, 0.01), scale(rates, a, 100.0);
   EXPECT_NE(refusal(increments).find("increments taken for rates"), std::string::npos) << refusal(increments);
   EXPECT_NE(refusal(rates).find("rates taken for increments"), std::string::npos) << refusal(rates);
@@ -207,7 +208,7 @@ TEST(ImuMultiPosition, NamesIncrementsMistakenForRatesAndASilentAccelerometer) {
 }
 
 TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
-  Trial trial = method().trial(8);
+  Trial trial = trial_of(method(), 8);
   Evidence& evidence = trial.evidence;
   const auto at = [&](double time) { return index_at(channel(evidence, "gyro_x"), time); };
   for (std::size_t i = at(5 * 4.4 + 1.4); i < at(6 * 4.4); ++i) channel(evidence, "accelerometer_z").values[i] += 0.5;
@@ -228,9 +229,10 @@ TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
 TEST(ImuMultiPosition, ATurnThatAllRestsShareIsAnError) {
   const Vector3 w{si(30.0, "deg/h"), si(-18.0, "deg/h"), 0.0};
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    EXPECT_EQ(finding_of(method().identify(method().second_trial(seed).evidence, {}).findings, "unit_turns_at_rest"),
-              nullptr);
-    Trial trial = method().trial(seed);
+    EXPECT_EQ(
+        finding_of(method().identify(second_trial_of(method(), seed).evidence, {}).findings, "unit_turns_at_rest"),
+        nullptr);
+    Trial trial = trial_of(method(), seed);
     const Estimate sound = method().identify(trial.evidence, {});
     EXPECT_EQ(finding_of(sound.findings, "unit_turns_at_rest"), nullptr);
     for (const auto& rest : find_table(sound, "rests")->rows) {
@@ -255,33 +257,33 @@ TEST(ImuMultiPosition, ATurnThatAllRestsShareIsAnError) {
 }
 
 TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
-  Evidence evidence = method().trial(9).evidence;
+  Evidence evidence = trial_of(method(), 9).evidence;
   for (double& v : channel(evidence, "gyro_y").values) v = std::clamp(v, -1.5, 1.5);
   const Estimate estimate = method().identify(evidence, {});
   EXPECT_GT(value_of(estimate.findings, "move_clipped", "clipped"), 0.0);
 }
 
 TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
-  Evidence evidence = method().trial(10).evidence;
+  Evidence evidence = trial_of(method(), 10).evidence;
   for (auto& recording : evidence.recordings)
     for (auto& c : recording.channels) c.values.resize(3520);
   const std::string few = refusal(evidence);
   EXPECT_NE(few.find("8 stretches at rest were found"), std::string::npos) << few;
   EXPECT_NE(few.find("lay it also with these up: "), std::string::npos) << few;
-  const Estimate estimate = method().identify(method().trial(10).evidence, {});
+  const Estimate estimate = method().identify(trial_of(method(), 10).evidence, {});
   EXPECT_EQ(find_table(estimate, "poses")->rows.size(), 26u);
   EXPECT_GT(value_of(estimate.findings, "more_rests_advised", "gain"), 0.0);
 }
 
 // Before, the refusal named 1 s for any rest_least.
 TEST(ImuMultiPosition, TheRefusalNamesTheLeastDurationOfARest) {
-  Evidence evidence = method().trial(10).evidence;
+  Evidence evidence = trial_of(method(), 10).evidence;
   evidence.plan.settings.set_number("rest_least", 20.0, Unit::parse("s"));
   EXPECT_NE(refusal(evidence).find("a rest lasts 20 s or longer (rest_least)"), std::string::npos) << refusal(evidence);
 }
 
 TEST(ImuMultiPosition, NeedsGravityFromSomewhere) {
-  Evidence evidence = method().trial(11).evidence;
+  Evidence evidence = trial_of(method(), 11).evidence;
   evidence.plan.site.reset();
   EXPECT_NE(refusal(evidence).find("--set gravity="), std::string::npos);
 }

@@ -52,10 +52,8 @@ extern const Method imu_turntable{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::imu_turntable

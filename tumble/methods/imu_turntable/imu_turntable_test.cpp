@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/methods/imu_turntable/testing/trial.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -326,7 +328,7 @@ TEST(ImuTurntable, CompensationKnowsHowUncertainItIsWhereMotionBegins) {
 // Prediction.
 
 TEST(ImuTurntable, PredictsWhatTheTestThenStates) {
-  const Trial trial = method().trial(3);
+  const Trial trial = trial_of(method(), 3);
   const auto predicted = method().predict(trial.evidence.plan);
   const auto found = method().identify(trial.evidence, {});
   ASSERT_EQ(predicted.parameters.size(), found.parameters.size());
@@ -342,7 +344,7 @@ TEST(ImuTurntable, PredictsWhatTheTestThenStates) {
 
 // The rig is asked once for sensors that were sampled together; missing samples of two of them separate these.
 TEST(ImuTurntable, SensorsTogetherAreWhatEachIsAlone) {
-  Evidence evidence = method().trial(3).evidence;
+  Evidence evidence = trial_of(method(), 3).evidence;
   const auto lose = [&](const char* name, std::size_t from) {
     auto& values = channel(evidence, name).values;
     for (std::size_t i = from; i < values.size(); i += 1001) values[i] = std::nan("");

@@ -235,8 +235,10 @@ std::vector<OutputModel> models_of(const Task& task, const JointSolution& soluti
   for (OutputModel& model : models) {
     const auto output = std::ranges::find(solution.outputs, model.role,
                                           [](const linear::Solution& alone) { return alone.output.role; });
-    model.recorded = output->output.recorded;
-    model.nominal = output->output.nominal;
+    if (output != solution.outputs.end()) {  // a prediction has no channels
+      model.recorded = output->output.recorded;
+      model.nominal = output->output.nominal;
+    }
     imu::set_covered(task.look.fastest, task.look.strongest, model);
   }
   return models;

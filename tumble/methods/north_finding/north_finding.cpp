@@ -3,7 +3,6 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/report.hpp"
-#include "tumble/methods/north_finding/trial.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/table/recorded_angles.hpp"
 
@@ -112,9 +111,7 @@ extern const Method north_finding{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .predict = predict,
-    .takes_calibration = true,
-    .second_trial = second_trial};
+    .takes_calibration = true};
 
 }  // namespace tumble::north_finding

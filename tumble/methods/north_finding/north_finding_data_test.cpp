@@ -8,7 +8,7 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/real_data.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 
 namespace tumble {
 namespace {

@@ -10,7 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 

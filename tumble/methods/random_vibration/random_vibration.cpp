@@ -5,7 +5,6 @@
 #include "tumble/methods/random_vibration/measure.hpp"
 #include "tumble/methods/random_vibration/screen.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
-#include "tumble/methods/random_vibration/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/error.hpp"
@@ -82,9 +81,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return finished(std::move(estimate), "random_vibration", evidence.plan.title, {});
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
-Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method random_vibration{
@@ -96,8 +92,6 @@ extern const Method random_vibration{
     .needs_plan = true,
     .roles = roles,
     .options = options,
-    .identify = identify,
-    .trial = trial_of,
-    .second_trial = second_trial_of};
+    .identify = identify};
 
 }  // namespace tumble::random_vibration

@@ -12,6 +12,7 @@
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -23,7 +24,7 @@ using namespace random_vibration;
 
 const SpectralDensity paper{{20.0, 2000.0}, {0.1, 0.1}};  // g^2/Hz
 
-Trial trial(std::uint64_t seed) { return find_method("random_vibration").trial(seed); }
+Trial trial(std::uint64_t seed) { return trial_of(find_method("random_vibration"), seed); }
 Estimate identified(const Evidence& evidence) { return find_method("random_vibration").identify(evidence, {}); }
 
 double sd(const Estimate& estimate, const std::string& name) {

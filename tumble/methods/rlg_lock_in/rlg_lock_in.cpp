@@ -5,7 +5,6 @@
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/report.hpp"
-#include "tumble/methods/rlg_lock_in/trial.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"
 #include "tumble/units/error.hpp"
@@ -120,8 +119,6 @@ extern const Method rlg_lock_in{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
-    .predict = predict,
-    .second_trial = second_trial};
+    .predict = predict};
 
 }  // namespace tumble::rlg_lock_in

@@ -10,7 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
-#include "tumble/methods/rlg_lock_in/trial.hpp"
+#include "tumble/methods/rlg_lock_in/testing/trial.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"

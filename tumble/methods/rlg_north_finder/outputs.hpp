@@ -20,7 +20,7 @@ namespace tumble::rlg_north_finder {
 
 enum Which : std::size_t { gyro, accelerometer_x, accelerometer_y, outputs };
 
-/// What the coefficient of a parameter multiplies.
+/// The regressor that the coefficient of a parameter multiplies.
 struct Wanted;
 Regressor regressor_of(const Wanted& parameter);
 

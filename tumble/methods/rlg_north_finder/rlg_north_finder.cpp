@@ -8,7 +8,6 @@
 #include "tumble/methods/rlg_north_finder/predict.hpp"
 #include "tumble/methods/rlg_north_finder/report.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
-#include "tumble/methods/rlg_north_finder/trial.hpp"
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -165,10 +164,8 @@ extern const Method rlg_north_finder{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
     .predict = predict,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::rlg_north_finder

@@ -9,8 +9,9 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
-#include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/methods/rlg_north_finder/testing/trial.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -573,7 +574,7 @@ TEST(RlgNorthFinder, LostSamplesDoNotChangeTheAmplitudeOfTheDither) {
 /// the truth. Before, nearly every such test had errors about tilts and about turns that are not whole.
 TEST(RlgNorthFinder, AnglesSetByHandAreNoFault) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    const Trial trial = method().second_trial(seed);
+    const Trial trial = second_trial_of(method(), seed);
     for (const char* estimator : {"least_squares", "closed_form"}) {
       const Estimate estimate = answer(trial.evidence, estimator);
       EXPECT_TRUE(errors_among(estimate.findings).empty()) << errors_among(estimate.findings).front().text();

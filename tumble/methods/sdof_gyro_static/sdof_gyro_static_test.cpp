@@ -4,7 +4,8 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/methods/testing/trials.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {
@@ -16,7 +17,7 @@ const Method& static_gyro() { return find_method("sdof_gyro_static"); }
 // with F of 100 to 200, so to 10 %: 4 sigma are 144.
 TEST(SdofGyroStatic, AnAzimuthOneDegreeOffIsSaid) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Trial trial = static_gyro().trial(seed);
+    Trial trial = trial_of(static_gyro(), seed);
     Plan real = trial.evidence.plan;
     real.rig.set_number("outer_azimuth", real.rig.number("outer_azimuth") + si(1.0, "deg"), Unit::parse("deg"));
     trial.evidence.recordings = {simulate(real, seed, {})};
@@ -29,7 +30,7 @@ TEST(SdofGyroStatic, AnAzimuthOneDegreeOffIsSaid) {
 TEST(SdofGyroStatic, AWarmUpIsSaid) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed)
     for (const double tau : {1200.0, 3600.0}) {
-      Trial trial = static_gyro().trial(seed);
+      Trial trial = trial_of(static_gyro(), seed);
       Channel& gyro = trial.evidence.recordings[0].channels[0];
       for (std::size_t i = 0; i < gyro.values.size(); ++i)
         gyro.values[i] += si(1.0, "deg/h") * std::exp(-gyro.time(i) / tau);
@@ -41,7 +42,7 @@ TEST(SdofGyroStatic, AWarmUpIsSaid) {
 
 TEST(SdofGyroStatic, SoundTestsAreNotAccused) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed)
-    for (const Trial& trial : {static_gyro().trial(seed), static_gyro().second_trial(seed)}) {
+    for (const Trial& trial : {trial_of(static_gyro(), seed), second_trial_of(static_gyro(), seed)}) {
       const auto findings = static_gyro().identify(trial.evidence, {}).findings;
       for (const char* code :
            {"rig_error_beyond_stated", "output_drifts_with_time", "repeats_differ_more_than_positions",

@@ -2,7 +2,6 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
-#include "tumble/methods/sine_vibration/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
@@ -67,9 +66,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return finished(std::move(estimate), "sine_vibration", evidence.plan.title, findings);
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
-Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
-
 }  // namespace
 
 extern const Method sine_vibration{
@@ -81,8 +77,6 @@ extern const Method sine_vibration{
     .needs_plan = true,
     .roles = roles,
     .options = options,
-    .identify = identify,
-    .trial = trial_of,
-    .second_trial = second_trial_of};
+    .identify = identify};
 
 }  // namespace tumble::sine_vibration

@@ -13,7 +13,6 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/methods/static_bias/power_on.hpp"
-#include "tumble/methods/static_bias/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -408,9 +407,7 @@ extern const Method static_bias{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
     .compensates = true,
-    .takes_prior = true,
-    .second_trial = second_trial};
+    .takes_prior = true};
 
 }  // namespace tumble::static_bias

@@ -7,6 +7,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/trials.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::static_bias {
@@ -156,7 +157,7 @@ TEST(StaticBias, LimitOfTheRepeatabilityIsAboveTheScatterOfTheRuns) {
 // With several runs every interval of a standard deviation stays above zero. That of a repeatability, the excess of a
 // scatter over another, begins at zero where the runs differ no more than chance allows.
 TEST(StaticBias, IntervalsOfStandardDeviationsAreAboveZero) {
-  for (const Trial& trial : {find_method("static_bias").trial(1), find_method("static_bias").second_trial(1)}) {
+  for (const Trial& trial : {trial_of(find_method("static_bias"), 1), second_trial_of(find_method("static_bias"), 1)}) {
     const auto estimate = find_method("static_bias").identify(trial.evidence, {});
     for (const char* name : {"bias_sd_10s", "bias_sd_100s", "turn_on_repeatability"}) {
       const Parameter* sd = find_parameter(estimate, name);
@@ -193,7 +194,7 @@ const Contribution* line_of(const Estimate& estimate, const std::string& source)
 // What is subtracted is known no better than the site: normal gravity without a height is 318 ug, normal gravity at a
 // height 50 ug, a measured one 5 ug, and 10 arcsec of latitude move the Earth's rate by w_ie sin or cos of it.
 TEST(StaticBias, WhatIsSubtractedBringsItsUncertainty) {
-  Evidence evidence = find_method("static_bias").second_trial(1).evidence;
+  Evidence evidence = second_trial_of(find_method("static_bias"), 1).evidence;
   Site& site = *evidence.plan.site;
   const double measured = *site.gravity;
   const auto sd_of = [&] {

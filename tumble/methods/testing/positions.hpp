@@ -8,7 +8,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 
 /// For the tests of methods that take positions on a dividing head.
 namespace tumble::testing {

@@ -207,10 +207,34 @@ double power_on(const Recording& recording, const Channel& output, double time) 
   return begin;
 }
 
+/// Temperature, gradient and rate.
+using Temperatures = std::array<double, 3>;
+
+/// Their means over intervals [s] from power-on on.
+std::vector<Temperatures> means_over(const thermal::Thermal& felt, double interval) {
+  std::vector<Temperatures> means;
+  std::size_t k = 0;
+  while (k < felt.felt.size()) {
+    const double end = interval * static_cast<double>(means.size() + 1);
+    Temperatures& mean = means.emplace_back();
+    double count = 0.0;
+    for (; k < felt.felt.size() && felt.felt[k].since_power_on < end; ++k) {
+      const Felt& now = felt.felt[k];
+      if (std::isnan(now.temperature)) continue;
+      mean[0] += now.temperature, mean[1] += now.temperature_gradient, mean[2] += now.temperature_rate;
+      count += 1.0;
+    }
+    for (double& part : mean) part /= count;
+  }
+  return means;
+}
+
 /// Temperatures of every power-up by the sensors that a thermal model was found with.
 struct ThermalRuns {
   std::vector<Run> runs;
   std::vector<thermal::Thermal> felt;
+  std::vector<std::vector<Temperatures>> means;  ///< of each run; empty: samples are compared
+  double interval = 0.0;                         ///< [s] of the means
   std::string from;
   bool two = false;  ///< sensors, whose difference is the gradient
 
@@ -220,16 +244,30 @@ struct ThermalRuns {
     const auto now = std::bit_cast<std::array<double, felt_inputs>>(thermal::felt_at(felt[r], time));
     for (std::size_t k = temperature; k < felt_inputs; ++k) values[k] = now[k];
   }
+
+  void average(double time, std::span<double> values) const {
+    std::size_t r = 0;
+    while (r + 1 < runs.size() && time >= runs[r].end) ++r;
+    if (means[r].empty()) return;
+    const auto at = static_cast<std::size_t>(std::max(0.0, values[since_power_on]) / interval);
+    std::ranges::copy(means[r][std::min(at, means[r].size() - 1)], values.begin() + temperature);
+  }
 };
 
-/// Null where the recording has no channel of temperature.
+thermal::Sensors sensors_of(const Estimate& estimate, const Recording& recording) {
+  const thermal::Sensors two{tumble::channel_of(estimate, recording, "temperature_top"),
+                             tumble::channel_of(estimate, recording, "temperature_side")};
+  if (two.top && two.side) return two;
+  return {tumble::channel_of(estimate, recording, "temperature"), nullptr};
+}
+
 std::shared_ptr<const ThermalRuns> thermal_runs(const Estimate& estimate, const Recording& recording,
                                                 const ThermalReading& reading) {
-  thermal::Sensors sensors{tumble::channel_of(estimate, recording, "temperature_top"),
-                           tumble::channel_of(estimate, recording, "temperature_side")};
-  if (!sensors.top || !sensors.side) sensors = {tumble::channel_of(estimate, recording, "temperature"), nullptr};
-  if (!sensors.top) return nullptr;
-  ThermalRuns all{runs_of({recording}), {}, "channel " + sensors.top->name, sensors.side != nullptr};
+  const thermal::Sensors sensors = sensors_of(estimate, recording);
+  ThermalRuns all{.runs = runs_of({recording}),
+                  .interval = reading.averaging,
+                  .from = "channel " + sensors.top->name,
+                  .two = sensors.side != nullptr};
   Problems problems;
   for (const Channel* sensor : {sensors.top, sensors.side}) require_dimension(sensor, "degC", problems);
   refuse(recording, problems);
@@ -237,6 +275,8 @@ std::shared_ptr<const ThermalRuns> thermal_runs(const Estimate& estimate, const 
     if (sensor) thermal::refuse_backward(*sensor);
   if (sensors.side) all.from += ", channel " + sensors.side->name;
   for (const Run& run : all.runs) all.felt.push_back(thermal::thermal_of(sensors, run.begin, run.end, reading));
+  for (const auto& run : all.felt)
+    if (reading.averaging > 0.0) all.means.push_back(means_over(run, reading.averaging));
   return std::make_shared<const ThermalRuns>(std::move(all));
 }
 
@@ -261,6 +301,26 @@ struct Sources {
 };
 
 }  // namespace
+
+bool needs(const OutputModel& model, Input input) {
+  return std::ranges::any_of(model.terms, [&](const ModelTerm& term) {
+    return std::ranges::any_of(term.regressor, [&](const Product& product) {
+      return std::ranges::find(product.factors, input, &TermFactor::input) != product.factors.end();
+    });
+  });
+}
+
+void require_sensors(const Estimate& estimate, const Recording& recording, const OutputModel& model) {
+  if (!model.thermal) return;
+  const thermal::Sensors sensors = sensors_of(estimate, recording);
+  Problems problems;
+  if (!sensors.top)
+    problems.emplace_back("the recording has no channel for temperature (or temperature_top and temperature_side)");
+  if (!sensors.side && needs(model, Input::temperature_gradient))
+    problems.emplace_back(
+        "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
+  refuse(recording, problems);
+}
 
 std::vector<Slot> common_slots() {
   std::vector<Slot> all(common_slot_count);
@@ -291,6 +351,10 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
   if (sources.warm && !sources.warm->two) out.from[index(Input::temperature_gradient)].clear();
   for (std::size_t k = 0; k < slots.size(); ++k)
     if (slots[k].base != SIZE_MAX) out.from[k] = out.from[slots[k].base];
+  if (sources.warm && !sources.warm->means.empty())
+    out.average = [warm = sources.warm, &output](std::size_t i, std::span<double> values) {
+      warm->average(output.time(i), values);
+    };
   out.fill = std::move(sources);
   return out;
 }

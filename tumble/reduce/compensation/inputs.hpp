@@ -33,6 +33,8 @@ struct Inputs {
   /// Fills in what is known [SI] at sample number `i` of the output, slot by slot; what is missing has the value of a
   /// Felt at rest. NaN where a channel has no value. Lagged slots stay as they are.
   std::function<void(std::size_t i, std::span<double> values)> fill;
+  /// Puts in the place of temperatures the means that are compared with what the test covered. Empty: the samples are.
+  std::function<void(std::size_t i, std::span<double> values)> average;
 };
 
 /// An input is a channel: the one that the result's [channels] name for its role, else one called like the role, else
@@ -45,6 +47,12 @@ struct Inputs {
 /// Throws    Error::bad_input where the plan has no rig or schedule
 Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Channel& output, const Plan* plan,
                  const std::vector<Slot>& slots, const std::optional<ThermalReading>& thermal);
+
+/// Whether a term depends on an input.
+bool needs(const OutputModel& model, Input input);
+
+/// Throws    Error::bad_data where the recording lacks a sensor that the temperatures of a model are read from
+void require_sensors(const Estimate& estimate, const Recording& recording, const OutputModel& model);
 
 /// Between the samples on both sides [SI of the channel]; the first and last value beyond the ends.
 double value_at(const Channel& channel, double time);

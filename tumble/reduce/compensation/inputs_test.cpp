@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 
 namespace tumble::compensation {
 namespace {

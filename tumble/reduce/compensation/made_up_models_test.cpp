@@ -6,6 +6,7 @@
 
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/output_model.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -67,12 +68,14 @@ TEST(MadeUpModel, ATermDependsOnAnotherChannel) {
   const auto done = compensate(estimate, shown(over_time([](double t) { return 0.01 * pressure(t); }),
                                                {channel_of("pressure", QuantityKind::other, "1", pressure)}));
   expect_turning(done.recording);
-  EXPECT_EQ(std::get<std::string>(done.tables[0].rows[0][4]), "channel pressure");
+  EXPECT_EQ(std::get<std::string>(done.tables[1].rows[0][4]), "channel pressure");
 }
 
 TEST(MadeUpModel, ATermWhoseChannelIsMissingRemainsByItsRole) {
-  Estimate estimate = result({0.01}, "gyro", Input::rate_x, "rad/s");
+  Estimate estimate = result({0.01, 0.0}, "gyro", Input::rate_x, "rad/s");
   add_term(estimate, 0, TermFactor{.input = Input::channel, .role = "pressure"});
+  EXPECT_THROW(compensate(estimate, shown(std::vector<double>(samples, 0.0))), Error) << "there is no other term";
+  add_term(estimate, 1, Regressor(1.0));
   const auto done = compensate(estimate, shown(std::vector<double>(samples, 0.0)));
   ASSERT_FALSE(done.findings.empty());
   EXPECT_EQ(done.findings[0].code, "terms_remain");

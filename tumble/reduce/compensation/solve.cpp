@@ -63,7 +63,7 @@ bool outside(const Covered& covered, const Values& values) {
 }
 
 /// The terms at the solution: their sizes and u's derivatives. Returned: whether the calibration did not cover them.
-bool take_terms(Work& work, const Values& values) {
+bool take_terms(Work& work, const Values& values, const Values& compared) {
   bool far = false;
   const double scale = work.scale_factor;
   double by_output = 0.0;
@@ -80,7 +80,7 @@ bool take_terms(Work& work, const Values& values) {
   }
   if (work.model->scale) work.d.emplace_back(*work.model->scale, -(work.y - by_output) / scale / (1.0 + work.slope));
   if (work.model->offset) work.d.emplace_back(*work.model->offset, -1.0 / scale / (1.0 + work.slope));
-  return far || std::ranges::any_of(work.covered, [&](const Covered& one) { return outside(one, values); });
+  return far || std::ranges::any_of(work.covered, [&](const Covered& one) { return outside(one, compared); });
 }
 
 }  // namespace
@@ -133,12 +133,13 @@ double variance_of(const Works& works, const Work& work, Values& values, const V
   return (sum < 0.0 ? 0.0 : sum) + staying + work.spread_variance;  // what is no number stays so
 }
 
-void take_solution(Work& work, const Values& values, std::size_t i, bool informed, Channel& channel) {
+void take_solution(Work& work, const Values& values, const Values& compared, std::size_t i, bool informed,
+                   Channel& channel) {
   const bool measured = !std::isnan(work.y), solved = !std::isnan(work.u);
   work.counts.blank += measured && !informed;
   work.counts.lost += measured && informed && !solved;
   channel.values[i] = work.u;
-  work.trust.extrapolated.values[i] = !solved ? std::nan("") : take_terms(work, values) ? 1.0 : 0.0;
+  work.trust.extrapolated.values[i] = !solved ? std::nan("") : take_terms(work, values, compared) ? 1.0 : 0.0;
   if (!solved) work.d.clear();
   work.counts.samples += solved;
   if (work.trust.extrapolated.values[i] > 0.0 && work.counts.outside++ == 0)

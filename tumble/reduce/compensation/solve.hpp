@@ -8,8 +8,6 @@
 /// One sample of all outputs.
 namespace tumble::compensation {
 
-using Works = std::vector<Work>;
-
 /// "specific_force_x", or the role of another channel; "... after a lag of 3 s".
 std::string name_of(const Slot& slot);
 
@@ -25,8 +23,9 @@ void solve_together(Works& works, Values& values);
 double variance_of(const Works& works, const Work& work, Values& values, const Vector3& sd);
 
 /// The solution in its place, with the sizes of the terms, the derivatives of u, and whether the calibration covered
-/// it. `informed`: all inputs have values.
-void take_solution(Work& work, const Values& values, std::size_t i, bool informed, Channel& channel);
+/// it: `compared` are the values that this is asked of. `informed`: all inputs have values.
+void take_solution(Work& work, const Values& values, const Values& compared, std::size_t i, bool informed,
+                   Channel& channel);
 
 /// The ranges that can be checked: those whose inputs are known.
 void set_cover(const std::vector<Slot>& slots, const Inputs& known, const Works& works, Work& work);

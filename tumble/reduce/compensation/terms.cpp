@@ -77,6 +77,11 @@ std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estim
   std::vector<UsedTerm> out;
   for (const ModelTerm& term : model.terms) {
     out.push_back(used_term(term, estimate, slots));
+    for (const Product& product : term.regressor)
+      for (const TermFactor& factor : product.factors)
+        if (factor.lag && !(estimate.parameters.at(*factor.lag).value >= 0.0))
+          faults.push_back(
+              say("the result's parameter '{}' is no time constant", estimate.parameters[*factor.lag].name));
     if (!std::isfinite(out.back().coefficient))
       faults.push_back(say("the result's parameter '{}' has no value", term.term));
   }

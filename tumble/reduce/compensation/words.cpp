@@ -15,9 +15,10 @@ std::string joined(const std::set<std::string>& words) { return fmt::format("{}"
 }  // namespace
 
 void say_staying(const Work& work, const std::string& channel, Findings& findings) {
-  if (work.staying.empty()) return;
   std::map<std::set<std::string>, std::set<std::string>> terms;  // by the inputs that are missing
-  for (const auto& used : work.staying) terms[used.missing].insert(used.name);
+  for (const auto& used : work.staying)
+    if (!used.remains) terms[used.missing].insert(used.name);
+  if (terms.empty()) return;
   std::vector<std::string> parts;
   for (const auto& [missing, names] : terms) parts.push_back(joined(missing) + ": " + joined(names));
   findings.push_back({Finding::Severity::warning,
@@ -50,7 +51,8 @@ Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
         {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, joined(used.from)});
   }
   for (const auto& used : work.staying)
-    table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""), std::string("missing: remains")});
+    table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""),
+                          std::string(used.remains ? "remains" : "missing: remains")});
   return table;
 }
 

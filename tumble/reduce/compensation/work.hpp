@@ -34,6 +34,7 @@ struct UsedTerm {
   bool per_output = false;
   std::vector<UsedProduct> products;
   std::set<std::size_t> slots;    ///< that it needs
+  bool remains = false;           ///< it is never subtracted
   std::set<std::string> missing;  ///< inputs
   std::set<std::string> from;     ///< where the others come from
   double sum = 0.0, squares = 0.0, largest = 0.0;
@@ -61,6 +62,8 @@ struct Work {
   double y = 0.0, u = 0.0, slope = 0.0;           ///< of the present sample: (y - offset)/K, u, dE/du
   std::vector<std::pair<std::size_t, double>> d;  ///< of the present sample: derivatives of u by own parameters
 };
+
+using Works = std::vector<Work>;
 
 using Values = std::vector<double>;  ///< [SI] of all slots at one sample
 

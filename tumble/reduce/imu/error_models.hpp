@@ -13,7 +13,7 @@ namespace tumble::imu {
 /// Range [SI] of a term's regressor over the data.
 using RangeOf = std::function<std::pair<double, double>(const Term& term, Kind kind)>;
 
-/// Of each triad that the result calibrated:
+/// Error models of each triad that the result calibrated:
 ///
 ///   y_i = (1 + k_i) u_i + sum_j m_ij u_j + sum_j g_ij f_j + b_i            where k_i is a parameter
 ///   y_i = K_i (u_i + sum_j m_ij u_j + sum_j g_ij f_j) + b_i                where K_i is, of raw counts

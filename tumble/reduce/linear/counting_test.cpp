@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tumble/reduce/linear/linear.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::linear {

@@ -35,19 +35,4 @@ std::vector<Term> terms(const std::vector<std::string>& names);
 /// Table `repeats` and a finding: scatter of the residuals of positions that were taken more than once.
 void add_repeats(const linear::Solution& solution, Estimate& estimate);
 
-/// A plan for trials: an sdof_gyro of known drift and noise on a rig with all its errors, without a schedule. Given:
-/// rate [Hz].
-Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& rig, double rate);
-
-/// A position of a two-axis table.
-struct Position {
-  std::string label;
-  double outer = 0.0, inner = 0.0;  ///< [rad]
-};
-
-/// Specific force along the 6 faces, 12 edges and 8 corners of a cube in the instrument, in a mixed order.
-std::vector<Position> cube_positions();
-/// A segment that holds a position. Given: duration [s].
-Segment at(const Position& position, double duration);
-
 }  // namespace tumble::sdof_gyro_support

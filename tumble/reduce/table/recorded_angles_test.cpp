@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::table {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/constants.hpp"
 

@@ -6,7 +6,7 @@
 #include "tumble/core/error_model.hpp"
 #include "tumble/models/model.hpp"
 
-/// What a thermal model feels, from the readings of one or two temperature sensors.
+/// Temperatures as a thermal model feels them, from the readings of one or two temperature sensors.
 namespace tumble::thermal {
 
 /// The samples of a channel between two times, with their stamps.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::error_model {
@@ -73,7 +74,8 @@ void add_optional(const OutputModel& model, Json& json) {
   if (model.thermal)
     json["thermal"] = {{"smoothing", model.thermal->smoothing},
                        {"lag", model.thermal->lag},
-                       {"start_window", model.thermal->start_window}};
+                       {"start_window", model.thermal->start_window},
+                       {"averaging", model.thermal->averaging}};
   if (model.reference_temperature) json["reference_temperature"] = *model.reference_temperature;
   for (const auto& code : model.caveats) json["caveats"].push_back(code);
   for (const Covered& covered : model.covered) json["covered"].push_back(covered_json(covered));
@@ -96,6 +98,8 @@ Json model_json(const OutputModel& model) {
   for (const ModelTerm& term : model.terms) json["terms"].push_back(term_json(term));
   return json;
 }
+
+constexpr unsigned long long most_order = 99;
 
 Input input_of(const Node& node) {
   const auto input = input_named(node.text());
@@ -120,24 +124,49 @@ bool flag_of(const Node& node) { return !node.absent() && node.flag(); }
 
 double number_of(const Node& node, double otherwise) { return node.absent() ? otherwise : node.number(NAN); }
 
+/// A number that must be there and lie above `least`, or at it.
+double number_from(const Node& node, double least, bool at_least = true) {
+  const double value = node.number(NAN);
+  if (!(at_least ? value >= least : value > least))
+    node.complain(at_least ? say("a number from {:g} is expected", least)
+                           : say("a number above {:g} is expected", least));
+  return value;
+}
+
+double number_from(const Node& node, double least, double otherwise) {
+  return node.absent() ? otherwise : number_from(node, least);
+}
+
 TermFactor factor_of(const Node& node, std::size_t parameters) {
   TermFactor factor{.input = input_of(node["input"])};
   if (factor.input == Input::channel) factor.role = node["role"].text();
   if (const Node form = node.optional("form"); !form.absent())
     factor.form = static_cast<TermFactor::Form>(form.one_of(forms()));
-  if (const Node order = node.optional("order"); !order.absent()) factor.order = static_cast<int>(order.whole());
+  if (const Node order = node.optional("order"); !order.absent()) {
+    const auto whole = order.whole();
+    if (whole > most_order) order.complain(say("must lie between 0 and {}", most_order));
+    factor.order = static_cast<int>(std::min<unsigned long long>(whole, most_order));
+  }
   factor.origin = number_of(node.optional("origin"), 0.0);
   factor.from_start = flag_of(node.optional("from_start"));
-  factor.size = number_of(node.optional("size"), 1.0);
+  if (const Node size = node.optional("size"); !size.absent()) factor.size = number_from(size, 0.0, false);
   factor.lag = index_of(node.optional("lag"), parameters);
-  if (factor.order < 0 || factor.order > 99) node["order"].complain("must lie between 0 and 99");
   return factor;
+}
+
+/// A finding that this version cannot say is of a later one: the result is read without it.
+bool can_say(const std::string& code) try {
+  text_of("finding", code);
+  return true;
+} catch (const Error&) {
+  return false;
 }
 
 ModelTerm term_of(const Node& node, std::size_t parameters) {
   ModelTerm term{.term = node["term"].text(), .parameter = index_of(node.optional("parameter"), parameters)};
   term.least = node["least"].number(-std::numeric_limits<double>::infinity());
   term.greatest = node["greatest"].number(std::numeric_limits<double>::infinity());
+  if (!(term.least <= term.greatest)) node["least"].complain("must not be above greatest");
   term.per_output = flag_of(node.optional("per_output"));
   term.remains = flag_of(node.optional("remains"));
   for (const Node& product : node["regressor"].elements()) {
@@ -150,8 +179,12 @@ ModelTerm term_of(const Node& node, std::size_t parameters) {
 
 Covered covered_of(const Node& node) {
   Covered covered{{}, node["least"].number(NAN), node["greatest"].number(NAN), number_of(node.optional("noise"), 0.0)};
-  for (const Node& weight : node["weights"].elements())
+  for (const Node& weight : node["weights"].elements()) {
     covered.weights.emplace_back(input_of(weight["input"]), weight["weight"].number(NAN));
+    const auto& [input, share] = covered.weights.back();
+    if (input == Input::channel) weight["input"].complain("the range of a channel is that of its terms");
+    if (!std::isfinite(share) || share == 0.0) weight["weight"].complain("a number other than 0 is expected");
+  }
   return covered;
 }
 
@@ -161,16 +194,20 @@ void read_optional(const Node& node, std::size_t parameters, OutputModel& model)
   model.spread = index_of(node.optional("spread"), parameters);
   model.delay = index_of(node.optional("delay"), parameters);
   model.by_output = flag_of(node.optional("by_output"));
-  model.misfit = number_of(node.optional("misfit"), 0.0);
+  model.misfit = number_from(node.optional("misfit"), 0.0, 0.0);
   if (const Node thermal = node.optional("thermal"); !thermal.absent())
-    model.thermal = {thermal["smoothing"].number(NAN), thermal["lag"].number(NAN), thermal["start_window"].number(NAN)};
+    model.thermal = {number_from(thermal["smoothing"], 0.0), number_from(thermal["lag"], 0.0),
+                     number_from(thermal["start_window"], 0.0), number_from(thermal.optional("averaging"), 0.0, 0.0)};
   if (const Node reference = node.optional("reference_temperature"); !reference.absent())
     model.reference_temperature = reference.number(NAN);
   if (const Node caveats = node.optional("caveats"); !caveats.absent())
-    for (const Node& code : caveats.elements()) model.caveats.push_back(code.text());
+    for (const Node& code : caveats.elements())
+      if (can_say(code.text())) model.caveats.push_back(code.text());
   if (const Node covered = node.optional("covered"); !covered.absent())
     for (const Node& one : covered.elements()) model.covered.push_back(covered_of(one));
   model.in_region = flag_of(node.optional("in_region"));
+  if (model.in_region && model.covered.empty())
+    node["in_region"].complain("needs covered, which says where the model holds");
   if (const Node measured = node.optional("measured"); !measured.absent()) {
     model.measured = {measured["slope"].number(NAN), measured["offset"].number(NAN), measured["input"].numbers(),
                       measured["departure"].numbers()};
@@ -197,6 +234,12 @@ std::vector<OutputModel> models_of(const Node& node, std::size_t parameters) {
     model.unit = unit_of(one["unit"]);
     model.recorded = unit_of(one["recorded"]);
     model.nominal = one["nominal"].number(NAN);
+    if (!std::isfinite(model.nominal) || model.nominal == 0.0)
+      one["nominal"].complain("a number other than 0 is expected");
+    if (!(model.unit.dimension() == Unit::parse(unit_of(model.shows)).dimension()))
+      one["unit"].complain(say("{} is no unit of {}", model.unit.text(), name(model.shows)));
+    if (std::ranges::count(models, model.role, &OutputModel::role) > 1)
+      one["role"].complain(say("two models are of '{}'", model.role));
     read_optional(one, parameters, model);
     for (const Node& term : one["terms"].elements()) model.terms.push_back(term_of(term, parameters));
   }

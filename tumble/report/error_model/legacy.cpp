@@ -158,7 +158,7 @@ std::vector<OutputModel> fog(const Estimate& estimate) {
   OutputModel model = output_model(estimate, "gyro", Input::rate_x, "deg/h", ranges_of(estimate, std::move(terms)));
   if (misfit && !misfit->rows.empty()) model.misfit = cell(*misfit, misfit->rows.size() - 1, 1);
   model.thermal = {number_of(estimate, "smoothing", "s", 30.0), number_of(estimate, "sensor_lag", "s", 0.0),
-                   number_of(estimate, "start_window", "s", 120.0)};
+                   number_of(estimate, "start_window", "s", 120.0), number_of(estimate, "averaging", "s", 100.0)};
   model.reference_temperature = reference;
   model.in_region = true;
   for (std::size_t r = 0; range && range->columns.size() == 6 && r < range->rows.size(); ++r) {
@@ -194,6 +194,7 @@ std::vector<OutputModel> tuned_gyro(const Estimate& estimate) {
                                   ranges_of(estimate, std::move(terms))));
     models.back().covered = {{{{f_x, 1.0}}, -force, force}, {{{f_y, 1.0}}, -force, force}, {{{f_z, 1.0}}, low, high}};
     models.back().in_region = true;
+    models.back().caveats = {"even_drift_terms_remain"};
   }
   return models;
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/compensate.hpp"
@@ -46,7 +47,8 @@ TEST_P(LegacyResults, HaveAModelForEachOutput) {
 }
 
 TEST_P(LegacyResults, AreTheSameWhenTheyAreWrittenAgain) {
-  const Estimate before = estimate();
+  Estimate before = estimate();
+  before.budget = {{"all", "", symmetric_factor(before.covariance).factor}};  // the files are shortened to one source
   const Estimate after = estimate_from_json(to_json(before), "again.json");
   ASSERT_EQ(after.models.size(), before.models.size());
   for (std::size_t m = 0; m < after.models.size(); ++m) {

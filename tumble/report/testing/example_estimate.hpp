@@ -214,6 +214,16 @@ inline Estimate estimate() {
   e.instrument_serial = "FOG-0117";
   add_parameters(e);
   add_tables(e);
+  e.models = {{.role = "gyro",
+               .shows = Input::rate_x,
+               .unit = Unit::parse("deg/h"),
+               .recorded = Unit::parse("deg/h"),
+               .covered = {{{{Input::temperature, 1.0}}, si(-20.0, "degC"), si(60.0, "degC")}},
+               .terms = {{.term = "bias",
+                          .parameter = 7,
+                          .regressor = {{1.0, {{.input = Input::temperature, .origin = si(20.0, "degC")}}}},
+                          .least = -40.0,
+                          .greatest = 40.0}}}};
   add_curves(e);
   e.fit = {460800, 460789.0, 461512.4, 18.3};
   using Severity = Finding::Severity;

@@ -8,21 +8,24 @@
 #include "tumble/wire/controller/body.hpp"
 #include "tumble/wire/controller/draft.hpp"
 #include "tumble/wire/controller/http.hpp"
+#include "tumble/wire/controllers.hpp"
 #include "tumble/wire/declaration/draft.hpp"
 
-namespace tumble::controller {
+namespace tumble {
 
-namespace {
-
-using tables::Section;
-
-const std::vector<std::string>& known_verbs() {
+const std::vector<std::string>& controller_verbs() {
   static const std::vector<std::string> verbs{
       "identify", "take",      "release", "enable",      "disable",         "home",       "rate",  "position", "sine",
       "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",   "start", "hold",     "off",
       "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits", "sweep", "random"};
   return verbs;
 }
+
+namespace controller {
+
+namespace {
+
+using tables::Section;
 
 /// Numbers have a known name and its unit, or no unit.
 void require_unit(Section& section, const char* key, const ControllerPiece& piece) {
@@ -198,9 +201,9 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
   command.same_as = section.text("same_as").value_or("");
   command.note = section.text("note").value_or("");
   command.certainty = certainty_at(section, draft.controller.certainty);
-  if (std::ranges::find(known_verbs(), verb) == known_verbs().end())
-    section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, known_verbs()),
-                        fmt::join(known_verbs(), ", ")));
+  const auto& verbs = controller_verbs();
+  if (std::ranges::find(verbs, verb) == verbs.end())
+    section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, verbs), fmt::join(verbs, ", ")));
   if (table.contains("exchange")) {
     for (const auto* one : declaration::tables_at(section, "exchange")) {
       Section inner(*one, fmt::format("[command.{}] exchange", verb), draft.problems);
@@ -270,4 +273,5 @@ void read_commands(Section& root, Draft& draft) {
   for (auto& command : draft.controller.commands) resolve_same(command, draft, root);
 }
 
-}  // namespace tumble::controller
+}  // namespace controller
+}  // namespace tumble

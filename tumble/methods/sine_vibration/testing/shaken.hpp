@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 /// Short tests without noise for the method sine_vibration.

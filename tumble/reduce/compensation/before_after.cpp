@@ -1,0 +1,95 @@
+#include "tumble/reduce/compensation/before_after.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/core/sampling_rate.hpp"
+
+namespace tumble::compensation {
+namespace {
+
+/// Mean of the samples from `at` on, `each` of them or as many as are left; NaN: all are missing.
+double mean_at(std::span<const double> values, std::size_t at, std::size_t each) {
+  double sum = 0.0, count = 0.0;
+  for (const double value : values.subspan(at, std::min(each, values.size() - at)))
+    if (!std::isnan(value)) sum += value, count += 1.0;
+  return sum / count;
+}
+
+/// Standard deviation [as values] of the means over `each` samples about their mean; NaN: fewer than two.
+double sd_of_means(std::span<const double> values, std::size_t each) {
+  double mean = 0.0, squares = 0.0, count = 0.0;
+  for (std::size_t at = 0; at + each <= values.size(); at += each) {
+    const double one = mean_at(values, at, each);
+    if (std::isnan(one)) continue;
+    const double off = one - mean;
+    count += 1.0;
+    mean += off / count;
+    squares += off * (one - mean);
+  }
+  return count > 1.0 ? std::sqrt(squares / (count - 1.0)) : std::nan("");
+}
+
+/// The samples of a channel in a power-up.
+std::pair<std::size_t, std::size_t> samples_in(const Run& run, const Channel& channel) {
+  const auto number = [&](double time) {
+    std::size_t low = 0, high = channel.values.size();
+    while (low < high) {
+      const std::size_t middle = low + (high - low) / 2;
+      if (channel.time(middle) < time)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    return low;
+  };
+  return {number(run.begin), number(run.end)};
+}
+
+/// The sd [SI of u] of what the output shows, over the scale factor of the result.
+double sd_before(const Work& work, std::span<const double> raw, std::size_t each) {
+  return std::abs(work.reading / work.scale_factor) * sd_of_means(raw, each);
+}
+
+}  // namespace
+
+Table before_and_after(const Works& works, const Recording& raw, const Recording& done) {
+  const bool means = std::ranges::any_of(
+      works, [](const Work& work) { return work.model->thermal && work.model->thermal->averaging > 0.0; });
+  Table table{
+      "compensation",
+      means ? "sd of the averages about their run's mean, before and after" : "sd of the samples before and after",
+      {{"channel", Unit()},
+       {"run", Unit()},
+       {"label", Unit()},
+       {"sd raw", Unit()},
+       {"sd compensated", Unit()},
+       {"unit", Unit()},
+       {"ratio", Unit()},
+       {"outside calibrated range", Unit::parse("%")}},
+      {}};
+  const auto runs = runs_of({raw});
+  for (const Work& work : works) {
+    const Channel& channel = done.channels[work.place];
+    const double averaging = work.model->thermal ? work.model->thermal->averaging : 0.0;
+    const auto each = static_cast<std::size_t>(std::max(1.0, std::round(averaging * sampling_rate(channel))));
+    for (const Run& run : runs) {
+      const auto [first, end] = samples_in(run, channel);
+      if (end <= first) continue;
+      const auto part = [&, a = first, n = end - first](const std::vector<double>& values) {
+        return std::span(values).subspan(a, n);
+      };
+      const double before = sd_before(work, part(raw.channels[work.place].values), each);
+      const double after = sd_of_means(part(channel.values), each);
+      double outside = 0.0;
+      for (const double flag : part(work.trust.extrapolated.values)) outside += flag > 0.0;
+      table.rows.push_back({channel.name, static_cast<double>(run.number), run.label,
+                            channel.unit.difference_from_si(before), channel.unit.difference_from_si(after),
+                            channel.unit.text(), after / before, outside / static_cast<double>(end - first)});
+    }
+  }
+  return table;
+}
+
+}  // namespace tumble::compensation
