@@ -24,7 +24,7 @@ import tomllib
 
 import check_tools
 
-LEAST_SHARE = 0.95  # of the sentences that refuse, those that have Chinese: it may only grow
+LEAST_SHARE = 0.97  # of the sentences that refuse, those that have Chinese: it may only grow
 SECTIONS = ["finding", "phrase", "certificate", "report", "terminal", "archive", "list"]
 NEED_NO_HAN = {"finding.parameter_not_summarised", "phrase.axis_x", "phrase.axis_y", "report.next_pair", "report.findings_note",
                "certificate.coverage_factor", "certificate.colon", "certificate.comma", "certificate.rule_named",

@@ -98,17 +98,19 @@ UnitName unit_name(const std::string& text) {
 }
 
 void note_deposited(const Terminal& terminal, const Deposited& done) {
-  std::string text;
+  Sentence all;
   const auto add = [&](std::size_t count, const char* singular, const char* plural) {
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, count == 1 ? singular : plural);
+    if (count == 0) return;
+    const Sentence one = say("{} {}", count, count == 1 ? singular : plural);
+    all = all.empty() ? one : say("{}, {}", all, one);
   };
   add(done.equipment, "instrument of the laboratory", "instruments of the laboratory");
   add(done.runs, "run", "runs");
   add(done.results, "result", "results");
   add(done.files, "file", "files");
   add(done.certificates, "certificate", "certificates");
-  const std::string known = done.known > 0 ? fmt::format("; there already: {}", done.known) : "";
-  note(terminal, say("archived {}{}", text.empty() ? "nothing new" : text, known));
+  const Sentence known = done.known > 0 ? say("; there already: {}", done.known) : Sentence();
+  note(terminal, say("archived {}{}", all.empty() ? Sentence("nothing new") : all, known));
   for (const auto& id : done.result_ids) note(terminal, say("result {}", id.substr(0, 12)));
 }
 

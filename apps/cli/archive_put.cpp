@@ -52,11 +52,12 @@ Deposit deposit_of(const ArchiveArguments& arguments, const Archive& archive) {
 }
 
 void note_transferred(const Terminal& terminal, const std::string& begin, const Transferred& done) {
-  const auto word = [](std::size_t count, const char* singular) {
-    return fmt::format("{} {}{}", count, singular, count == 1 ? "" : "s");
+  const auto word = [](std::size_t count, const char* one, const char* several) {
+    return say("{} {}", count, count == 1 ? one : several);
   };
-  note(terminal, say("{}: {}, {}, {}{}", begin, word(done.results, "result"), word(done.files, "file"),
-                     word(done.events, "event"), done.known > 0 ? fmt::format("; there already: {}", done.known) : ""));
+  note(terminal,
+       say("{}: {}, {}, {}{}", begin, word(done.results, "result", "results"), word(done.files, "file", "files"),
+           word(done.events, "event", "events"), done.known > 0 ? say("; there already: {}", done.known) : Sentence()));
 }
 
 }  // namespace

@@ -28,10 +28,12 @@ using database::Row;
 }
 
 [[noreturn]] void refuse_empty(const std::string& parameter, const std::string& model, const UnitName& unit) {
-  const std::string of = !unit.serial.empty() ? "the unit " + unit.model + "/" + unit.serial
-                         : model.empty()      ? "the archive"
-                                              : "the model " + model;
-  throw Error(Error::Kind::bad_input, say("no result of {} that counts has the parameter '{}'", of, parameter));
+  throw Error(Error::Kind::bad_input,
+              !unit.serial.empty() ? say("no result of the unit {}/{} that counts has the parameter '{}'",
+                                         Name{unit.model}, Name{unit.serial}, parameter)
+              : model.empty()
+                  ? say("no result of the archive that counts has the parameter '{}'", parameter)
+                  : say("no result of the model {} that counts has the parameter '{}'", Name{model}, parameter));
 }
 
 std::vector<std::pair<std::int64_t, UnitName>> names_of_units(database::Database& database, const std::string& model,

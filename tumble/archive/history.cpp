@@ -115,7 +115,7 @@ std::vector<std::string> beginning_with(database::Database& database, const std:
   database.visit(fmt::format("SELECT {0} FROM {1} WHERE {0} >= ? AND {0} < ? ORDER BY {0} LIMIT 2", column, table),
                  {digits, digits + "g"}, [&](const Row& row) { found.push_back(text(row, 0)); });
   if (found.size() > 1)
-    throw Error(Error::Kind::bad_input, say("several {} begin with '{}': give more digits", table, digits));
+    throw Error(Error::Kind::bad_input, say("several {} begin with '{}': give more digits", table.c_str(), digits));
   return found;
 }
 

@@ -102,7 +102,8 @@ void sign(Archive& archive, const std::string& digits, const std::string& meanin
           database.ask("SELECT 1 FROM events WHERE chain = ? AND action = ? AND subject = ? AND who = ? AND detail = ?",
                        {chain, action_of_signature, thing.sha256, act.who, detail});
       if (!before.empty())
-        throw Error(Error::Kind::bad_input, say("{} has signed this {} as {} already", act.who, thing.kind, meaning));
+        throw Error(Error::Kind::bad_input,
+                    say("{} has signed this {} as {} already", act.who, thing.kind.c_str(), meaning));
       schema::Change change(database, act.who, act.when);
       change.append(chain, {action_of_signature, thing.sha256, act.why, detail});
     });

@@ -82,7 +82,7 @@ class Verification {
       storage::unpack(files_, text(row, 0), [](std::string_view) {});
     }
   } catch (const Error& error) {
-    complain(error.what());
+    complain(reason_of(error));
   }
 
   database::Database& database_;

@@ -283,9 +283,10 @@ std::string plain_key(std::string_view english) {
   return shape_of(key, {}).key;
 }
 
-/// "sample" of "{lost:sample}": Chinese has its counting word in the sentence, and the number alone as value.
+/// "sample" of "{lost:sample}", or of said_count(): Chinese has its counting word in the sentence, and the number alone
+/// as value.
 std::set<std::string> nouns_of_findings() {
-  std::set<std::string> nouns;
+  std::set<std::string> nouns{"count", "stamp", "step"};  // of refusals
   for (const auto& [code, english] : texts_of(Language::english, "finding"))
     for (auto colon = english.find(':'); colon != english.npos; colon = english.find(':', colon + 1)) {
       const auto end = english.find_first_not_of("abcdefghijklmnopqrstuvwxyz ", colon + 1);
@@ -356,8 +357,8 @@ std::optional<std::string> chinese(const Values& side_by_side, bool quoted) {
       continue;
     }
     const auto nested = chinese(value->nested.front());
-    if (!nested) return std::nullopt;
-    text += *nested;
+    if (!nested && !quoted) return std::nullopt;  // in quotes a word of the program is a name
+    text += nested ? *nested : value->text;
   }
   return text;
 }

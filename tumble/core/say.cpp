@@ -35,6 +35,12 @@ std::string say_count(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+Sentence said_count(std::size_t count, const std::string& noun) {
+  Sentence said = say("{}", count);
+  said.pattern += " " + noun + (count == 1 ? "" : "s");
+  return said;
+}
+
 std::string say_bytes(std::size_t bytes) {
   const auto size = static_cast<double>(bytes);
   if (size >= 1e9) return fmt::format("{:.3g} GB", 1e-9 * size);

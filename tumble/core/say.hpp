@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 
+#include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -17,6 +18,9 @@ std::string say_value(double value_si, const Unit& unit);
 std::string say_difference(double difference_si, const Unit& unit);
 /// "1 sample", "3 samples": the noun must take a plain s.
 std::string say_count(std::size_t count, const std::string& noun);
+/// As say_count(), for a sentence in two languages: in Chinese the number alone, since the counting word stands in the
+/// sentence around it.
+Sentence said_count(std::size_t count, const std::string& noun);
 /// A size in bytes for a sentence: "1.5 GB".
 std::string say_bytes(std::size_t bytes);
 /// A frequency [Hz] as part of a parameter's name: "12_5Hz", "100Hz".

@@ -107,7 +107,7 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
     throw Error(Error::Kind::bad_data,
                 say("the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
                     "the samples as evenly spaced",
-                    say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
+                    say_instant(stamps[clock.first_backward]), said_count(clock.backward, "step")));
   signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
   if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
   const FindingValue rms{"rms", clock.jitter_rms, "s"};

@@ -168,16 +168,14 @@ SampleRange samples_between(const Channel& channel, double begin, double end) {
 namespace {
 
 void require(const Plan& plan, double rate, const StretchOptions& options, Problems& problems) {
-  const std::string where = plan.file.empty() ? "" : plan.file + ": ";
-  if (plan.rig_kind.empty())
-    problems.push_back(say("{}the plan needs [rig] kind = \"...\" that says what was felt", where));
-  if (plan.schedule.empty()) problems.push_back(say("{}the plan needs at least one [[schedule]]", where));
+  const auto complain = [&](const char* what) { problems.push_back(in_file(plan.file, what)); };
+  if (plan.rig_kind.empty()) complain("the plan needs [rig] kind = \"...\" that says what was felt");
+  if (plan.schedule.empty()) complain("the plan needs at least one [[schedule]]");
   if (options.needs_site && !plan.site)
-    problems.push_back(
-        say("{}the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part of "
-            "what the instrument feels",
-            where));
-  if (!(rate > 0.0)) problems.push_back(say("{}the plan needs [instrument] rate = \"1 Hz\" or the like", where));
+    complain(
+        "the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part of what the "
+        "instrument feels");
+  if (!(rate > 0.0)) complain("the plan needs [instrument] rate = \"1 Hz\" or the like");
 }
 
 /// Whether a recording is the file of one segment, as [[recording]] says.
@@ -244,9 +242,8 @@ double checked_rate(const Recording& recording, const Channel& channel) {
   const auto finite = [](double v) { return std::isfinite(v); };
   if (rate > 0.0 && std::isfinite(rate) && channel.values.size() > 1 && std::ranges::any_of(channel.values, finite))
     return rate;
-  const auto& file = recording.origin.file;
   throw Error(Error::Kind::bad_data,
-              say("{}channel '{}' holds no evenly timed samples", file.empty() ? "" : file + ": ", channel.name));
+              in_file(recording.origin.file, say("channel '{}' holds no evenly timed samples", channel.name)));
 }
 
 /// Whether any sample was taken from `begin` to `end` [s, recording's clock].

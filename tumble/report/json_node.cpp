@@ -28,7 +28,7 @@ void Node::complain(const Sentence& what) const {
 }
 
 bool Node::expect(bool right_type, const char* expected) const {
-  if (!right_type) complain(say("{} is expected, not {}", expected, json_of(value_).type_name()));
+  if (!right_type) complain(say("{} is expected, not {}", expected, Name{json_of(value_).type_name()}));
   return right_type;
 }
 
@@ -106,7 +106,7 @@ std::vector<double> Node::numbers() const {
   result.reserve(json_of(value_).size());
   for (const auto& item : json_of(value_)) {
     if (!item.is_number() && !item.is_null()) {
-      complain(say("[{}]: a number (or null) is expected, not {}", result.size(), item.type_name()));
+      complain(say("[{}]: a number (or null) is expected, not {}", result.size(), Name{item.type_name()}));
     }
     result.push_back(item.is_number() ? number_of(item, NAN) : NAN);
   }

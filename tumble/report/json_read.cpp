@@ -22,7 +22,7 @@ Unit unit_of(const Node& node) {
   try {
     return Unit::parse(node.text());
   } catch (const Error& error) {
-    node.complain(error.what());
+    node.complain(reason_of(error));
     return {};
   }
 }

@@ -123,9 +123,7 @@ bool spectrum_is_sound(const Motion& motion) {
 
 /// What one segment asks beyond the shaker.
 void check(const Segment& segment, const Motion& motion, const Settings& options, Problems& problems) {
-  const auto refuse = [&](const std::string& text) {
-    problems.push_back(say("segment '{}': {}", segment.label, text));
-  };
+  const auto refuse = [&](const Sentence& text) { problems.push_back(say("segment '{}': {}", segment.label, text)); };
   if (motion.kind == Kind::hold) {
     if (motion.value != 0.0) refuse("shake cannot hold an acceleration: only 0, at rest");
     return;
@@ -139,19 +137,19 @@ void check(const Segment& segment, const Motion& motion, const Settings& options
   const auto limit = [&](const char* option, const char* unit, double value, const char* what) {
     if (value <= options.number(option) * slack) return;
     const Unit shown = Unit::parse(unit);
-    refuse(say("{} {:.4g} {} is more than the shaker's {} of {:.4g} {}", what, shown.from_si(value), unit, option,
-               shown.from_si(options.number(option)), unit));
+    refuse(say("{} {:.4g} {} is more than the shaker's {} of {:.4g} {}", what, shown.from_si(value), Name{unit},
+               Name{option}, shown.from_si(options.number(option)), Name{unit}));
   };
   limit("max_acceleration", "g", needed.acceleration, "an acceleration of");
   if (motion.kind == Kind::random) limit("max_rms", "g", needed.acceleration / 3.0, "a standard deviation of");
   limit("max_velocity", "m/s", needed.velocity, "a velocity of");
   limit("stroke", "mm", needed.stroke, "a way of");
-  if (needed.lowest * slack < options.number("lowest_frequency") ||
-      needed.highest > options.number("highest_frequency") * slack)
-    refuse(say("{} not within the shaker's {:.4g} to {:.4g} Hz",
-               needed.lowest == needed.highest ? fmt::format("{:.4g} Hz is", needed.lowest)
-                                               : fmt::format("{:.4g} to {:.4g} Hz are", needed.lowest, needed.highest),
-               options.number("lowest_frequency"), options.number("highest_frequency")));
+  const double lowest = options.number("lowest_frequency"), highest = options.number("highest_frequency");
+  if (needed.lowest * slack < lowest || needed.highest > highest * slack)
+    refuse(needed.lowest == needed.highest
+               ? say("{:.4g} Hz is not within the shaker's {:.4g} to {:.4g} Hz", needed.lowest, lowest, highest)
+               : say("{:.4g} to {:.4g} Hz are not within the shaker's {:.4g} to {:.4g} Hz", needed.lowest,
+                     needed.highest, lowest, highest));
   if (motion.kind != Kind::random && 2.0 / motion.frequency > segment.duration)
     refuse(say("two periods of {:.4g} Hz, in which the shake fades in, are longer than the segment", motion.frequency));
 }

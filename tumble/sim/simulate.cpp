@@ -98,8 +98,7 @@ void refuse_incomplete(const Plan& plan) {
     append_rate_problems(plan, problems);
   }
   if (!plan.file.empty())
-    for (auto& problem : problems)
-      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
+    for (auto& problem : problems) problem = in_file(plan.file, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

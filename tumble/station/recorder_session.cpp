@@ -240,9 +240,10 @@ class Session {
       try {
         return seal(folder_, disk);
       } catch (const Error& error) {
-        throw Error(error.kind,
-                    Problems{outcome_.whole ? "the recording cannot be sealed" : outcome_.ending, error.what(),
-                             say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_)});
+        Problems problems = error.problems;
+        problems.insert(problems.begin(), outcome_.whole ? Problem("the recording cannot be sealed") : outcome_.ending);
+        problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_));
+        throw Error(error.kind, problems);
       }
     }();
     outcome_.sealed = std::move(files.at(0));

@@ -112,8 +112,7 @@ Estimate reduce(const std::function<Estimate()>& work, const std::string& file) 
   if (error.kind != Error::Kind::bad_data) throw;
   auto problems = error.problems;
   for (auto& problem : problems)
-    if (!file.empty() && problem.text().find(file) == std::string::npos)
-      problem = within(Where{.file = file, .place = say("{}", Name{file})}, problem);
+    if (!file.empty() && problem.text().find(file) == std::string::npos) problem = in_file(file, problem);
   throw Error(error.kind, problems);
 }
 

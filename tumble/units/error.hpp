@@ -35,4 +35,9 @@ class Error : public std::runtime_error {
   }
 };
 
+/// Why it could not be carried out, for a sentence around it. Of several problems, their English texts.
+inline Sentence reason_of(const Error& error) {
+  return error.problems.size() == 1 ? sentence_of(error.problems.front()) : Sentence(std::string(error.what()));
+}
+
 }  // namespace tumble

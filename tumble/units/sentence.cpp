@@ -67,6 +67,10 @@ std::string Problem::text() const {
   return where.place.empty() ? what.text() : where.place.text() + ": " + what.text();
 }
 
+Problem in_file(const std::string& file, Problem problem) {
+  return file.empty() ? problem : within(Where{.file = file, .place = say("{}", Name{file})}, std::move(problem));
+}
+
 Sentence sentence_of(const Problem& problem) {
   return problem.where.place.empty() ? problem.what : say("{}: {}", problem.where.place, problem.what);
 }

@@ -92,6 +92,9 @@ inline Problem within(Sentence place, Problem problem) {
   return within(Where{.place = std::move(place)}, std::move(problem));
 }
 
+/// The problem with its file before it; unchanged where the file has no name.
+Problem in_file(const std::string& file, Problem problem);
+
 /// In one sentence, the place before a colon: "plan.toml:7: [rig]: a table is expected". Pattern and values stay.
 Sentence sentence_of(const Problem& problem);
 

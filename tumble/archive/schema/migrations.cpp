@@ -166,7 +166,8 @@ Problems problems_of_versions(database::Database& database) {
       problems.push_back(say("table schema_version: the note of version {} is missing", version));
     else if (version > 1 && note->second != happened[version])
       problems.push_back(say("table schema_version: version {} is noted as of {}, and its event says {}", version,
-                             note->second, happened[version].empty() ? "nothing" : happened[version]));
+                             Name{note->second},
+                             happened[version].empty() ? Sentence("nothing") : say("{}", Name{happened[version]})));
     noted.erase(version);
   }
   for (const auto& [version, note] : noted)

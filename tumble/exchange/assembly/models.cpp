@@ -284,8 +284,9 @@ void set_output(Reader& reader, const Placed& placed) {
   const Unit unit = placed.model.scale ? si_unit(placed.model.recorded) : input_unit(placed.gyro);
   const bool only = std::ranges::count(t.axes, true) == 1;
   if (!only && !(t.output.dimension() == unit.dimension()))
-    reader.problem(say("its output is in {}, that of another {} in {}", unit.text(),
-                       placed.gyro ? "gyro" : "accelerometer", t.output.text()));
+    reader.problem(placed.gyro
+                       ? say("its output is in {}, that of another gyro in {}", unit.text(), t.output.text())
+                       : say("its output is in {}, that of another accelerometer in {}", unit.text(), t.output.text()));
   t.output = unit;
   const std::string text = reading_of(placed.model);
   if (text.empty() || text == t.reading) return;
@@ -297,11 +298,13 @@ std::string name_of(Reader& reader, const OutputModel& model, bool gyro, bool al
   const std::string own = role(gyro, axis_of(model.shows));
   const std::string& named = reader.input().axis;
   if (!alone || named.empty()) return own;
-  const char* kind = gyro ? "gyro" : "accelerometer";
   for (std::size_t i = 0; i < 3; ++i)
     if (named == role(gyro, i)) return named;
   reader.problem(
-      say("it is of one {0}, so that it cannot be {1}; write {0}_x=FILE, {0}_y=FILE or {0}_z=FILE", kind, named));
+      gyro ? say("it is of one gyro, so that it cannot be {}; write gyro_x=FILE, gyro_y=FILE or gyro_z=FILE", named)
+           : say("it is of one accelerometer, so that it cannot be {}; write accelerometer_x=FILE, "
+                 "accelerometer_y=FILE or accelerometer_z=FILE",
+                 named));
   return own;
 }
 

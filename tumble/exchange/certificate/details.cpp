@@ -16,16 +16,12 @@ struct Needed {
   const char* what;
 };
 
-std::string place_in(const CertificateDetails& details, const std::string& message) {
-  return details.file.empty() ? message : details.file + ": " + message;
-}
-
 /// Two dates in order, if both are given.
 void expect_order(const std::optional<Date>& first, const std::optional<Date>& second, const char* names,
                   const CertificateDetails& details, Problems& problems) {
   if (first && second && *second < *first)
-    problems.push_back(
-        place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first), iso_date(*second))));
+    problems.push_back(in_file(
+        details.file, say("[certificate] {}: {} is after {}", Name{names}, iso_date(*first), iso_date(*second))));
 }
 
 /// What a DCC has no place for: dates before the year 1, addresses of pages with characters that none has.
@@ -34,13 +30,13 @@ void check_forms(const CertificateDetails& details, Problems& problems) {
                                   std::pair{"ended", &details.ended}, std::pair{"issued", &details.issued}})
     if (*date && (*date)->year() < std::chrono::year(1))
       problems.push_back(
-          place_in(details, fmt::format("[certificate] {}: {} is no day of a test", key, iso_date(**date))));
+          in_file(details.file, say("[certificate] {}: {} is no day of a test", Name{key}, iso_date(**date))));
   for (const auto& [section, link] :
        {std::pair{"[laboratory]", &details.laboratory.contact.link}, std::pair{"[customer]", &details.customer.link}})
     if (link->find_first_of(" <>\"{}|\\^`") != std::string::npos)
-      problems.push_back(
-          place_in(details, fmt::format("{} link: '{}': the address of a page is expected, such as https://example.org",
-                                        section, *link)));
+      problems.push_back(in_file(
+          details.file,
+          say("{} link: '{}': the address of a page is expected, such as https://example.org", Name{section}, *link)));
 }
 
 bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == text.npos; }
@@ -48,7 +44,7 @@ bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") 
 void check_equipment(const CertificateDetails& details, Problems& problems) {
   for (const auto& one : details.equipment) {
     const auto complain = [&](const Sentence& what) {
-      problems.push_back(place_in(details, fmt::format("[[equipment]] '{}': {}", one.name, what)));
+      problems.push_back(in_file(details.file, say("[[equipment]] '{}': {}", one.name, what)));
     };
     if (!one.certificate.empty() && !one.due) complain("due is missing: the last day on which its certificate counts");
     if (one.due && details.ended && *one.due < *details.ended && is_blank(one.accepted_out_of_date))
@@ -100,7 +96,7 @@ Problems missing_details(const CertificateDetails& details, const Estimate& esti
            {"[certificate] rule", details.rule.has_value() || estimate.verdicts.empty(),
             "the plan has limits; the decision rule (or --rule): simple, guarded:1, risk:0.025, method6 or "
             "non-binary"}})
-    if (!given) problems.push_back(place_in(details, fmt::format("{} is missing: {}", key, what)));
+    if (!given) problems.push_back(in_file(details.file, say("{} is missing: {}", Name{key}, what)));
   return problems;
 }
 
@@ -109,20 +105,21 @@ Problems wrong_details(const CertificateDetails& details) {
   for (const auto& [section, country] : {std::pair{"[laboratory]", &details.laboratory.contact.country},
                                          std::pair{"[customer]", &details.customer.country}})
     if (!country->empty() && !certificate::is_country(*country))
-      problems.push_back(place_in(details, fmt::format("{} country: '{}' is no country code of ISO 3166-1, such as DE, "
-                                                       "CN or US",
-                                                       section, *country)));
+      problems.push_back(in_file(details.file, say("{} country: '{}' is no country code of ISO 3166-1, such as DE, "
+                                                   "CN or US",
+                                                   Name{section}, *country)));
   if (!details.place.empty() && std::ranges::find(certificate_places(), details.place) == certificate_places().end())
-    problems.push_back(place_in(details, fmt::format("[certificate] place: '{}' is not known: laboratory, customer, "
-                                                     "laboratoryBranch, customerBranch or other is expected",
-                                                     details.place)));
+    problems.push_back(in_file(details.file, say("[certificate] place: '{}' is not known: laboratory, customer, "
+                                                 "laboratoryBranch, customerBranch or other is expected",
+                                                 details.place)));
   expect_order(details.received, details.begun, "received, begun", details, problems);
   expect_order(details.begun, details.ended, "begun, ended", details, problems);
   expect_order(details.ended, details.issued, "ended, issued", details, problems);
   if (!details.replaces.empty() && details.replaces == details.number)
-    problems.push_back(place_in(details, "[certificate] replaces: an amended certificate has a number of its own"));
+    problems.push_back(in_file(details.file, "[certificate] replaces: an amended certificate has a number of its own"));
   if (details.replaces.empty() && !details.replaces_reason.empty())
-    problems.push_back(place_in(details, "[certificate] replaces_reason is given, but not what is replaced: replaces"));
+    problems.push_back(
+        in_file(details.file, "[certificate] replaces_reason is given, but not what is replaced: replaces"));
   check_forms(details, problems);
   check_equipment(details, problems);
   return problems;

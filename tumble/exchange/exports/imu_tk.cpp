@@ -31,8 +31,9 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
   const TriadCalibration& t = gyros ? c.gyros : c.accelerometers;
   require_calibration(c, "imu_tk");
   if (!t.calibrated)
-    throw Error(Error::Kind::bad_input, say("imu_tk: the results hold no calibration of the {}; --set sensors={}",
-                                            gyros ? "gyros" : "accelerometers", gyros ? "accelerometers" : "gyros"));
+    throw Error(Error::Kind::bad_input,
+                say("imu_tk: the results hold no calibration of the {}; --set sensors={}",
+                    gyros ? "gyros" : "accelerometers", Name{gyros ? "accelerometers" : "gyros"}));
   const Matrix3 rotation = upper_factor(c.accelerometers.response, "accelerometers").rotation;
   Matrix3 product = rotation * inverse(t.response);
   if (!gyros) product(1, 0) = product(2, 0) = product(2, 1) = 0.0;  // rounding errors

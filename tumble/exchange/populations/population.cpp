@@ -266,9 +266,15 @@ std::string hash_of(const std::string& model, const std::string& method, const s
 
 void refuse_few(const std::string& model, const std::string& method, const Gathered& all) {
   if (all.units.size() >= least_units) return;
+  const std::size_t count = all.units.size();
   Problems problems{
-      say("a population needs five units or more: there {} {} of the model '{}' with a result of {} that can be used",
-          all.units.size() == 1 ? "is" : "are", all.units.size(), model, method)};
+      count == 1
+          ? say("a population needs five units or more: there is {} of the model '{}' with a result of {} that can be "
+                "used",
+                count, model, method)
+          : say("a population needs five units or more: there are {} of the model '{}' with a result of {} that can be "
+                "used",
+                count, model, method)};
   for (const auto& [unit, why] : all.left_out) problems.push_back(say("unit {} is not used: {}", unit, why));
   throw Error(Error::Kind::bad_data, problems);
 }

@@ -284,8 +284,9 @@ std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& l
   const std::size_t named = options.columns.size();
   if (named < cells.size() || named > own.size())
     throw Error{Error::Kind::bad_file,
-                say("{}: {}{}, but columns names {}: {}", where, cells.size(),
-                    cells.size() == 1 ? " column" : " columns", std::to_string(named), shown(first.text))};
+                cells.size() == 1
+                    ? say("{}: {} column, but columns names {}: {}", where, cells.size(), named, shown(first.text))
+                    : say("{}: {} columns, but columns names {}: {}", where, cells.size(), named, shown(first.text))};
   if (shape.header) replace_header(layout, first.text, cells, header);
   return options.columns;
 }

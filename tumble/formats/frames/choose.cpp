@@ -118,14 +118,14 @@ Chosen choose(const std::string& path, const ReadOptions& options) {
     const auto matches = matches_of(beginning_of(path));
     const auto good = std::ranges::count_if(matches, &Match::explains);
     if (good != 1)
-      throw Error(
-          Error::Kind::bad_file,
-          say("'{}': {}; name the declaration of its frames, --set frames=NAME (shipped: tumble list "
-              "instruments), or write one (docs/formats/frames.md)",
-              path,
-              matches.empty() ? "no shipped declaration finds a frame in its first bytes"
-              : good == 0 ? "no shipped declaration explains half of its first bytes; nearest are " + listed(matches)
-                          : "several declarations explain its first bytes: " + listed(matches)));
+      throw Error(Error::Kind::bad_file,
+                  say("'{}': {}; name the declaration of its frames, --set frames=NAME (shipped: tumble list "
+                      "instruments), or write one (docs/formats/frames.md)",
+                      path,
+                      matches.empty() ? Sentence("no shipped declaration finds a frame in its first bytes")
+                      : good == 0     ? say("no shipped declaration explains half of its first bytes; nearest are {}",
+                                            Name{listed(matches)})
+                                  : say("several declarations explain its first bytes: {}", Name{listed(matches)})));
     const auto& match = *std::ranges::find_if(matches, &Match::explains);
     chosen = {codec_of(find_instrument(match.name)), true, match.part};
   }

@@ -42,7 +42,7 @@ class Source {
   }
 
   std::optional<std::string> meta() const try { return text_dataset(file_, "/meta"); } catch (const Error& error) {
-    refuse(say("cannot be read: /meta: {}", error.what()));
+    refuse(say("cannot be read: /meta: {}", reason_of(error)));
   }
 
   void read_meta(const std::string& text) {
@@ -61,7 +61,7 @@ class Source {
     try {
       hdf5::append(channels_[channel], first, count, to.unit.factor(), to.unit.offset(), to.values);
     } catch (const Error& error) {
-      refuse(say("channel '{}' cannot be read: {}", to.name, error.what()));
+      refuse(say("channel '{}' cannot be read: {}", to.name, reason_of(error)));
     }
   }
 
@@ -117,7 +117,7 @@ class Source {
       recording_.channels.push_back(std::move(channel));
       channels_.push_back(std::move(numbers));
     } catch (const Error& error) {
-      problems_.push_back(say("channel '{}': {}", name, error.what()));
+      problems_.push_back(say("channel '{}': {}", name, reason_of(error)));
     }
   }
 

@@ -103,7 +103,8 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (longer > 1 || numbers.rank == 0) {
     std::string shape;
     for (const hsize_t length : extent) shape += (shape.empty() ? "" : " x ") + std::to_string(length);
-    fail(say("it is {}, and one row of samples for each channel is expected", shape.empty() ? "one number" : shape));
+    fail(say("it is {}, and one row of samples for each channel is expected",
+             shape.empty() ? Sentence("one number") : say("{}", Name{shape})));
   }
   const auto longest = std::find_if(extent.begin(), extent.end(), [](hsize_t length) { return length != 1; });
   numbers.axis = longest == extent.end() ? 0 : static_cast<int>(longest - extent.begin());

@@ -101,7 +101,7 @@ class Level73 {
       contents_.arrays.push_back(std::move(array));
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) throw;
-    throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, name, error.what()));
+    throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, name, reason_of(error)));
   }
 
   /// A cell array or a field of an array of structures: each element is an object elsewhere, named as in version 5.

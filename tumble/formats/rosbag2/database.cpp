@@ -98,7 +98,7 @@ void require_tables(const Database& database) {
   }
   if (needed != 2)
     refuse(say("the tables 'topics' and 'messages' are not both there; its tables are {}",
-               names.empty() ? "none" : names));
+               names.empty() ? Sentence("none") : say("{}", Name{names})));
 }
 
 }  // namespace tumble::rosbag2

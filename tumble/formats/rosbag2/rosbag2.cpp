@@ -114,7 +114,7 @@ ros::Log open_database(const std::string& path) {
     find_topics(database, log);
     find_pieces(database, log);
   } catch (const Error& error) {
-    throw Error{Error::Kind::bad_file, say("'{}' cannot be read as a ROS 2 bag: {}", path, error.what())};
+    throw Error{Error::Kind::bad_file, say("'{}' cannot be read as a ROS 2 bag: {}", path, reason_of(error))};
   }
   return log;
 }

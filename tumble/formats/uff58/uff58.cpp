@@ -255,7 +255,7 @@ std::optional<Unit> Reader::unit_of(const std::string& name) {
     if (!label.empty()) return csv::parse_written_unit(label);
   } catch (const Error& error) {
     if (given == options_.units.end())
-      problems_.push_back(say("channel '{}': {}", csv::plain_text(name, 60), error.what()));
+      problems_.push_back(say("channel '{}': {}", csv::plain_text(name, 60), reason_of(error)));
   }
   if (given != options_.units.end()) return given->second;
   without_unit_.push_back(name);

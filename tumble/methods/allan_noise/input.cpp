@@ -64,7 +64,7 @@ Problems input_problems(const Settings& settings) {
       if ((kind != QuantityKind::angle && kind != QuantityKind::velocity) || pulse.value == 0.0)
         problems.push_back(say("pulse = {} must be an angle or a velocity, as in 0.5 arcsec or 1 mm/s", text));
     } catch (const Error& error) {
-      problems.push_back(say("pulse = {}: {}", text, error.what()));
+      problems.push_back(say("pulse = {}: {}", text, reason_of(error)));
     }
   }
   const std::string& taus = settings.word("taus");

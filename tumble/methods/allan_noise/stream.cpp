@@ -57,22 +57,22 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
 /// Options that look at the record as a whole.
 void refuse_unstreamable(const Settings& settings) {
   Problems problems;
-  const auto refuse = [&](bool asked, const char* what) {
+  const auto refuse = [&](bool asked, const Sentence& what) {
     if (asked)
       problems.push_back(
           say("{} needs all samples in memory, which this recording is too large for: leave it out, or raise "
               "--memory-limit",
               what));
   };
-  refuse(settings.word("estimator") != "likelihood", "estimator = allan");
-  refuse(settings.word("timing") == "stamps", "timing = stamps");
-  refuse(settings.word("taus") != "log", "taus");
+  refuse(settings.word("estimator") != "likelihood", say("{}", Name{"estimator = allan"}));
+  refuse(settings.word("timing") == "stamps", say("{}", Name{"timing = stamps"}));
+  refuse(settings.word("taus") != "log", say("{}", Name{"taus"}));
   refuse(settings.word("data") != "rate" && settings.word("data") != "frequency", "data other than rate and frequency");
-  refuse(settings.has("deviations"), "deviations");
-  refuse(settings.word("spectrum") != "none", "spectrum");
-  refuse(settings.integer("windows") != 0, "windows");
-  refuse(settings.flag("correlation"), "correlation");
-  refuse(settings.flag("hat"), "hat");
+  refuse(settings.has("deviations"), say("{}", Name{"deviations"}));
+  refuse(settings.word("spectrum") != "none", say("{}", Name{"spectrum"}));
+  refuse(settings.integer("windows") != 0, say("{}", Name{"windows"}));
+  refuse(settings.flag("correlation"), say("{}", Name{"correlation"}));
+  refuse(settings.flag("hat"), say("{}", Name{"hat"}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -67,16 +67,13 @@ Channels channels_of(const Evidence& evidence, std::size_t r, Problems& problems
 }
 
 void require(const Plan& plan, Problems& problems) {
-  const std::string where = plan.file.empty() ? "" : plan.file + ": ";
+  const auto complain = [&](const char* what) { problems.push_back(in_file(plan.file, what)); };
   const auto axes = plan.rig_kind.empty() ? std::vector<Axis>{} : find_rig(plan.rig_kind).axes();
   const auto has = [&](const char* name) { return std::ranges::any_of(axes, [&](auto& a) { return a.name == name; }); };
   if (!has("arm") || !has("table") || !plan.rig.has("radius"))
-    problems.push_back(say("{}the plan needs [rig] kind = \"counter_rotating_centrifuge\" with its radius", where));
-  if (plan.schedule.empty())
-    problems.push_back(say("{}the plan needs [[schedule]] segments that turn arm and table", where));
-  if (!plan.site)
-    problems.push_back(
-        say("{}the plan needs [site] latitude = \"34.25 deg\" or the like: the instruments feel gravity", where));
+    complain("the plan needs [rig] kind = \"counter_rotating_centrifuge\" with its radius");
+  if (plan.schedule.empty()) complain("the plan needs [[schedule]] segments that turn arm and table");
+  if (!plan.site) complain("the plan needs [site] latitude = \"34.25 deg\" or the like: the instruments feel gravity");
 }
 
 double rate_of(const Segment& segment, const char* axis) {

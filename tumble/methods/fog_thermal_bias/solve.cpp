@@ -102,9 +102,13 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
     averages += static_cast<std::size_t>(std::ranges::count_if(run.share, [](double s) { return s > 0.0; }));
   if (starts < powers)
     throw Error(Error::Kind::bad_data,
-                say("{} start temperature{} (more than 2 K apart) cannot determine a polynomial of {} terms in the "
-                    "start temperature: add runs, or set start_temperature_power = {}",
-                    starts, starts == 1 ? "" : "s", powers, starts ? starts - 1 : 0));
+                starts == 1
+                    ? say("{} start temperature (more than 2 K apart) cannot determine a polynomial of {} terms in the "
+                          "start temperature: add runs, or set start_temperature_power = {}",
+                          starts, powers, 0)
+                    : say("{} start temperatures (more than 2 K apart) cannot determine a polynomial of {} terms in "
+                          "the start temperature: add runs, or set start_temperature_power = {}",
+                          starts, powers, starts ? starts - 1 : 0));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const auto& run : runs)
     for (std::size_t k = 0; k < run.time.size(); ++k)

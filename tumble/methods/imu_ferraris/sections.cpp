@@ -214,12 +214,14 @@ struct Reader {
     if (!missing_poses.empty() || (out.gyros && !missing_turns.empty())) {
       auto missing = missing_poses;
       if (out.gyros) missing.insert(missing.end(), missing_turns.begin(), missing_turns.end());
-      const auto have = others.empty() ? "" : fmt::format("; other labels are {}", fmt::join(others, ", "));
+      const Sentence have =
+          others.empty() ? Sentence() : say("; other labels are {}", Name{fmt::format("{}", fmt::join(others, ", "))});
       const bool none = missing_poses.size() == poses && others.empty();
-      problems.push_back(say(
-          "no section {}{}{}", fmt::join(missing, ", "), have,
-          none ? ": the recording has no labels; --set segment_column=COLUMN makes marks of a column that holds them"
-               : "; record it, or say which label it has: labels = \"" + missing.front() + "=...\""));
+      problems.push_back(
+          say("no section {}{}{}", fmt::join(missing, ", "), have,
+              none ? Sentence(": the recording has no labels; --set segment_column=COLUMN makes marks of a column that "
+                              "holds them")
+                   : say("; record it, or say which label it has: labels = \"{}=...\"", Name{missing.front()})));
     }
     if (!out.channel[3].empty() && !out.gyros)
       out.findings.push_back({Finding::Severity::warning, "no_known_turns", {}});
@@ -232,7 +234,7 @@ struct Reader {
     const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
     if (section.samples < fewest_samples)
       problems.push_back(say("section {} has {}: at least {} are needed", labels()[s],
-                             say_count(section.samples, "sample"), fewest_samples));
+                             said_count(section.samples, "sample"), fewest_samples));
     else if (2 * section.missing > measured)
       problems.push_back(say("more than half of the samples of section {} are missing", labels()[s]));
     else if (section.missing > 0)

@@ -48,8 +48,7 @@ std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t 
   if (missing.empty()) return channels;
   const std::size_t present = 3 - static_cast<std::size_t>(std::ranges::count(channels, nullptr));
   if (present > 0)
-    problems.push_back(say("{}no channel for {}: all three of a triad are needed",
-                           label(evidence, r).empty() ? "" : label(evidence, r) + ": ", missing));
+    problems.push_back(in_file(label(evidence, r), say("no channel for {}: all three of a triad are needed", missing)));
   return {};
 }
 
@@ -62,7 +61,7 @@ void check(const std::array<const Channel*, 3>& channels, const Kind& kind, Prob
       problems.push_back(say("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
                              channels[0]->unit.text(), c->name, c->unit.text()));
     if (c->values.size() < fewest)
-      problems.push_back(say("channel '{}' has {}", c->name, say_count(c->values.size(), "sample")));
+      problems.push_back(say("channel '{}' has {}", c->name, said_count(c->values.size(), "sample")));
     else if (c->values.size() != channels[0]->values.size())
       problems.push_back(say("channels '{}' and '{}' differ in length", channels[0]->name, c->name));
   }

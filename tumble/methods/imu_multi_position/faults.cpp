@@ -24,20 +24,18 @@ constexpr Mistaken rates[] = {{"deg/s", "rad/s"}, {"rad/s", "deg/s"},  {"deg/h",
 
 /// Refuses outputs of this scale [1], shown by felt, that is far from 1. Given: step [s] between samples, the ratio of
 /// increments to rates.
-void check_unit(std::span<const Mistaken> units, const char* what, const std::string& shown, double scale,
-                double step) {
+void check_unit(std::span<const Mistaken> units, const char* what, const char* shown, double scale, double step) {
   if (scale > 0.6 && scale < 1.6) return;
-  std::string like;
+  Sentence like = ": check their unit, or give them as counts, unit LSB";
   for (const auto& m : units) {
     const double ratio = Unit::parse(m.taken).factor() / Unit::parse(m.is).factor();
     if (std::abs(std::log(scale / ratio)) < 0.2)
-      like = fmt::format(": they look like {} taken for {}; state the unit of the columns", m.is, m.taken);
+      like = say(": they look like {} taken for {}; state the unit of the columns", Name{m.is}, Name{m.taken});
   }
   if (std::abs(std::log(scale / step)) < 0.2)
     like = ": they look like increments taken for rates; state the unit of the increments (deg, m/s) for the columns";
   if (std::abs(std::log(scale * step)) < 0.2)
     like = ": they look like rates taken for increments; state the unit of the rates (deg/s, m/s^2) for the columns";
-  if (like.empty()) like = ": check their unit, or give them as counts, unit LSB";
   throw Error(Error::Kind::bad_data, say("the {} show {:.4g} times {}{}", what, scale, shown, like));
 }
 

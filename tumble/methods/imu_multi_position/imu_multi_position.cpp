@@ -109,13 +109,16 @@ void require_poses(const Rests& rests, double gravity, double rest_least) {
   for (const Rest& rest : rests.all)
     if (rest.used()) means.push_back(rest.force);
   if (fit_sphere(means, gravity)) return;
-  const std::string lacking = missing(directions_of(means));
+  const std::string lacking = missing(directions_of(means)), least = say_seconds(rest_least);
+  const Sentence lay = lacking.empty() ? Sentence() : say("; lay it also with these up: {}", Name{lacking});
   throw Error(Error::Kind::bad_data,
-              say("{} at rest {} found: nine coefficients of the accelerometers need 12 and more, with every axis up "
-                  "and down{}; a rest lasts {} or longer (rest_least) between moves",
-                  means.size() == 1 ? "only one stretch" : fmt::format("{} stretches", means.size()),
-                  means.size() == 1 ? "was" : "were", lacking.empty() ? "" : "; lay it also with these up: " + lacking,
-                  say_seconds(rest_least)));
+              means.size() == 1
+                  ? say("only one stretch at rest was found: nine coefficients of the accelerometers need 12 and more, "
+                        "with every axis up and down{}; a rest lasts {} or longer (rest_least) between moves",
+                        lay, least)
+                  : say("{} stretches at rest were found: nine coefficients of the accelerometers need 12 and more, "
+                        "with every axis up and down{}; a rest lasts {} or longer (rest_least) between moves",
+                        means.size(), lay, least));
 }
 
 /// End of the first rest of the plan [s]; infinite without a plan.

@@ -130,8 +130,8 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate) {
   for (const char* other : {"deg", "deg/h", "m/s", "m/s^2", "K", "s"})
     if (like(unit, other))
       throw Error(Error::Kind::bad_data,
-                  say("the channel of {} is in {}: it must be {}, counts, a current or a voltage", role_of(channel),
-                      unit.text(),
+                  say("the channel of {} is in {}: it must be {}, counts, a current or a voltage",
+                      Name{role_of(channel)}, unit.text(),
                       is_gyro ? "an angular rate, an angle gained in each sample"
                               : "a specific force, a velocity gained in each sample"));
   return out;

@@ -90,7 +90,7 @@ std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
       problems.push_back(
           say("no instrument of the plan has the output '{}' that plays {}: name it in "
               "[channels], and put it into [beside.NAME]",
-              channel, role_of(which)));
+              channel, Name{role_of(which)}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return truths;

@@ -65,7 +65,7 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
     if (!std::isfinite(k) || !(std::abs(k) > 5.0 * sd))
       throw Error(Error::Kind::bad_data, say("{} does not follow what it should measure: its scale factor is zero "
                                              "within its uncertainty",
-                                             role_of(wanted()[p].output)));
+                                             Name{role_of(wanted()[p].output)}));
     jacobian(p, places[p]) = p % per_output == 0 ? 1.0 : 1.0 / k;
     if (p % per_output != 0) jacobian(p, scale) = -b / (k * k);
     values.push_back(p % per_output == 0 ? k : b / k);

@@ -67,7 +67,7 @@ std::optional<double> given_scale_factor(const Settings& settings, const Output&
   try {
     scale = parse_si(settings.word("scale_factor"), output.scale_factor);
   } catch (const Error& error) {
-    throw Error(Error::Kind::bad_input, say("[settings] scale_factor: {}", error.what()));
+    throw Error(Error::Kind::bad_input, say("[settings] scale_factor: {}", reason_of(error)));
   }
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");

@@ -134,7 +134,7 @@ void find_overflown_samples(const Evidence& evidence, const Recording& recording
       problems.push_back(
           say("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
               "read it more often, or add {:.0f} to these counts",
-              used.label, say_count(bad, "count"), modulus, modulus));
+              used.label, said_count(bad, "count"), modulus, modulus));
   }
 }
 

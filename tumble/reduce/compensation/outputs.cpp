@@ -37,8 +37,7 @@ double number_in(const Table& table, const Table::Cell& cell) {
 void refuse(const Recording& recording, Problems problems) {
   if (problems.empty()) return;
   if (!recording.origin.file.empty())
-    for (auto& problem : problems)
-      problem = within(Where{.file = recording.origin.file, .place = say("{}", Name{recording.origin.file})}, problem);
+    for (auto& problem : problems) problem = in_file(recording.origin.file, problem);
   throw Error(Error::Kind::bad_data, problems);
 }
 

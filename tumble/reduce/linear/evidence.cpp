@@ -136,9 +136,9 @@ void refuse_constant(const Evidence& evidence, const Problem& problem) {
     }
   if (std::isnan(some)) return;
   const auto& first = evidence.recordings.front();
-  throw Error(Error::Kind::bad_data, say("{}channel '{}' holds the same value throughout",
-                                         first.origin.file.empty() ? "" : first.origin.file + ": ",
-                                         require_channel(evidence, first, problem.role).name));
+  const std::string& name = require_channel(evidence, first, problem.role).name;
+  throw Error(Error::Kind::bad_data,
+              in_file(first.origin.file, say("channel '{}' holds the same value throughout", name)));
 }
 
 StretchOptions options_of(const Problem& problem) {

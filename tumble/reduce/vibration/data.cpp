@@ -264,8 +264,8 @@ void name_units(const Evidence& evidence, Data& data, Problems& problems) {
 void check_scales(const Evidence& evidence, const Data& data, Problems& problems) {
   const Settings& settings = evidence.plan.settings;
   for (const auto& twice : twice_in_scale(settings))
-    problems.push_back(
-        say("[settings] scale_factor has {} twice", twice.empty() ? "a value for all units" : "unit '" + twice + "'"));
+    problems.push_back(say("[settings] scale_factor has {} twice",
+                           twice.empty() ? Sentence("a value for all units") : say("unit '{}'", Name{twice})));
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) {
       const auto unit = std::ranges::find(data.units, channel->name, &UnitUnderTest::channel);

@@ -17,7 +17,7 @@ void refuse_backwards(const Channel& channel, const Clock& clock) {
   throw Error(Error::Kind::bad_data,
               say("'{}': {} not later than the one before: such a clock does not determine counting windows; "
                   "write the stamps with more digits, or omit them and give the rate (--set rate=200)",
-                  channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
+                  channel.name, said_count(clock.backward + clock.duplicates, "stamp")));
 }
 
 /// Samples beside a gap of the clock or beside missing samples are not usable.
@@ -91,7 +91,7 @@ Windows even_windows(const Channel& channel, Findings& findings) {
   const std::size_t n = channel.values.size();
   if (n < 16)
     throw Error(Error::Kind::bad_data,
-                say("'{}' has {}: too few for a vibration test", channel.name, say_count(n, "sample")));
+                say("'{}' has {}: too few for a vibration test", channel.name, said_count(n, "sample")));
   for (std::size_t i = 0; i < n; ++i)
     if (std::isinf(channel.values[i]))
       throw Error(Error::Kind::bad_data, say("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));

@@ -108,7 +108,7 @@ Input input_of(const Node& node) {
 }
 
 Unit unit_of(const Node& node) try { return Unit::parse(node.text()); } catch (const Error& error) {
-  node.complain(error.what());
+  node.complain(reason_of(error));
   return {};
 }
 
@@ -237,7 +237,7 @@ std::vector<OutputModel> models_of(const Node& node, std::size_t parameters) {
     if (!std::isfinite(model.nominal) || model.nominal == 0.0)
       one["nominal"].complain("a number other than 0 is expected");
     if (!(model.unit.dimension() == Unit::parse(unit_of(model.shows)).dimension()))
-      one["unit"].complain(say("{} is no unit of {}", model.unit.text(), name(model.shows)));
+      one["unit"].complain(say("{} is no unit of {}", model.unit.text(), Name{name(model.shows)}));
     if (std::ranges::count(models, model.role, &OutputModel::role) > 1)
       one["role"].complain(say("two models are of '{}'", model.role));
     read_optional(one, parameters, model);

@@ -195,7 +195,7 @@ void check_units(Checking& checking) {
   for (const auto& [slot, serial] : units) {
     if (!contains(slots, slot))
       checking.add(say("the station has no slot '{}'{} (slots: {})", slot, did_you_mean(slot, slots),
-                       slots.empty() ? "none" : fmt::format("{}", fmt::join(slots, ", "))));
+                       slots.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(slots, ", "))})));
     if (is_blank(serial)) continue;
     const auto [other, is_new] = slot_of.emplace(serial, slot);
     if (!is_new) checking.add(say("the unit {} is in slot '{}' and in slot '{}'", serial, other->second, slot));

@@ -42,10 +42,8 @@ const FaultRule* rule_in(Section& section) {
     if (*text == rule.name) return &rule;
     names.emplace_back(rule.name);
   }
-  const auto near = nearest(*text, names);
-  section.problem_at("kind",
-                     say("there is no fault '{}'{}; there are {}", *text,
-                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near), fmt::join(names, ", ")));
+  section.problem_at("kind", say("there is no fault '{}'{}; there are {}", *text, did_you_mean(*text, names),
+                                 Name{fmt::format("{}", fmt::join(names, ", "))}));
   return nullptr;
 }
 
@@ -61,7 +59,7 @@ void read_size(Section& section, const FaultRule& rule, VirtualFault& fault) {
   fault.by = rule.by;
   const auto text = section.text("by");
   if (rule.by_units.empty()) {
-    if (text) section.problem_at("by", say("{} has no size", rule.name));
+    if (text) section.problem_at("by", say("{} has no size", Name{rule.name}));
     return;
   }
   if (!text) {
@@ -91,7 +89,7 @@ void read_when(Section& section, const FaultRule& rule, VirtualFault& fault) {
   if (fault.random && !(*fault.random > 0.0)) section.problem_at("random", "more than 0 is expected");
   fault.at = at.value_or(0.0);
   fault.lasts = time_in(section, "for");
-  if (fault.lasts && !rule.lasts) section.problem_at("for", say("{} has no duration", rule.name));
+  if (fault.lasts && !rule.lasts) section.problem_at("for", say("{} has no duration", Name{rule.name}));
 }
 
 void read_outcome(Section& section, VirtualFault& fault) {
@@ -126,8 +124,8 @@ VirtualFault read_fault(const toml::table& table, std::size_t number, FileProble
       fault.about = text.value_or("");
       if (!text && rule->place != FaultPlace::link) section.missing(key, "\"...\"");
     } else if (text) {
-      section.problem_at(key, about ? fmt::format("{} is about '{}'", rule->name, about)
-                                    : fmt::format("{} is about the instrument as a whole", rule->name));
+      section.problem_at(key, about ? say("{} is about '{}'", Name{rule->name}, Name{about})
+                                    : say("{} is about the instrument as a whole", Name{rule->name}));
     }
   }
   read_when(section, *rule, fault);

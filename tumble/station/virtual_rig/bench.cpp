@@ -24,8 +24,7 @@ void refuse_incomplete_plan(const Plan& plan) {
   if (!plan.instrument_model.empty() && plan.truth.texts().empty())
     problems.emplace_back("a virtual rig needs [truth]");
   if (!plan.file.empty())
-    for (auto& problem : problems)
-      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
+    for (auto& problem : problems) problem = in_file(plan.file, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

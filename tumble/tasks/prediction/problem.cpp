@@ -106,8 +106,7 @@ void refuse_unpredictable(const Plan& plan) {
           name));
   }
   if (!plan.file.empty())
-    for (auto& problem : problems)
-      problem = within(Where{.file = plan.file, .place = say("{}", Name{plan.file})}, problem);
+    for (auto& problem : problems) problem = in_file(plan.file, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -152,7 +152,7 @@ void ControllerDevice::answer(const ControllerReply& reply) {
   try {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
-    throw Error(error.kind, say("{}: answer to {}: {}", controller_->name, slot->request.verb, error.what()));
+    throw Error(error.kind, say("{}: answer to {}: {}", controller_->name, slot->request.verb, reason_of(error)));
   }
   slot->answered = true;
 }

@@ -28,7 +28,9 @@ void require_values(const Controller& declaration, const ControllerCommand& comm
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
       problems.push_back(say("{}: {} takes no '{}' (it takes: {})", declaration.name, command.verb, name,
-                             command.takes.empty() ? "nothing" : fmt::format("{}", fmt::join(command.takes, ", "))));
+                             command.takes.empty()
+                                 ? Sentence("nothing")
+                                 : say("{}", Name{fmt::format("{}", fmt::join(command.takes, ", "))})));
     if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", declaration.name, name));
   }
   for (const auto& name : command.requires_)
@@ -104,7 +106,7 @@ std::string ControllerHost::ask(const ControllerRequest& request) {
         controller::request_body(*controller_, exchange, {values_to_send(exchange), {}, request.axis});
   } catch (const Error& error) {
     request_ = before;
-    throw Error(error.kind, say("{}: {}: {}", controller_->name, request.verb, error.what()));
+    throw Error(error.kind, say("{}: {}: {}", controller_->name, request.verb, reason_of(error)));
   }
   command_ = &command;
   reply_ = {request.verb};

@@ -39,7 +39,8 @@ std::map<std::string, double> quantities_at(Section& around, const char* key, Dr
       const Quantity quantity = parse_quantity(text);
       const auto fits = [&](const Unit& unit) { return unit.dimension() == quantity.unit.dimension(); };
       if (units ? std::ranges::none_of(*units, fits) : quantity.unit.dimension() != Dimension{})
-        throw Error(Error::Kind::bad_input, say("'{}' must be in {}", text, units ? units->front().text() : "no unit"));
+        throw Error(Error::Kind::bad_input, say("'{}' must be in {}", text,
+                                                units ? say("{}", Name{units->front().text()}) : Sentence("no unit")));
       values[name] = quantity.unit.to_si(quantity.value);
       if (tolerance) (*tolerance)[name] = half_of_last_digit(text) * std::abs(quantity.unit.factor());
     });

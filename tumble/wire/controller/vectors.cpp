@@ -46,7 +46,8 @@ void VectorCheck::compare(const ControllerReply& reply) const {
   for (const auto& [name, word] : vector.reply.words) {
     const auto found = reply.words.find(name);
     if (found == reply.words.end() || found->second != word)
-      add(say("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second, word));
+      add(say("{} is '{}', and '{}' is stated", name,
+              found == reply.words.end() ? Sentence("absent") : say("{}", Name{found->second}), word));
   }
 }
 
@@ -106,7 +107,7 @@ Problems problems_of_vectors(const Controller& declaration) {
       check.as_host();
       check.as_device();
     } catch (const Error& error) {
-      check.add(error.what());
+      check.add(reason_of(error));
     }
   }
   return problems;

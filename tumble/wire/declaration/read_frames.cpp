@@ -93,9 +93,9 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Draft&
     }
   for (const auto& name : wanted)
     if (std::ranges::find(known, name) == known.end())
-      draft.problems.all.push_back(say("{}: there is no variant '{}'{} (variants: {})", draft.problems.file, name,
-                                       did_you_mean(name, known),
-                                       known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+      draft.problems.all.push_back(
+          say("{}: there is no variant '{}'{} (variants: {})", draft.problems.file, name, did_you_mean(name, known),
+              known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))})));
 }
 
 /// Half a unit of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12.

@@ -85,11 +85,12 @@ int passes_of(const TriadCalibration& triad, const char* what, double rounding) 
     for (std::size_t j = 0; j < 3; ++j) sum += std::abs(inverted(i, j)) * slope(triad.curve[j], 1.1 * triad.range[j]);
     ratio = std::max(ratio, sum);
   }
+  const bool is_gyro = std::string_view(what) == "gyro";
   if (ratio > most)
     throw Error(Error::Kind::bad_input,
-                say("the nonlinearity of the {}s changes their scale factor by {:.2g} over the range: too much "
+                say("the nonlinearity of the {} changes their scale factor by {:.2g} over the range: too much "
                     "for code without a solver; state a smaller {}_range",
-                    what, ratio, std::string(what) == "gyro" ? "rate" : "force"));
+                    is_gyro ? "gyros" : "accelerometers", ratio, Name{is_gyro ? "rate" : "force"}));
   return ratio > 0.0 ? 1 + static_cast<int>(std::ceil(std::log(rounding) / std::log(ratio))) : 0;
 }
 

@@ -21,10 +21,10 @@ std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, boo
     powers.resize(std::max(powers.size(), thermal.bias.size()), 0.0);
     for (std::size_t n = 0; n < thermal.bias.size(); ++n) powers[n] += k * thermal.bias[n];
     if (powers.size() > most_powers)
-      problems.push_back(
-          say("{}_thermal_bias has {} powers of the temperature, but the file carries {}; "
-              "--drop {}_thermal_bias, or identify with a lower order",
-              gyro ? "gyro" : "accelerometer", powers.size(), most_powers, gyro ? "gyro" : "accelerometer"));
+      problems.push_back(say(
+          "{}_thermal_bias has {} powers of the temperature, but the file carries {}; "
+          "--drop {}_thermal_bias, or identify with a lower order",
+          Name{gyro ? "gyro" : "accelerometer"}, powers.size(), most_powers, Name{gyro ? "gyro" : "accelerometer"}));
   }
   if (has_temperature(axes) && std::isnan(calibration.coldest))
     problems.emplace_back("the result does not say which temperatures it covers, which TMIN and TMAX must state");
