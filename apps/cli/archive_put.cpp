@@ -68,8 +68,8 @@ int archive_init(const ArchiveArguments& arguments, const Terminal& terminal) {
   if (address.empty()) open_archive(arguments.archive);  // says what is missing
   make_archive(address, arguments.files, act_of(arguments.archive));
   const Archive archive(address);
-  note(terminal, archive.folder().empty() ? "made the archive; its files will lie in the database"
-                                          : "made the archive; its files will lie in " + archive.folder());
+  note(terminal, archive.folder().empty() ? Sentence("made the archive; its files will lie in the database")
+                                          : say("made the archive; its files will lie in {}", Name{archive.folder()}));
   return 0;
 }
 

@@ -43,8 +43,8 @@ tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos)
-      problems.push_back(equals == 0 ? fmt::format("--set {}: write --set key=value", text)
-                                     : fmt::format("--set {}: write --set {}=VALUE, without a blank", text, text));
+      problems.push_back(equals == 0 ? say("--set {}: write --set key=value", Name{text})
+                                     : say("--set {0}: write --set {0}=VALUE, without a blank", Name{text}));
     else
       sets.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }

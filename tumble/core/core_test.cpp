@@ -110,6 +110,8 @@ TEST(Say, SensibleDigits) {
   EXPECT_EQ(say_instant(-1e-5), "0 s");
   EXPECT_EQ(say_count(1, "sample"), "1 sample");
   EXPECT_EQ(say_count(2, "gap"), "2 gaps");
+  EXPECT_EQ(said_count(2, "gap").text(), "2 gaps");
+  EXPECT_EQ(said_count(1, "gap").pattern, "{} gap");
   EXPECT_EQ(say_value(293.15, Unit::parse("degC")), "20 degC");
   EXPECT_EQ(say_value(0.5, Unit{}), "0.5");
   EXPECT_EQ(say_difference(1.23456, Unit::parse("degC")), "1.23 degC");

@@ -241,7 +241,8 @@ class Session {
         return seal(folder_, disk);
       } catch (const Error& error) {
         Problems problems = error.problems;
-        problems.insert(problems.begin(), outcome_.whole ? Problem("the recording cannot be sealed") : outcome_.ending);
+        problems.insert(problems.begin(),
+                        outcome_.whole ? Problem("the recording cannot be sealed") : Problem(outcome_.ending));
         problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, folder_));
         throw Error(error.kind, problems);
       }

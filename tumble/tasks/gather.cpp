@@ -281,9 +281,9 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
   auto entries = plan.recordings;
   for (const auto& file : files) entries.push_back({file, "", 0, nullptr});
   if (entries.empty() && in_memory.empty())
-    throw Error(Error::Kind::bad_input, plan.file.empty()
-                                            ? "no recording to identify from: name one or more after the method"
-                                            : plan.file + ": no recording: name it after the plan or in [[recording]]");
+    throw Error(Error::Kind::bad_input,
+                plan.file.empty() ? Problem("no recording to identify from: name one or more after the method")
+                                  : in_file(plan.file, "no recording: name it after the plan or in [[recording]]"));
   read_calibration(plan);
   read_prior(plan);
   Evidence evidence{std::move(plan), {}};

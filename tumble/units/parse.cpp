@@ -107,8 +107,8 @@ class Parser {
     }
     const std::string_view found = word();
     if (found.empty())
-      fail(begin, begin == text_.size() ? "a unit expected; write 1 for a plain number"
-                                        : "a unit expected before '" + std::string(text_.substr(begin)) + "'");
+      fail(begin, begin == text_.size() ? Sentence("a unit expected; write 1 for a plain number")
+                                        : say("a unit expected before '{}'", std::string(text_.substr(begin))));
     if (found == "sqrt" && take("(")) {
       alone_ = false;
       const Meaning inner = unit(depth + 1);

@@ -160,8 +160,8 @@ class Maker {
       longest = std::max(longest, array.length());
     }
     if (candidates.empty())
-      refuse(contents_.cut_off ? "is cut off before its first samples"
-                               : "holds no array of numbers with more than one sample" + skipped());
+      refuse(contents_.cut_off ? Sentence("is cut off before its first samples")
+                               : say("holds no array of numbers with more than one sample{}", skipped()));
     std::vector<std::size_t> picked;
     if (options_.topics.empty()) {
       for (std::size_t k = 0; k < candidates.size(); ++k)
@@ -188,10 +188,10 @@ class Maker {
     return topics::asked_for(names, wanted, path_);
   }
 
-  std::string skipped() const {
-    if (contents_.skipped.empty()) return "";
-    return fmt::format("; not read are {} (complex, sparse, a table, an object, or more than two dimensions)",
-                       fmt::join(contents_.skipped, ", "));
+  Sentence skipped() const {
+    if (contents_.skipped.empty()) return {};
+    return say("; not read are {} (complex, sparse, a table, an object, or more than two dimensions)",
+               Name{fmt::format("{}", fmt::join(contents_.skipped, ", "))});
   }
 
   /// The nearest: beside the array, else in the structures around it; there a time before a rate.

@@ -131,7 +131,7 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate) {
     if (like(unit, other))
       throw Error(Error::Kind::bad_data,
                   say("the channel of {} is in {}: it must be {}, counts, a current or a voltage",
-                      Name{role_of(channel)}, unit.text(),
+                      tumble::Name{role_of(channel)}, unit.text(),
                       is_gyro ? "an angular rate, an angle gained in each sample"
                               : "a specific force, a velocity gained in each sample"));
   return out;

@@ -87,7 +87,7 @@ void refuse_unshown(const Bench& bench, const Instrument& instrument, const Show
       problems.push_back(
           say("the output of {} is in {}: [settings] accelerometer_scale_factor or a calibration "
               "must say its scale factor",
-              Name{role_of(channel)}, bench.records[channel].unit.text()));
+              tumble::Name{role_of(channel)}, bench.records[channel].unit.text()));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -337,7 +337,8 @@ void require_vibration(const Data& data) {
   Problems problems;
   for (const auto& finding : data.findings)
     if (finding.severity != Severity::info)
-      problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+      problems.push_back(
+          within(finding.where.empty() ? Sentence() : say("{}", Name{finding.where}), Problem(said_of(finding))));
   problems.emplace_back("no unit has a segment in which it vibrates");
   throw Error(Error::Kind::bad_data, problems);
 }
