@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/random.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
