@@ -32,9 +32,15 @@ tumble::TermProblem terms() {
   return problem;
 }
 
-/// One simulated test with this seed, and the values that the method should find.
-tumble::Trial trial(const tumble::Plan& plan, std::uint64_t seed) {
-  tumble::Trial trial{{plan, {tumble::simulate(plan, seed, {})}}, {}};
+/// A simulated test whose answer is known.
+struct Trial {
+  tumble::Evidence evidence;
+  std::vector<std::pair<std::string, double>> truth;  // name of a parameter, and its value in SI
+};
+
+/// The test with this seed, and the values that the method should find.
+Trial trial(const tumble::Plan& plan, std::uint64_t seed) {
+  Trial trial{{plan, {tumble::simulate(plan, seed, {})}}, {}};
   for (const auto& term : terms().columns)
     trial.truth.emplace_back(term.name, plan.truth.number("accelerometer_x_" + term.name));
   return trial;
@@ -54,7 +60,7 @@ std::size_t index_of(const tumble::Estimate& estimate, const std::string& name) 
   return static_cast<std::size_t>(parameter - estimate.parameters.data());
 }
 
-void print_answer(const tumble::Estimate& estimate, const tumble::Trial& trial) {
+void print_answer(const tumble::Estimate& estimate, const Trial& trial) {
   for (const auto& [name, truth] : trial.truth) {
     const auto i = index_of(estimate, name);
     const auto& unit = estimate.parameters[i].unit;

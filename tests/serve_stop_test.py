@@ -3,6 +3,7 @@
     serve_stop_test.py PROGRAM REPOSITORY
 """
 
+import collections
 import concurrent.futures
 import contextlib
 import fcntl
@@ -158,13 +159,15 @@ class Shares(unittest.TestCase):
 
     def test_streams_and_connections_of_another_user(self):
         run = self.begun()
-        streams = self.held(950, "/api/events")
-        refused = 0
-        for client in streams[-100:]:
+        statuses = collections.Counter()
+        for client in self.held(950, "/api/events"):
             client.settimeout(20)
             with contextlib.suppress(OSError):
-                refused += b" 429 " in client.recv(100)
-        self.assertGreater(refused, 50)
+                statuses[client.recv(100)[9:12]] += 1
+        self.assertLessEqual(set(statuses), {b"200", b"429", b"503", b""})  # 503: more of them wait than a busy machine has answered
+        self.assertGreater(statuses[b"200"], 0)
+        self.assertLess(statuses[b"200"], 400)  # a quarter of 900 connections, and others after streams that were closed to make room
+        self.assertGreater(statuses[b"429"] + statuses[b"503"], 50)
         idle = [socket.create_connection(("127.0.0.1", self.server.port), timeout=20) for _ in range(400)]  # nobody knows whose
         for client in idle:
             self.addCleanup(client.close)

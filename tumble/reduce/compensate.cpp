@@ -13,6 +13,7 @@
 #include "tumble/reduce/compensation/before_after.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
+#include "tumble/reduce/compensation/samples.hpp"
 #include "tumble/reduce/compensation/solve.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/error.hpp"
@@ -20,20 +21,12 @@
 namespace tumble {
 namespace {
 
-using compensation::common_slot_count;
 using compensation::Inputs;
+using compensation::shown_by;
 using compensation::Slot;
 using compensation::UsedTerm;
-using compensation::Values;
 using compensation::Work;
 using compensation::Works;
-
-constexpr int passes_with_slopes = 3;  ///< each takes the effect of angular acceleration a factor of a thousand further
-
-/// The output that shows the quantity of a slot; the number of outputs where none does.
-std::size_t shown_by(const Works& works, std::size_t slot) {
-  return static_cast<std::size_t>(std::ranges::distance(works.begin(), std::ranges::find(works, slot, &Work::shown)));
-}
 
 /// Where the input of a slot comes from; empty: it is missing.
 std::string source_of(const Inputs& known, const Recording& recording, const Works& works, const Work& work,
@@ -66,6 +59,9 @@ void sort_terms(const Inputs& known, const Works& works, const Recording& record
                                (used.per_output ? work.scale_factor * work.scale_factor : 1.0);
     (stays ? work.staying : work.terms).push_back(std::move(used));
   }
+  work.terms_with.resize(slots.size());
+  for (std::size_t j = 0; j < work.terms.size(); ++j)
+    for (const std::size_t slot : work.terms[j].slots) work.terms_with[slot].push_back(j);
 }
 
 /// Of an output of whose model nothing is known without inputs that are missing, nothing can be subtracted.
@@ -104,117 +100,7 @@ void set_parameters(Work& work) {
   work.spread_variance = std::pow(value_of(*work.estimate, model.spread, 0.0), 2) + std::pow(model.misfit, 2);
 }
 
-/// Lagged inputs follow theirs with a first-order lag, which begins at rest.
-void follow(const std::vector<Slot>& slots, std::size_t i, const Channel& clock, Values& values) {
-  for (std::size_t k = common_slot_count; k < slots.size(); ++k) {
-    if (slots[k].base == SIZE_MAX) continue;
-    const double now = values[slots[k].base];
-    const double share =
-        i == 0 || !(slots[k].lag > 0.0) ? 1.0 : -std::expm1(-(clock.time(i) - clock.time(i - 1)) / slots[k].lag);
-    if (std::isnan(values[k]) || share == 1.0) values[k] = now;
-    if (!std::isnan(now)) values[k] += share * (now - values[k]);
-  }
-}
-
-/// All samples, with what is felt and the outputs as they were recorded.
-struct Samples {
-  const Inputs& known;
-  const std::vector<Slot>& slots;
-  const Recording& raw;
-  std::array<const std::vector<double>*, 3>
-      acceleration{};  ///< [rad/s^2] of rates that are compensated; null: not known
-  std::array<std::vector<double>, 3> acceleration_sd;
-};
-
-/// One sample of all outputs: u in place of each, its uncertainty, and whether the calibration covered it.
-void take_sample(const Samples& samples, Works& works, Values& values, std::size_t i, Recording& recording) {
-  samples.known.fill(i, std::span(values));
-  for (std::size_t k = 0; k < 3; ++k)
-    if (samples.acceleration[k])
-      values[static_cast<std::size_t>(Input::angular_acceleration_x) + k] = (*samples.acceleration[k])[i];
-  for (Work& work : works) {
-    const double value = samples.raw.channels[work.place].values[i];
-    work.y = work.u = (value * work.reading - work.offset) / work.scale_factor;
-    values[work.shown] = work.y;
-  }
-  follow(samples.slots, i, works.front().trust.sd, values);
-  std::vector<bool> informed;
-  for (const Work& work : works) informed.push_back(!std::isnan(errors_at(work, values)));
-  solve_together(works, values);
-  Values means;
-  if (samples.known.average) samples.known.average(i, means = values);
-  const Values& compared = means.empty() ? values : means;
-  for (std::size_t k = 0; k < works.size(); ++k)
-    take_solution(works[k], values, compared, i, informed[k], recording.channels[works[k].place]);
-  Vector3 sd;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (!samples.acceleration_sd[k].empty()) sd[k] = samples.acceleration_sd[k][i];
-  for (Work& work : works)
-    work.trust.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, values, sd));
-  for (Work& work : works)
-    for (UsedTerm& term : work.terms) advance(term, values);
-}
-
-void take_all(const Samples& samples, Works& works, Recording& recording) {
-  Values values(samples.slots.size(), 0.0);
-  const std::size_t count = samples.raw.channels[works.front().place].values.size();
-  for (std::size_t i = 0; i < count; ++i) take_sample(samples, works, values, i, recording);
-}
-
-/// Central differences [SI/s]; a sample without both neighbours takes what there is.
-std::vector<double> slopes(const Channel& channel) {
-  std::vector<double> out(channel.values.size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const std::size_t before = i > 0 ? i - 1 : i, after = i + 1 < out.size() ? i + 1 : i;
-    const double time = channel.time(after) - channel.time(before);
-    const double slope = (channel.values[after] - channel.values[before]) / time;
-    out[i] = time > 0.0 && std::isfinite(slope) ? slope : 0.0;
-  }
-  return out;
-}
-
-/// Standard uncertainty of these differences: where the slope jumps within a sample, they are off by up to half of what
-/// the one-sided differences there and beside it are apart, and anything between is as likely: that half over sqrt(3).
-std::vector<double> slopes_sd(const Channel& channel) {
-  const auto& v = channel.values;
-  std::vector<double> apart(v.size()), sd(v.size());
-  for (std::size_t i = 1; i + 1 < v.size(); ++i) {
-    const double before = channel.time(i) - channel.time(i - 1), after = channel.time(i + 1) - channel.time(i);
-    const double change = (v[i + 1] - v[i]) / after - (v[i] - v[i - 1]) / before;
-    apart[i] = std::isfinite(change) ? std::abs(change) : 0.0;
-  }
-  for (std::size_t i = 0; i < v.size(); ++i)
-    for (std::size_t near = i > 0 ? i - 1 : i; near < std::min(i + 2, v.size()); ++near)
-      sd[i] = std::max(sd[i], 0.5 / std::sqrt(3.0) * apart[near]);
-  return sd;
-}
-
-/// Where a term needs the angular acceleration of rates that are compensated themselves, and no plan says it, their
-/// slopes are what it is.
-void take_slopes(Samples& samples, const Works& clean, Works& works, Recording& recording) {
-  std::array<std::vector<double>, 3> slope;
-  const auto first = static_cast<std::size_t>(Input::angular_acceleration_x);
-  std::vector<std::pair<std::size_t, std::size_t>> needed;  // axis, output
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t by = shown_by(works, k);
-    const bool asked = std::ranges::any_of(works, [&](const Work& work) {
-      return std::ranges::any_of(work.terms, [&](const UsedTerm& term) { return term.slots.contains(first + k); });
-    });
-    if (asked && by < works.size() && !samples.known.planned[first + k]) needed.emplace_back(k, by);
-  }
-  for (int pass = 0; !needed.empty() && pass < passes_with_slopes; ++pass) {
-    for (const auto& [k, by] : needed) {
-      const Channel& channel = recording.channels[works[by].place];
-      slope[k] = slopes(channel);
-      samples.acceleration[k] = &slope[k];
-      samples.acceleration_sd[k] = slopes_sd(channel);
-    }
-    works = clean;
-    take_all(samples, works, recording);
-  }
-}
-
-/// TermFactor [1 or Hz] from a channel to its quantity: as it is, or the integral of it over each sample. Nothing where
+/// Factor [1 or Hz] from a channel to its quantity: as it is, or the integral of it over each sample. Nothing where
 /// it is neither.
 std::optional<double> each_second(const Channel& channel, const Unit& wanted) {
   if (channel.unit.dimension() == wanted.dimension()) return 1.0;
@@ -291,16 +177,13 @@ void set_places(const Recording& recording, Works& works) {
 }
 
 /// The output in the unit of u, and with a delay what it shows at each time instead of what it showed then.
-void set_channels(Recording& recording, Recording& raw, Work& work) {
+void set_channels(Recording& recording, Work& work) {
   Channel& channel = recording.channels[work.place];
-  if (work.delay != 0.0) {
-    const Channel late = channel;
-    const double first = late.values.empty() ? 0.0 : late.time(0);
-    const double last = late.values.empty() ? 0.0 : late.time(late.values.size() - 1);
-    for (std::size_t i = 0; i < late.values.size(); ++i) {
-      const double time = late.time(i) + work.delay;
-      raw.channels[work.place].values[i] =
-          time < first || time > last ? std::nan("") : compensation::value_at(late, time);
+  if (work.delay != 0.0 && !channel.values.empty()) {
+    const double first = channel.time(0), last = channel.time(channel.values.size() - 1);
+    for (std::size_t i = 0; i < channel.values.size(); ++i) {
+      const double time = channel.time(i) + work.delay;
+      work.late.push_back(time < first || time > last ? std::nan("") : compensation::value_at(channel, time));
     }
   }
   const Unit& unit = work.model->unit;
@@ -381,14 +264,10 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   for (std::size_t k = 0; k < works.size(); ++k)
     sort_terms(known, works, recording, slots, std::move(terms[k]), works[k]);
   refuse_without_inputs(recording, works);
-  Recording raw = recording;
-  for (Work& work : works) set_channels(out.recording, raw, work);
+  for (Work& work : works) set_channels(out.recording, work);
   for (Work& work : works) set_cover(slots, known, works, work);
-  Samples samples{known, slots, raw, {}, {}};
-  const Works clean = works;
-  take_all(samples, works, out.recording);
-  take_slopes(samples, clean, works, out.recording);
-  finish(works, raw, out);
+  compensation::take_all(known, slots, recording, works, out.recording);
+  finish(works, recording, out);
   add_faults_of_samples(recording, plan, out.findings);
   return out;
 }

@@ -32,23 +32,26 @@ std::vector<Role> roles() {
            "the one channel to analyse, angular rate or specific force; without it all such channels are"}};
 }
 
+std::vector<Option> data_options() {
+  return {word("data", {"rate", "angle", "phase", "frequency", "increment", "count"})
+              .otherwise("rate")
+              .says("what the samples are: an angular rate or a specific force; its integral, an angle or a velocity; "
+                    "the time error of a clock, or its fractional frequency; the angle or velocity since the sample "
+                    "before; pulses since then"),
+          text("pulse").says("with data = count: angle or velocity of one pulse, as in 0.5 arcsec"),
+          quantity("rate", "Hz")
+              .above(0)
+              .at_most(1e9)
+              .bare()
+              .says("sampling rate, where the file does not state it or is wrong"),
+          word("timing", {"auto", "even", "stamps"})
+              .otherwise("auto")
+              .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
+                    "the stamps are late")};
+}
+
 std::vector<Option> curve_options() {
   return {
-      word("data", {"rate", "angle", "phase", "frequency", "increment", "count"})
-          .otherwise("rate")
-          .says("what the samples are: an angular rate or a specific force; its integral, an angle or a velocity; "
-                "the time error of a clock, or its fractional frequency; the angle or velocity since the sample "
-                "before; pulses since then"),
-      text("pulse").says("with data = count: angle or velocity of one pulse, as in 0.5 arcsec"),
-      quantity("rate", "Hz")
-          .above(0)
-          .at_most(1e9)
-          .bare()
-          .says("sampling rate, where the file does not state it or is wrong"),
-      word("timing", {"auto", "even", "stamps"})
-          .otherwise("auto")
-          .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
-                "the stamps are late"),
       word("estimator", {"likelihood", "allan"})
           .otherwise("likelihood")
           .says("likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"),
@@ -120,8 +123,9 @@ std::vector<Option> further_options() {
 }
 
 std::vector<Option> options() {
-  std::vector<Option> all = curve_options();
-  for (const auto& some : {fit_options(), further_options()}) all.insert(all.end(), some.begin(), some.end());
+  std::vector<Option> all = data_options();
+  for (const auto& some : {curve_options(), fit_options(), further_options()})
+    all.insert(all.end(), some.begin(), some.end());
   return all;
 }
 

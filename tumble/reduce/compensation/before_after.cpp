@@ -5,6 +5,7 @@
 
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/reduce/stretches.hpp"
 
 namespace tumble::compensation {
 namespace {
@@ -29,22 +30,6 @@ double sd_of_means(std::span<const double> values, std::size_t each) {
     squares += off * (one - mean);
   }
   return count > 1.0 ? std::sqrt(squares / (count - 1.0)) : std::nan("");
-}
-
-/// The samples of a channel in a power-up.
-std::pair<std::size_t, std::size_t> samples_in(const Run& run, const Channel& channel) {
-  const auto number = [&](double time) {
-    std::size_t low = 0, high = channel.values.size();
-    while (low < high) {
-      const std::size_t middle = low + (high - low) / 2;
-      if (channel.time(middle) < time)
-        low = middle + 1;
-      else
-        high = middle;
-    }
-    return low;
-  };
-  return {number(run.begin), number(run.end)};
 }
 
 /// The sd [SI of u] of what the output shows, over the scale factor of the result.
@@ -75,7 +60,7 @@ Table before_and_after(const Works& works, const Recording& raw, const Recording
     const double averaging = work.model->thermal ? work.model->thermal->averaging : 0.0;
     const auto each = static_cast<std::size_t>(std::max(1.0, std::round(averaging * sampling_rate(channel))));
     for (const Run& run : runs) {
-      const auto [first, end] = samples_in(run, channel);
+      const auto [first, end] = samples_between(channel, run.begin, run.end);
       if (end <= first) continue;
       const auto part = [&, a = first, n = end - first](const std::vector<double>& values) {
         return std::span(values).subspan(a, n);

@@ -229,28 +229,36 @@ std::vector<Temperatures> means_over(const thermal::Thermal& felt, double interv
   return means;
 }
 
-/// Temperatures of every power-up by the sensors that a thermal model was found with.
+/// Temperatures by the sensors that a thermal model was found with: those of one power-up at a time.
 struct ThermalRuns {
   std::vector<Run> runs;
-  std::vector<thermal::Thermal> felt;
-  std::vector<std::vector<Temperatures>> means;  ///< of each run; empty: samples are compared
-  double interval = 0.0;                         ///< [s] of the means
+  thermal::Sensors sensors;
+  ThermalReading reading;
   std::string from;
-  bool two = false;  ///< sensors, whose difference is the gradient
+  std::size_t run = SIZE_MAX;  ///< whose temperatures these are
+  thermal::Thermal felt = {};
+  std::vector<Temperatures> means = {};  ///< empty: samples are compared
 
-  void fill(double time, std::span<double> values) const {
+  void enter(double time) {
     std::size_t r = 0;
     while (r + 1 < runs.size() && time >= runs[r].end) ++r;
-    const auto now = std::bit_cast<std::array<double, felt_inputs>>(thermal::felt_at(felt[r], time));
+    if (r == run) return;
+    run = r;
+    felt = thermal::thermal_of(sensors, runs[r].begin, runs[r].end, reading);
+    if (reading.averaging > 0.0) means = means_over(felt, reading.averaging);
+  }
+
+  void fill(double time, std::span<double> values) {
+    enter(time);
+    const auto now = std::bit_cast<std::array<double, felt_inputs>>(thermal::felt_at(felt, time));
     for (std::size_t k = temperature; k < felt_inputs; ++k) values[k] = now[k];
   }
 
-  void average(double time, std::span<double> values) const {
-    std::size_t r = 0;
-    while (r + 1 < runs.size() && time >= runs[r].end) ++r;
-    if (means[r].empty()) return;
-    const auto at = static_cast<std::size_t>(std::max(0.0, values[since_power_on]) / interval);
-    std::ranges::copy(means[r][std::min(at, means[r].size() - 1)], values.begin() + temperature);
+  void average(double time, std::span<double> values) {
+    enter(time);
+    if (means.empty()) return;
+    const auto at = static_cast<std::size_t>(std::max(0.0, values[since_power_on]) / reading.averaging);
+    std::ranges::copy(means[std::min(at, means.size() - 1)], values.begin() + temperature);
   }
 };
 
@@ -261,23 +269,17 @@ thermal::Sensors sensors_of(const Estimate& estimate, const Recording& recording
   return {tumble::channel_of(estimate, recording, "temperature"), nullptr};
 }
 
-std::shared_ptr<const ThermalRuns> thermal_runs(const Estimate& estimate, const Recording& recording,
-                                                const ThermalReading& reading) {
+std::shared_ptr<ThermalRuns> thermal_runs(const Estimate& estimate, const Recording& recording,
+                                          const ThermalReading& reading) {
   const thermal::Sensors sensors = sensors_of(estimate, recording);
-  ThermalRuns all{.runs = runs_of({recording}),
-                  .interval = reading.averaging,
-                  .from = "channel " + sensors.top->name,
-                  .two = sensors.side != nullptr};
   Problems problems;
   for (const Channel* sensor : {sensors.top, sensors.side}) require_dimension(sensor, "degC", problems);
   refuse(recording, problems);
   for (const Channel* sensor : {sensors.top, sensors.side})
     if (sensor) thermal::refuse_backward(*sensor);
+  ThermalRuns all{runs_of({recording}), sensors, reading, "channel " + sensors.top->name};
   if (sensors.side) all.from += ", channel " + sensors.side->name;
-  for (const Run& run : all.runs) all.felt.push_back(thermal::thermal_of(sensors, run.begin, run.end, reading));
-  for (const auto& run : all.felt)
-    if (reading.averaging > 0.0) all.means.push_back(means_over(run, reading.averaging));
-  return std::make_shared<const ThermalRuns>(std::move(all));
+  return std::make_shared<ThermalRuns>(std::move(all));
 }
 
 /// Everything that `Inputs::fill` asks.
@@ -286,7 +288,7 @@ struct Sources {
   const Channel* output;
   std::vector<const Channel*> channels;  ///< by slot
   std::shared_ptr<const Planned> test;
-  std::shared_ptr<const ThermalRuns> warm;
+  std::shared_ptr<ThermalRuns> warm;
   double step = 0.0;
 
   void operator()(std::size_t i, std::span<double> values) const {
@@ -348,10 +350,10 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
   if (plan) sources.test = std::make_shared<const Planned>(planned_for(*plan, recording, output));
   if (thermal) sources.warm = thermal_runs(estimate, recording, *thermal);
   for (std::size_t k = temperature; sources.warm && k < felt_inputs; ++k) out.from[k] = sources.warm->from;
-  if (sources.warm && !sources.warm->two) out.from[index(Input::temperature_gradient)].clear();
+  if (sources.warm && !sources.warm->sensors.side) out.from[index(Input::temperature_gradient)].clear();
   for (std::size_t k = 0; k < slots.size(); ++k)
     if (slots[k].base != SIZE_MAX) out.from[k] = out.from[slots[k].base];
-  if (sources.warm && !sources.warm->means.empty())
+  if (sources.warm && sources.warm->reading.averaging > 0.0)
     out.average = [warm = sources.warm, &output](std::size_t i, std::span<double> values) {
       warm->average(output.time(i), values);
     };

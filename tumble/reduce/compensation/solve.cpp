@@ -9,41 +9,50 @@ namespace tumble::compensation {
 namespace {
 
 constexpr double tolerance = 1e-12;           ///< of the size of u
-constexpr double settled_within = 1e-10;      ///< of outputs together: each is solved to `tolerance` only
+constexpr double settled_within = 1e-12;      ///< change of an output by a pass over those that need each other
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
 constexpr double step_share = 1e-4,
                  least_input = 1e-6;  ///< of difference quotients: share of the input [1], and the least input [SI]
 
-double errors_at(const Work& work, Values& values, double u) {
-  values[work.shown] = u;
-  return compensation::errors_at(work, values);
+double error_of(const Work& work, const UsedTerm& used, const Values& values) {
+  return used.coefficient * regressor_of(used, values) / (used.per_output ? work.scale_factor : 1.0);
+}
+
+/// Sum of the terms that depend on a slot [SI of u].
+double errors_with(const Work& work, std::size_t slot, const Values& values) {
+  double sum = 0.0;
+  for (const std::size_t term : work.terms_with[slot]) sum += error_of(work, work.terms[term], values);
+  return sum;
 }
 
 /// dE/dx [SI of u/SI of x] by the difference over a small step to both sides.
 double error_slope(const Work& work, std::size_t slot, Values& values) {
+  if (work.terms_with[slot].empty()) return 0.0;
   const double x = values[slot], step = step_share * std::max(std::abs(x), least_input);
   values[slot] = x + step;
-  const double above = compensation::errors_at(work, values);
+  const double above = errors_with(work, slot, values);
   values[slot] = x - step;
-  const double below = compensation::errors_at(work, values);
+  const double below = errors_with(work, slot, values);
   values[slot] = x;
   return (above - below) / (2.0 * step);
 }
 
 void solve(Work& work, Values& values) {
   const double y = work.y;
-  if (work.model->by_output) {
-    work.u = y - compensation::errors_at(work, values);
+  if (work.model->by_output || work.terms_with[work.shown].empty()) {
+    work.u = y - errors_at(work, values);
+    if (!work.model->by_output) values[work.shown] = work.u;
     return;
   }
-  double u = y;
+  double u = std::isnan(work.u) ? y : work.u;
   for (int n = 0; n < most_steps; ++n) {
     values[work.shown] = u;
-    const double slope = error_slope(work, work.shown, values), g = u + errors_at(work, values, u) - y;
+    const double slope = error_slope(work, work.shown, values), g = u + errors_at(work, values) - y;
     if (!(std::abs(slope) < greatest_error_slope)) break;
     if (std::abs(g) <= (1.0 - std::abs(slope)) * tolerance * std::max(std::abs(u), std::abs(y))) {
-      work.u = u, work.slope = slope;
+      work.u = values[work.shown] = u - g / (1.0 + slope);  // this last step costs nothing and gives all digits
+      work.slope = slope;
       return;
     }
     u -= g / (1.0 + slope);
@@ -92,8 +101,7 @@ std::string name_of(const Slot& slot) {
 
 double errors_at(const Work& work, const Values& values) {
   double sum = 0.0;
-  for (const auto& used : work.terms)
-    sum += used.coefficient * regressor_of(used, values) / (used.per_output ? work.scale_factor : 1.0);
+  for (const auto& used : work.terms) sum += error_of(work, used, values);
   return sum;
 }
 
@@ -113,24 +121,50 @@ void solve_together(Works& works, Values& values) {
     if (!work.others.empty()) work.u = std::nan("");
 }
 
-double variance_of(const Works& works, const Work& work, Values& values, const Vector3& sd) {
-  auto d = work.d;
-  double staying = work.staying_variance;
-  for (const std::size_t other : work.others) {
-    if (work.model->by_output) break;
-    const Work& by = works[other];
-    const double share = -error_slope(work, by.shown, values) / (1.0 + work.slope);
-    for (const auto& [parameter, derivative] : by.d) d.emplace_back(parameter, share * derivative);
-    staying += share * share * by.staying_variance;
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-    if (sd[k] > 0.0)
-      staying +=
-          std::pow(sd[k] * error_slope(work, static_cast<std::size_t>(Input::angular_acceleration_x) + k, values), 2);
+/// d' C e of the derivatives of two outputs by their parameters.
+double covariance_of(const Work& one, const Work& other) {
+  const Matrix& c = one.estimate->covariance;
   double sum = 0.0;
-  for (const auto& [i, a] : d)
-    for (const auto& [j, b] : d) sum += a * b * work.estimate->covariance(i, j);
-  return (sum < 0.0 ? 0.0 : sum) + staying + work.spread_variance;  // what is no number stays so
+  for (std::size_t k = 0; k < one.d.size(); ++k) {
+    const auto& [i, a] = one.d[k];
+    double row = 0.0;
+    if (&one == &other) {  // the half below the diagonal counts twice
+      for (std::size_t l = 0; l < k; ++l) row += 2.0 * one.d[l].second * c(i, one.d[l].first);
+      row += a * c(i, i);
+    } else {
+      for (const auto& [j, b] : other.d) row += b * c(i, j);
+    }
+    sum += a * row;
+  }
+  return sum;
+}
+
+std::vector<double> variances_of(const Works& works, Values& values, const Vector3& sd) {
+  const std::size_t n = works.size();
+  std::vector<double> shared(n * n), share(n), variances(n);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b <= a; ++b) shared[a * n + b] = shared[b * n + a] = covariance_of(works[a], works[b]);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Work& work = works[k];
+    std::ranges::fill(share, 0.0);
+    share[k] = 1.0;
+    double staying = work.staying_variance;
+    for (const std::size_t other : work.others) {
+      if (work.model->by_output) break;
+      share[other] = -error_slope(work, works[other].shown, values) / (1.0 + work.slope);
+      staying += share[other] * share[other] * works[other].staying_variance;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (sd[axis] > 0.0)
+        staying += std::pow(
+            sd[axis] * error_slope(work, static_cast<std::size_t>(Input::angular_acceleration_x) + axis, values), 2);
+    double sum = 0.0;
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = 0; b < n; ++b)
+        if (share[a] != 0.0 && share[b] != 0.0) sum += share[a] * share[b] * shared[a * n + b];
+    variances[k] = (sum < 0.0 ? 0.0 : sum) + staying + work.spread_variance;  // what is no number stays so
+  }
+  return variances;
 }
 
 void take_solution(Work& work, const Values& values, const Values& compared, std::size_t i, bool informed,

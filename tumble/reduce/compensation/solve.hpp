@@ -18,9 +18,10 @@ double errors_at(const Work& work, const Values& values);
 /// nothing changes. NaN where there is no root of which the model is sure.
 void solve_together(Works& works, Values& values);
 
-/// Variance [SI^2] of u: by all parameters, those of the outputs that it depends on with them (their own dependence on
-/// each other is of second order), by what stays in, and by the `sd` [rad/s^2] of the angular acceleration.
-double variance_of(const Works& works, const Work& work, Values& values, const Vector3& sd);
+/// Variance [SI^2] of the u of each output: by all parameters, those of the outputs that it depends on with them (their
+/// own dependence on each other is of second order), by what stays in, and by the `sd` [rad/s^2] of the angular
+/// acceleration.
+std::vector<double> variances_of(const Works& works, Values& values, const Vector3& sd);
 
 /// The solution in its place, with the sizes of the terms, the derivatives of u, and whether the calibration covered
 /// it: `compared` are the values that this is asked of. `informed`: all inputs have values.

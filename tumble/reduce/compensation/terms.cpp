@@ -11,6 +11,7 @@ namespace {
 
 double value_of(const UsedFactor& used, const Values& values, double& state) {
   double x = values[used.slot] - used.factor.origin;
+  if (used.linear) return x;
   if (used.start != SIZE_MAX) x -= values[used.start];
   if (std::isnan(state)) state = x;
   return tumble::value_of(used.factor, x, state);
@@ -32,6 +33,7 @@ UsedFactor used_factor(const TermFactor& factor, const Estimate& estimate, std::
   if (factor.lag)
     used.slot = slot_of({factor.input, factor.role, estimate.parameters.at(*factor.lag).value, used.slot}, slots);
   if (factor.from_start) used.start = static_cast<std::size_t>(Input::start_temperature);
+  used.linear = factor.form == TermFactor::Form::power && factor.order == 1 && !factor.from_start;
   return used;
 }
 
@@ -45,6 +47,7 @@ UsedTerm used_term(const ModelTerm& term, const Estimate& estimate, std::vector<
     UsedProduct& out = used.products.emplace_back(UsedProduct{product.weight, {}});
     for (const TermFactor& factor : product.factors) {
       out.factors.push_back(used_factor(factor, estimate, slots));
+      used.has_play = used.has_play || factor.form == TermFactor::Form::play;
       used.slots.insert(out.factors.back().slot);
       if (out.factors.back().start != SIZE_MAX) used.slots.insert(out.factors.back().start);
     }
@@ -68,8 +71,14 @@ double regressor_of(const UsedTerm& term, const Values& values) {
 }
 
 void advance(UsedTerm& term, const Values& values) {
+  if (!term.has_play) return;
   for (UsedProduct& product : term.products)
     for (UsedFactor& used : product.factors) value_of(used, values, used.state);
+}
+
+void begin(UsedTerm& term) {
+  for (UsedProduct& product : term.products)
+    for (UsedFactor& used : product.factors) used.state = std::nan("");
 }
 
 std::vector<UsedTerm> used_terms(const OutputModel& model, const Estimate& estimate, std::vector<Slot>& slots) {

@@ -19,6 +19,7 @@ struct UsedFactor {
   TermFactor factor;
   std::size_t slot = 0;
   std::size_t start = SIZE_MAX;                             ///< slot of the start temperature, where it is subtracted
+  bool linear = false;                                      ///< it is the input less the origin
   double state = std::numeric_limits<double>::quiet_NaN();  ///< of a play, before the present sample
 };
 
@@ -31,7 +32,7 @@ struct UsedTerm {
   std::string name;
   std::size_t parameter = SIZE_MAX;  ///< SIZE_MAX: the coefficient is no parameter
   double coefficient = 1.0, least = 0.0, greatest = 0.0;
-  bool per_output = false;
+  bool per_output = false, has_play = false;
   std::vector<UsedProduct> products;
   std::set<std::size_t> slots;    ///< that it needs
   bool remains = false;           ///< it is never subtracted
@@ -49,14 +50,16 @@ struct Counts {
 struct Work {
   const OutputModel* model = nullptr;
   const Estimate* estimate = nullptr;
-  std::size_t shown = 0;                 ///< slot of u
-  std::vector<UsedTerm> terms, staying;  ///< subtracted, and those that stay in
-  double reading = 1.0;                  ///< [SI of K u per SI of the channel]
+  std::size_t shown = 0;                             ///< slot of u
+  std::vector<UsedTerm> terms, staying;              ///< subtracted, and those that stay in
+  std::vector<std::vector<std::size_t>> terms_with;  ///< of each slot: those of `terms` that depend on it
+  double reading = 1.0;                              ///< [SI of K u per SI of the channel]
   double scale_factor = 1.0, offset = 0.0, delay = 0.0;
   double staying_variance = 0.0, spread_variance = 0.0;  ///< [SI^2] of u
   std::vector<Covered> covered;                          ///< whose inputs are known
   std::vector<std::size_t> others;                       ///< outputs that show an input of a term
   std::size_t place = 0;                                 ///< of the channel
+  std::vector<double> late;                              ///< [SI] what it shows, with its delay; empty: as recorded
   Trust trust;
   Counts counts;
   double y = 0.0, u = 0.0, slope = 0.0;           ///< of the present sample: (y - offset)/K, u, dE/du
@@ -71,6 +74,8 @@ using Values = std::vector<double>;  ///< [SI] of all slots at one sample
 double regressor_of(const UsedTerm& term, const Values& values);
 /// The states of plays after this sample.
 void advance(UsedTerm& term, const Values& values);
+/// Plays have no state yet.
+void begin(UsedTerm& term);
 
 /// The terms of a model with the coefficients of the result, whose factors are slots of `slots`: new ones are added.
 /// Throws    Error::bad_file where a parameter has no value

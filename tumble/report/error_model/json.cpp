@@ -124,18 +124,14 @@ bool flag_of(const Node& node) { return !node.absent() && node.flag(); }
 
 double number_of(const Node& node, double otherwise) { return node.absent() ? otherwise : node.number(NAN); }
 
-/// A number that must be there and lie above `least`, or at it.
-double number_from(const Node& node, double least, bool at_least = true) {
+/// A number that must not be below zero.
+double size_of(const Node& node) {
   const double value = node.number(NAN);
-  if (!(at_least ? value >= least : value > least))
-    node.complain(at_least ? say("a number from {:g} is expected", least)
-                           : say("a number above {:g} is expected", least));
+  if (!(value >= 0.0)) node.complain("a number from 0 is expected");
   return value;
 }
 
-double number_from(const Node& node, double least, double otherwise) {
-  return node.absent() ? otherwise : number_from(node, least);
-}
+double size_of(const Node& node, double otherwise) { return node.absent() ? otherwise : size_of(node); }
 
 TermFactor factor_of(const Node& node, std::size_t parameters) {
   TermFactor factor{.input = input_of(node["input"])};
@@ -149,7 +145,10 @@ TermFactor factor_of(const Node& node, std::size_t parameters) {
   }
   factor.origin = number_of(node.optional("origin"), 0.0);
   factor.from_start = flag_of(node.optional("from_start"));
-  if (const Node size = node.optional("size"); !size.absent()) factor.size = number_from(size, 0.0, false);
+  if (const Node size = node.optional("size"); !size.absent()) {
+    factor.size = size_of(size);
+    if (factor.size == 0.0) size.complain("a number above 0 is expected");
+  }
   factor.lag = index_of(node.optional("lag"), parameters);
   return factor;
 }
@@ -194,10 +193,10 @@ void read_optional(const Node& node, std::size_t parameters, OutputModel& model)
   model.spread = index_of(node.optional("spread"), parameters);
   model.delay = index_of(node.optional("delay"), parameters);
   model.by_output = flag_of(node.optional("by_output"));
-  model.misfit = number_from(node.optional("misfit"), 0.0, 0.0);
+  model.misfit = size_of(node.optional("misfit"), 0.0);
   if (const Node thermal = node.optional("thermal"); !thermal.absent())
-    model.thermal = {number_from(thermal["smoothing"], 0.0), number_from(thermal["lag"], 0.0),
-                     number_from(thermal["start_window"], 0.0), number_from(thermal.optional("averaging"), 0.0, 0.0)};
+    model.thermal = {size_of(thermal["smoothing"]), size_of(thermal["lag"]), size_of(thermal["start_window"]),
+                     size_of(thermal.optional("averaging"), 0.0)};
   if (const Node reference = node.optional("reference_temperature"); !reference.absent())
     model.reference_temperature = reference.number(NAN);
   if (const Node caveats = node.optional("caveats"); !caveats.absent())

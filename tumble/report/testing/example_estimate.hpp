@@ -206,14 +206,7 @@ inline void add_curves(Estimate& e) {
   e.curves.push_back(residual);
 }
 
-inline Estimate estimate() {
-  Estimate e;
-  e.method = "fog_thermal_bias";
-  e.title = "Thermal bias of a fibre-optic gyro, eight start temperatures";
-  e.instrument_model = "fiber_optic_gyro";
-  e.instrument_serial = "FOG-0117";
-  add_parameters(e);
-  add_tables(e);
+inline void add_models(Estimate& e) {
   e.models = {{.role = "gyro",
                .shows = Input::rate_x,
                .unit = Unit::parse("deg/h"),
@@ -224,6 +217,17 @@ inline Estimate estimate() {
                           .regressor = {{1.0, {{.input = Input::temperature, .origin = si(20.0, "degC")}}}},
                           .least = -40.0,
                           .greatest = 40.0}}}};
+}
+
+inline Estimate estimate() {
+  Estimate e;
+  e.method = "fog_thermal_bias";
+  e.title = "Thermal bias of a fibre-optic gyro, eight start temperatures";
+  e.instrument_model = "fiber_optic_gyro";
+  e.instrument_serial = "FOG-0117";
+  add_parameters(e);
+  add_tables(e);
+  add_models(e);
   add_curves(e);
   e.fit = {460800, 460789.0, 461512.4, 18.3};
   using Severity = Finding::Severity;

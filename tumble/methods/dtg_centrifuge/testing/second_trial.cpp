@@ -100,7 +100,7 @@ double of(std::span<const TruthValue> drift, const std::string& name) {
 }
 
 /// K [deg/h/g] at a [g] with the spin axis up (+1) or down (-1).
-double second_K(double a, double spin) {
+double sensitivity_at(double a, double spin) {
   const double along = spin * second_gravity / standard_gravity;
   const auto part = [&](const char* linear, const char* cross, const char* cubic, const char* mixed) {
     return of(drift_x, linear) + along * of(drift_x, cross) +
@@ -114,7 +114,7 @@ void add_levels_truth(Trial& trial) {
   std::size_t level = 1;
   for (const double spin : {1.0, -1.0})
     for (const double rate : second_rates) {
-      const double K = second_K(force(rate), spin), first = second_K(force(second_rates[0]), spin);
+      const double K = sensitivity_at(force(rate), spin), first = sensitivity_at(force(second_rates[0]), spin);
       trial.truth.emplace_back(fmt::format("sensitive_term_{}", level), si(K, "deg/h/g"));
       if (rate != second_rates[0]) trial.truth.emplace_back(fmt::format("nonlinearity_{}", level), K / first - 1.0);
       ++level;
