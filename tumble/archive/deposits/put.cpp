@@ -38,13 +38,6 @@ std::string verdict_of(const Estimate& estimate, const std::string& parameter = 
   return worst;
 }
 
-/// [s] since 1970 at which a result counts: when the test ended, else when it was archived.
-std::int64_t moment_of(const std::string& ended, const std::string& archived) {
-  constexpr std::int64_t second = 1'000'000'000;
-  const auto time = parse_iso_time(ended.empty() ? archived : ended);
-  return time ? *time / second : 0;
-}
-
 std::vector<Row> parameter_rows(const Estimate& estimate, std::int64_t id, std::int64_t unit, std::int64_t moment) {
   std::vector<Row> rows;
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
@@ -90,6 +83,12 @@ Row result_row(const Change& change, const ReadResult& result, std::int64_t unit
 }
 
 }  // namespace
+
+std::int64_t moment_of(const std::string& ended, const std::string& archived) {
+  constexpr std::int64_t second = 1'000'000'000;
+  const auto time = parse_iso_time(ended.empty() ? archived : ended);
+  return time ? *time / second : 0;
+}
 
 std::string sha256_of_unit(const UnitName& unit) { return sha256_of(unit.model + std::string(1, '\0') + unit.serial); }
 

@@ -23,7 +23,7 @@ constexpr double one_day = 24.0 * hour, one_month = 365.25 * one_day / 12.0;
 
 /// The results of one unit since it was last adjusted.
 struct UnitPast {
-  ParameterOverUnits over;
+  PastResults all;
   std::vector<Occasion> occasions;
   std::vector<ArchivedResult> results;  ///< that count and have the parameter
   std::vector<NamedResult> estimates;   ///< the same
@@ -39,7 +39,7 @@ std::string last_adjustment(const UnitRecord& record) {
 }
 
 UnitPast past_of(const Archive& archive, const DriftRequest& request) {
-  UnitPast past{.over = parameter_over_units(archive, request.what.parameter, {}, request.what.unit),
+  UnitPast past{.all = past_results(archive, request.what.parameter, {}, request.what.unit, false),
                 .occasions = {},
                 .results = {},
                 .estimates = {},
@@ -47,8 +47,8 @@ UnitPast past_of(const Archive& archive, const DriftRequest& request) {
   const auto record = unit_record(archive, request.what.unit);
   past.adjusted = last_adjustment(record);
   const double begin = past.adjusted.empty() ? -INFINITY : moment_of_text(past.adjusted);
-  std::erase_if(past.over.values, [&](const ChartValue& value) { return value.moment < begin; });
-  past.occasions = occasions_of(past.over);
+  std::erase_if(past.all.over.values, [&](const ChartValue& value) { return value.moment < begin; });
+  past.occasions = occasions_of(past.all.over);
   for (const auto& result : record.results) {
     if (!result.correction.empty() || moment_of_text(result.ended.empty() ? result.archived : result.ended) < begin)
       continue;
@@ -73,7 +73,7 @@ double e_n_between(const UnitPast& past, std::size_t earlier, std::size_t later,
 }
 
 Table history_table(const UnitPast& past, const std::string& parameter) {
-  const Unit& unit = past.over.shown;
+  const Unit& unit = past.all.over.shown;
   const Unit one;
   Table table{"history",
               "results in order of time; E_n beyond 1 is a change that the uncertainties do not explain",
@@ -129,8 +129,8 @@ double walk_quantile(const WalkDensity& walks, double probability) {
 }
 
 std::vector<Stated> drift_numbers(const UnitPast& past, const UnitHistory& history, const FleetDrift& fleet) {
-  const std::string& name = past.over.parameter;
-  const Unit rate = unit_by(past.over.shown, "day"), walk = unit_by(past.over.shown, "sqrt(day)");
+  const std::string& name = past.all.over.parameter;
+  const Unit rate = unit_by(past.all.over.shown, "day"), walk = unit_by(past.all.over.shown, "sqrt(day)");
   const auto trend = averaged(fleet.walks, [&](double q) {
     const auto at = drift_rate(history, q);
     return Averaged{at.value, square(at.sd)};
@@ -169,8 +169,8 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
                                 const DriftRequest& request, Table& links) {
   constexpr double normal_90 = 1.645;  // two-sided
   constexpr int steps = 40;
-  const Unit& unit = past.over.shown;
-  const std::string& name = past.over.parameter;
+  const Unit& unit = past.all.over.shown;
+  const std::string& name = past.all.over.parameter;
   const std::int64_t day = past.occasions.front().day;
   Curve values = curve_over_time("result of a day", "history", day, name, unit);
   values.points = true, values.band = "± 2 sd, private part";
@@ -217,10 +217,10 @@ void drift_findings(const UnitPast& past, const FleetDrift& fleet, Findings& fin
 
 /// The fleet of the model, whose random walk counts for its units.
 FleetDrift fleet_of(const Archive& archive, const ArchivedSelection& what, SharedBySource& errors) {
-  const auto over = parameter_over_units(archive, what.parameter, what.unit.model);
-  const auto occasions = occasions_of(over);
-  errors = shared_errors(archive, what.parameter, occasions);
-  return drift_of_fleet(occasions, adjustments_of(archive, over), errors);
+  const PastResults past = past_results(archive, what.parameter, what.unit.model);
+  const auto occasions = occasions_of(past.over);
+  errors = shared_errors(past, occasions);
+  return drift_of_fleet(occasions, past.adjusted, errors);
 }
 
 }  // namespace
@@ -230,10 +230,10 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   Estimate estimate =
       answer_of("archive_drift", fmt::format("History of {} of {}", what.parameter, name_of(what.unit)), what);
   const UnitPast past = past_of(archive, request);
-  note_same_recordings(archive, past.over, estimate.findings);
+  note_same_recordings(past.all, estimate.findings);
   estimate.tables.push_back(history_table(past, what.parameter));
   state(estimate, {});
-  estimate.tables.push_back(links_table(past.over.shown));
+  estimate.tables.push_back(links_table(past.all.over.shown));
   if (past.occasions.size() < 2 || past.occasions.back().moment == past.occasions.front().moment) {
     estimate.findings.push_back({Severity::info, "history_too_short", {}});
     estimate.curves = drift_curves(past, nullptr, {}, request, estimate.tables.back());
