@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tumble/archive/deposit.hpp"
-#include "tumble/archive/result_summary.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/population/control_chart.hpp"
 

@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "tumble/archive/result_summary.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/tasks/fleet/limits.hpp"
@@ -87,7 +87,7 @@ std::vector<std::string> results_in(const std::string& folder) {
 /// The results of a fleet, each read once.
 struct FleetResults {
   std::string method, model;
-  std::vector<ResultSummary> results;
+  std::vector<SummarisedResult> results;
   std::set<std::string> known;  ///< their SHA-256
   std::size_t units = 0;
   std::vector<std::string> parameters;      ///< in the order in which they first occur

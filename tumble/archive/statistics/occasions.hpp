@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tumble/archive/deposits/sources.hpp"
-#include "tumble/archive/result_summary.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/math/matrix.hpp"
 

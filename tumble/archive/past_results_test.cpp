@@ -1,4 +1,4 @@
-#include "tumble/archive/result_summary.hpp"
+#include "tumble/archive/past_results.hpp"
 
 #include <gtest/gtest.h>
 
@@ -36,16 +36,16 @@ std::vector<ResultDeposit> made(const ScratchFolder& folder) {
   return results;
 }
 
-std::vector<ResultSummary> summaries_of(const std::vector<ResultDeposit>& deposits) {
+std::vector<SummarisedResult> summaries_of(const std::vector<ResultDeposit>& deposits) {
   Problems problems;
-  std::vector<ResultSummary> summaries;
+  std::vector<SummarisedResult> summaries;
   for (const auto& deposit : deposits)
     summaries.push_back(summary_of_result(deposit, testing::sample_act().when, problems));
   EXPECT_TRUE(problems.empty());
   return summaries;
 }
 
-TEST(ResultSummary, AFolderAndAnArchiveGiveTheSameAnswers) {
+TEST(PastResults, AFolderAndAnArchiveGiveTheSameAnswers) {
   const ScratchFolder folder;
   const auto deposits = made(folder);
   const auto summaries = summaries_of(deposits);
@@ -58,7 +58,7 @@ TEST(ResultSummary, AFolderAndAnArchiveGiveTheSameAnswers) {
   EXPECT_EQ(to_json(chart_of_results(past, chart)), to_json(chart_of_archive(archive, chart)));
 }
 
-TEST(ResultSummary, AModelWithoutTheParameterIsRefused) {
+TEST(PastResults, AModelWithoutTheParameterIsRefused) {
   const ScratchFolder folder;
   const auto summaries = summaries_of(made(folder));
   for (const auto& [parameter, model] : {std::pair{"bias", "another"}, {"scale_factor", "gyro"}}) try {
@@ -69,7 +69,7 @@ TEST(ResultSummary, AModelWithoutTheParameterIsRefused) {
     }
 }
 
-TEST(ResultSummary, WhatIsNoResultIsAProblem) {
+TEST(PastResults, WhatIsNoResultIsAProblem) {
   Problems problems;
   summary_of_result({.json = "{}", .file = "x.json"}, "2026-03-02T09:00:00Z", problems);
   EXPECT_EQ(problems.size(), 1u);

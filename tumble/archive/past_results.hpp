@@ -15,7 +15,7 @@
 namespace tumble {
 
 /// One result, with the numbers that an archive gives it: both make the same answers.
-struct ResultSummary {
+struct SummarisedResult {
   std::string file, sha256;
   std::int64_t number = 0;  ///< from the SHA-256
   UnitName unit;
@@ -33,13 +33,13 @@ struct ResultSummary {
 /// Summary of a result. Adds to `problems` what is wrong with it, as put_in() reports it.
 ///
 /// Given     undated  UTC, the time of a result whose recordings have none
-ResultSummary summary_of_result(const ResultDeposit& deposit, const std::string& undated, Problems& problems);
+SummarisedResult summary_of_result(const ResultDeposit& deposit, const std::string& undated, Problems& problems);
 
 /// How statistics read what they need of few results only. Results are named by ChartValue::result.
 struct ResultReader {
   std::function<Estimate(std::int64_t)> estimate;
   std::function<std::string(std::int64_t)> sha256;
-  std::function<std::string(std::int64_t)> recordings;  ///< ResultSummary::recordings
+  std::function<std::string(std::int64_t)> recordings;  ///< SummarisedResult::recordings
 };
 
 /// The values of a parameter over units and time. Throws as its functions: Error::bad_file.
@@ -51,7 +51,7 @@ struct PastResults {
 
 /// Of results that are in no archive. The reader reads their files again, so `results` must live as long.
 /// Throws Error::bad_input where no result of the model has the parameter, or units differ in dimension.
-PastResults past_results(const std::vector<ResultSummary>& results, const std::string& parameter,
+PastResults past_results(const std::vector<SummarisedResult>& results, const std::string& parameter,
                          const std::string& model);
 
 /// Of an archive, which must live as long. Throws as parameter_over_units().

@@ -1,4 +1,4 @@
-#include "tumble/archive/result_summary.hpp"
+#include "tumble/archive/past_results.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -75,7 +75,7 @@ std::vector<std::vector<double>> adjustments_of(const Archive& archive, const Pa
 }
 
 /// The units of a model, in order of their numbers in an archive.
-std::vector<std::pair<std::int64_t, UnitName>> units_of(const std::vector<ResultSummary>& results,
+std::vector<std::pair<std::int64_t, UnitName>> units_of(const std::vector<SummarisedResult>& results,
                                                         const std::string& model) {
   std::map<std::int64_t, UnitName> units;
   for (const auto& result : results)
@@ -84,7 +84,7 @@ std::vector<std::pair<std::int64_t, UnitName>> units_of(const std::vector<Result
   return {units.begin(), units.end()};
 }
 
-void take_values(const std::vector<ResultSummary>& results, const std::string& model, ParameterOverUnits& over) {
+void take_values(const std::vector<SummarisedResult>& results, const std::string& model, ParameterOverUnits& over) {
   for (const auto& result : results) {
     if (result.unit.model != model) continue;
     const std::int64_t unit = schema::number_of(deposits::sha256_of_unit(result.unit));
@@ -95,7 +95,7 @@ void take_values(const std::vector<ResultSummary>& results, const std::string& m
   std::ranges::sort(over.values, {}, [](const ChartValue& one) { return std::pair(one.moment, one.result); });
 }
 
-using ByNumber = std::unordered_map<std::int64_t, const ResultSummary*>;
+using ByNumber = std::unordered_map<std::int64_t, const SummarisedResult*>;
 
 Unit shown_unit_of(const ParameterOverUnits& over, const ByNumber& results) {
   std::map<std::string, std::int64_t> shown;
@@ -110,9 +110,9 @@ Unit shown_unit_of(const ParameterOverUnits& over, const ByNumber& results) {
 
 }  // namespace
 
-ResultSummary summary_of_result(const ResultDeposit& deposit, const std::string& undated, Problems& problems) {
+SummarisedResult summary_of_result(const ResultDeposit& deposit, const std::string& undated, Problems& problems) {
   const deposits::ReadResult result = deposits::read_result(deposit, problems);
-  ResultSummary summary{
+  SummarisedResult summary{
       .file = deposit.file, .sha256 = result.sha256, .unit = result.unit, .recordings = {}, .values = {}};
   if (result.sha256.empty()) return summary;  // its text is no result
   const Estimate& estimate = result.estimate;
@@ -128,7 +128,7 @@ ResultSummary summary_of_result(const ResultDeposit& deposit, const std::string&
   return summary;
 }
 
-PastResults past_results(const std::vector<ResultSummary>& results, const std::string& parameter,
+PastResults past_results(const std::vector<SummarisedResult>& results, const std::string& parameter,
                          const std::string& model) {
   ByNumber by_number;
   for (const auto& result : results) by_number.emplace(result.number, &result);
@@ -140,7 +140,7 @@ PastResults past_results(const std::vector<ResultSummary>& results, const std::s
   past.over.shown = shown_unit_of(past.over, by_number);
   past.read = {.estimate =
                    [by_number](std::int64_t result) {
-                     const ResultSummary& one = *by_number.at(result);
+                     const SummarisedResult& one = *by_number.at(result);
                      return estimate_from_json(read_text_file(one.file), "result " + one.sha256);
                    },
                .sha256 = [by_number](std::int64_t result) { return by_number.at(result)->sha256; },
