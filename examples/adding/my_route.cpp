@@ -1,6 +1,9 @@
 // A route of one's own: the verdicts of a result, for a page that shows nothing else.
 
 #include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {

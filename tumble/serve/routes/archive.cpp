@@ -15,6 +15,9 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::routes {

@@ -11,7 +11,10 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/temporary_folder.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/tasks/certificate.hpp"
 
 namespace tumble::routes {

@@ -11,7 +11,9 @@
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
+#include "tumble/serve/routes/query.hpp"
 
 namespace tumble::routes {
 namespace {

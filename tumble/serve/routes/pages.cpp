@@ -5,6 +5,8 @@
 
 #include "tumble/core/texts.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/version.hpp"

@@ -13,6 +13,8 @@
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/numbers.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble::routes {

@@ -4,6 +4,8 @@
 
 #include "tumble/core/said.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {

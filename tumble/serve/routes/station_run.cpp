@@ -7,6 +7,9 @@
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/station.hpp"
 #include "tumble/station/run_desk.hpp"
 
