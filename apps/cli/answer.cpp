@@ -4,7 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/station/run_desk.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
 
 namespace tumble::cli {

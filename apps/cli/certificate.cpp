@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "archive_options.hpp"
-#include "tumble/core/text.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/temporary_folder.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 

@@ -8,8 +8,8 @@
 #include <charconv>
 #include <sstream>
 
-#include "tumble/core/section_words.hpp"
-#include "tumble/core/texts.hpp"
+#include "tumble/language/section_words.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/sentence.hpp"
 #include "tumble/version.hpp"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/tasks/catalogue.hpp"
 #include "tumble/units/error.hpp"

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <utility>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/station/quiet_thread.hpp"
 #include "tumble/units/error.hpp"
 

@@ -10,8 +10,8 @@
 
 #include "archive_options.hpp"
 #include "run_display.hpp"
-#include "tumble/core/said.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/station/archived_run.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/unit.hpp"
 

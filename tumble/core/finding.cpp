@@ -8,8 +8,8 @@
 #include <variant>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/say.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/say.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

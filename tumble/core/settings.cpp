@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/text.hpp"
 #include "tumble/exchange/decision.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {

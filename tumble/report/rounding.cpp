@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/utf8.hpp"

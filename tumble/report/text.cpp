@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/report.hpp"

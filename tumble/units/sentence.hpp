@@ -18,7 +18,7 @@ namespace tumble {
 struct SentenceValue;
 
 /// A sentence for people: its English pattern and its values. The text is made where it is shown, in the language of
-/// the reader (core/said.hpp).
+/// the reader (language/said.hpp).
 struct Sentence {
   std::string pattern;                ///< "cannot read '{}': {}", each value as {}: the key of the translation
   std::vector<SentenceValue> values;  ///< in the order of their places

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/exchange/certificate/work.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"

@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
-#include "tumble/core/text.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/population/outliers.hpp"

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 

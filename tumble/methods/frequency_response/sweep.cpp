@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/constants.hpp"

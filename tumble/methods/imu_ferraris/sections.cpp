@@ -9,7 +9,7 @@
 #include <set>
 
 #include "tumble/core/marks.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_multi_position/turning.hpp"
 #include "tumble/reduce/answer.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/rig_effects.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"

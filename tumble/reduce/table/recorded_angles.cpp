@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/parameter_rows.hpp"
 #include "tumble/report/utf8.hpp"

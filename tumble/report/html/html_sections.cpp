@@ -6,7 +6,7 @@
 #include <map>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"

@@ -6,7 +6,7 @@
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"

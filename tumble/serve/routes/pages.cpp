@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "tumble/core/texts.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"

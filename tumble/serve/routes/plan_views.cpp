@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/serve/routes/answers.hpp"

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <mutex>
 
-#include "tumble/core/said.hpp"
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
-#include "tumble/core/texts.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/answers.hpp"

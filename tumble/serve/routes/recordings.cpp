@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <limits>
 
-#include "tumble/core/said.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/numbers.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"

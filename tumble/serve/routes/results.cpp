@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "tumble/core/said.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/serve/routes/answers.hpp"

@@ -1,4 +1,4 @@
-#include "tumble/core/strip.hpp"
+#include "tumble/clocks/strip.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tumble/core/comb.hpp"
+#include "tumble/clocks/comb.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "tumble/core/strip.hpp"
+#include "tumble/clocks/strip.hpp"
 
 namespace tumble {
 namespace {

@@ -1,11 +1,11 @@
-#include "tumble/core/ticks.hpp"
+#include "tumble/clocks/ticks.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/comb.hpp"
-#include "tumble/core/strip.hpp"
+#include "tumble/clocks/comb.hpp"
+#include "tumble/clocks/strip.hpp"
 
 namespace tumble {
 namespace {

@@ -1,11 +1,11 @@
-#include "tumble/core/ticks.hpp"
+#include "tumble/clocks/ticks.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/math/random.hpp"
 
 namespace tumble {

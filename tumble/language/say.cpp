@@ -1,4 +1,4 @@
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 
 #include <gtest/gtest.h>
 #include <toml++/toml.h>

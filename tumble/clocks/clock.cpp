@@ -1,4 +1,4 @@
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <numeric>
 #include <span>
 
-#include "tumble/core/say.hpp"
-#include "tumble/core/ticks.hpp"
+#include "tumble/clocks/ticks.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/median.hpp"
 
 namespace tumble {

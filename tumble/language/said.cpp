@@ -1,11 +1,11 @@
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 
 #include <algorithm>
 #include <functional>
 #include <map>
 #include <set>
 
-#include "tumble/core/texts.hpp"
+#include "tumble/language/texts.hpp"
 
 namespace tumble {
 

@@ -1,6 +1,6 @@
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 namespace tumble {
 

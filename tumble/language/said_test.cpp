@@ -1,9 +1,8 @@
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 
 #include <gtest/gtest.h>
 
-#include "tumble/core/message_in.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 
 namespace tumble {
 namespace {
@@ -53,17 +52,6 @@ TEST(Said, ASentenceInASentenceIsTranslated) {
 TEST(Said, LinesAreTranslatedOneByOne) {
   EXPECT_EQ(chinese_of_stored("\nno question is open\n  reading\nx\n"), "\n没有待回答的问题\n  正在读取\nx\n");
   EXPECT_EQ(chinese(say("\nwrote {}\n  wrote {}\nx y\n", Name{"a"}, Name{"b"})), "\n已写入 a\n  已写入 b\nx y\n");
-}
-
-TEST(Said, AFindingThatIsTheReasonOfARefusalIsTranslated) {
-  const Finding finding(Finding::Severity::error, "frames_uncertain", {{"declaration", "imu_x"}}, "x.raw");
-  EXPECT_EQ(chinese(errors_among({finding}).at(0)), "x.raw：" + message_in(Language::chinese, finding));
-  EXPECT_EQ(errors_among({finding}).at(0).text(), "x.raw: " + finding.message);
-}
-
-TEST(Said, ACountOfAFindingLosesItsNoun) {
-  const Finding finding(Finding::Severity::error, "frames_lost", {{"byte", 7}, {"lost", 3}}, "", {.count = 1});
-  EXPECT_EQ(chinese(said_of(finding)), message_in(Language::chinese, finding));
 }
 
 std::string result(const std::string& english) {

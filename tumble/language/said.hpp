@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {

@@ -1,4 +1,4 @@
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/math/random.hpp"
 
 namespace tumble {

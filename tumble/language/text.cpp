@@ -1,6 +1,6 @@
 #include <toml++/toml.h>
 
-#include "tumble/core/texts.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
