@@ -8,28 +8,16 @@
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
-#include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/disk/state.hpp"
-#include "tumble/station/disk/vfs.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
-
-struct Disk::Inner {
-  explicit Inner(const DiskFault& fault) : state(fault), vfs(state) {}
-  disk::State state;
-  disk::Vfs vfs;
-};
 
 namespace {
 
 [[noreturn]] void refuse_disk_call(const std::string& what, const std::string& path, int code) {
   throw Error(Error::Kind::bad_file, say("cannot {} '{}': {}", what, path, std::system_category().message(code)));
-}
-
-void require_done(disk::Outcome outcome, const std::string& what, const std::string& path) {
-  if (outcome != disk::Outcome::done) refuse_disk_call(what, path, outcome == disk::Outcome::full ? ENOSPC : EIO);
 }
 
 /// Opens, works, closes. Returns the code of the error, 0 without.
@@ -46,16 +34,23 @@ int synchronise_descriptor(int descriptor) { return fsync(descriptor) == 0 ? 0 :
 
 }  // namespace
 
-Disk::Disk(const DiskFault& fault) : inner_(std::make_unique<Inner>(fault)) {}
-Disk::~Disk() = default;
+Disk::Disk(DiskTap tap) : tap_(std::move(tap)) {}
 
-const char* Disk::vfs() const { return inner_->vfs.name(); }
-std::uint64_t Disk::calls() const { return inner_->state.calls(); }
-bool Disk::failed() const { return inner_->state.failed(); }
-void Disk::power_cut() { inner_->state.power_cut(); }
+bool Disk::failed() const { return failed_ || (tap_.has_failed && tap_.has_failed()); }
+
+void Disk::note_failure() {
+  failed_ = true;
+  if (tap_.failed) tap_.failed();
+}
+
+void Disk::begin(DiskCall::Kind kind, const char* what, const std::string& path, const std::string& to) {
+  using Outcome = DiskTap::Outcome;
+  const Outcome outcome = failed_ ? Outcome::fails : tap_.before ? tap_.before({kind, path, to}) : Outcome::done;
+  if (outcome != Outcome::done) refuse_disk_call(what, path, outcome == Outcome::full ? ENOSPC : EIO);
+}
 
 void Disk::allocate(const std::string& path, std::uint64_t bytes) {
-  require_done(inner_->state.produce(path), "make", path);
+  begin(DiskCall::Kind::produce, "make", path, path);
   const int code = with_descriptor(path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK, [&](int descriptor) {
     return posix_fallocate(descriptor, 0, static_cast<off_t>(bytes));
   });
@@ -65,34 +60,34 @@ void Disk::allocate(const std::string& path, std::uint64_t bytes) {
 }
 
 void Disk::produce(const std::string& path, const std::function<void()>& write) {
-  require_done(inner_->state.produce(path), "write", path);
+  begin(DiskCall::Kind::produce, "write", path, path);
   write();
-  if (inner_->state.tracks()) inner_->state.produced(path, read_text_file(path));
+  if (tap_.produced) tap_.produced(path);
 }
 
 void Disk::synchronise(const std::string& path) {
-  require_done(inner_->state.synchronise(path), "synchronise", path);
+  begin(DiskCall::Kind::synchronise, "synchronise", path, path);
   if (const int code = with_descriptor(path, O_RDONLY, synchronise_descriptor); code != 0) {
-    inner_->state.note_error();
+    note_failure();
     refuse_disk_call("synchronise", path, code);
   }
 }
 
 void Disk::rename(const std::string& from, const std::string& to) {
-  require_done(inner_->state.rename(from, to), "rename", from);
+  begin(DiskCall::Kind::rename, "rename", from, to);
   if (std::rename(from.c_str(), to.c_str()) != 0) refuse_disk_call("rename", from, errno);
 }
 
 void Disk::remove(const std::string& path) {
-  require_done(inner_->state.remove(path), "remove", path);
+  begin(DiskCall::Kind::remove, "remove", path, path);
   if (unlink(path.c_str()) != 0 && errno != ENOENT) refuse_disk_call("remove", path, errno);
 }
 
 void Disk::synchronise_folder(const std::string& folder) {
-  require_done(inner_->state.synchronise_folder(folder), "synchronise", folder);
+  begin(DiskCall::Kind::synchronise_folder, "synchronise", folder, folder);
   const int code = with_descriptor(folder, O_RDONLY | O_DIRECTORY, synchronise_descriptor);
   if (code == 0 || code == EINVAL) return;  // some file systems have no such call
-  inner_->state.note_error();
+  note_failure();
   refuse_disk_call("synchronise", folder, code);
 }
 

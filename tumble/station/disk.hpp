@@ -1,41 +1,51 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 
 namespace tumble {
 
-/// A fault of the disk, for tests of what survives. A call is what changes the disk: a write, a synchronisation, a
-/// change of a length or of a name.
-struct DiskFault {
-  enum class Kind {
-    none,
-    fails,  ///< the call returns an input/output error
-    full,   ///< from this call on there is no room; what is removed makes room again
-    crash   ///< power cut: the call and all later ones do nothing; see Disk::power_cut()
+/// A call that changes the disk.
+struct DiskCall {
+  enum class Kind { produce, synchronise, synchronise_folder, rename, remove };
+  Kind kind = Kind::produce;
+  const std::string& path;
+  const std::string& to;  ///< the new name; of other calls the path
+};
+
+/// Stands between a Disk and the system, for tests of what survives a fault (testing/faulty_disk.hpp). Without members
+/// nothing does.
+struct DiskTap {
+  enum class Outcome {
+    done,    ///< the system is called
+    fails,   ///< refused as an input/output error
+    full,    ///< refused as a full disk
+    ignored  ///< power cut: refused as an input/output error, and nothing happens any more
   };
-  Kind kind = Kind::none;
-  std::uint64_t at = 0;    ///< number of the call, from 1
-  std::uint64_t seed = 0;  ///< of a crash: which of the writes that were not synchronised reached the disk
+  std::function<Outcome(const DiskCall&)> before = {};
+  std::function<void(const std::string& path)> produced = {};  ///< the file of a call `produce` is there
+  std::function<void()> failed = {};                           ///< the system itself reported an error
+  std::function<bool()> has_failed = {};
+  std::string vfs = {};  ///< of SQLite, for the files of databases; empty: that of the system
 };
 
 /// The disk as the recorder writes to it: every byte of the live store, of the reserve and of the sealed file goes
-/// through one of these. It counts the calls, carries out a fault for tests, and remembers failures: after an
-/// input/output error it refuses everything, because a synchronisation that is repeated after an error reports
-/// success although data are lost. A full disk is not such an error: nothing was written, and room can be made.
+/// through one of these. It remembers failures: after an input/output error it refuses everything, because a
+/// synchronisation that is repeated after an error reports success although data are lost. A full disk is not such an
+/// error: nothing was written, and room can be made.
 class Disk {
  public:
-  explicit Disk(const DiskFault& fault = {});
+  explicit Disk(DiskTap tap = {});
   Disk(const Disk&) = delete;
   Disk& operator=(const Disk&) = delete;
-  ~Disk();  ///< no database may be open on it
 
-  /// The SQLite VFS whose files lie on this disk.
-  const char* vfs() const;
-  std::uint64_t calls() const;
-  bool failed() const;  ///< an error or a crash happened: it refuses everything
+  /// The SQLite VFS whose files lie on this disk; null: that of the system.
+  const char* vfs() const { return tap_.vfs.empty() ? nullptr : tap_.vfs.c_str(); }
+  bool failed() const;  ///< an error happened: it refuses everything
+  /// A database reports an input/output error of a file on this disk.
+  void note_failure();
 
   // The functions below throw Error::bad_file with the system's reason.
 
@@ -50,13 +60,12 @@ class Disk {
   /// [byte] that may still be written to the file system of the folder.
   std::uint64_t room(const std::string& folder) const;
 
-  /// After a crash: changes the files to what the power cut left of them. What was synchronised is there, and a random
-  /// part of what was not.
-  void power_cut();
-
  private:
-  struct Inner;
-  std::unique_ptr<Inner> inner_;
+  /// Refuses the call `what` where the disk has failed, or the tap refuses it.
+  void begin(DiskCall::Kind kind, const char* what, const std::string& path, const std::string& to);
+
+  DiskTap tap_;
+  std::atomic<bool> failed_ = false;
 };
 
 }  // namespace tumble

@@ -7,10 +7,14 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/station/testing/faulty_disk.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+using testing::DiskFault;
+using testing::FaultyDisk;
 
 void put_disk_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
@@ -18,7 +22,8 @@ TEST(Disk, RefusesEverythingAfterAFailedSynchronisation) {
   const ScratchFolder folder;
   const std::string path = folder.file("a");
   put_disk_text(path, "abc");
-  Disk disk({DiskFault::Kind::fails, 2, 0});
+  FaultyDisk faulty({DiskFault::Kind::fails, 2, 0});
+  Disk& disk = faulty.disk();
   EXPECT_NO_THROW(disk.synchronise(path));
   EXPECT_THROW(disk.synchronise(path), Error);
   EXPECT_THROW(disk.synchronise(path), Error) << "a second one would succeed, and the data would not be there";
@@ -30,12 +35,13 @@ TEST(Disk, APowerCutTakesBackANameWhoseFolderWasNotSynchronised) {
   int kept = 0, lost = 0;
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const ScratchFolder folder;
-    Disk disk({DiskFault::Kind::crash, 4, seed});
+    FaultyDisk faulty({DiskFault::Kind::crash, 4, seed});
+    Disk& disk = faulty.disk();
     disk.produce(folder.file("part"), [&] { put_disk_text(folder.file("part"), "whole"); });
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
     EXPECT_THROW(disk.synchronise_folder(folder.path), Error);
-    disk.power_cut();
+    faulty.power_cut();
     const bool there = std::filesystem::exists(folder.file("name"));
     (there ? kept : lost) += 1;
     if (there) {
@@ -49,13 +55,14 @@ TEST(Disk, APowerCutTakesBackANameWhoseFolderWasNotSynchronised) {
 TEST(Disk, APowerCutKeepsAFolderThatWasSynchronised) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const ScratchFolder folder;
-    Disk disk({DiskFault::Kind::crash, 5, seed});
+    FaultyDisk faulty({DiskFault::Kind::crash, 5, seed});
+    Disk& disk = faulty.disk();
     disk.produce(folder.file("part"), [&] { put_disk_text(folder.file("part"), "whole"); });
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
     disk.synchronise_folder(folder.path);
     EXPECT_THROW(disk.remove(folder.file("name")), Error);
-    disk.power_cut();
+    faulty.power_cut();
     EXPECT_FALSE(std::filesystem::exists(folder.file("part")));
     if (std::filesystem::exists(folder.file("name"))) {
       EXPECT_EQ(read_text_file(folder.file("name")), "whole");
@@ -65,7 +72,8 @@ TEST(Disk, APowerCutKeepsAFolderThatWasSynchronised) {
 
 TEST(Disk, AFullDiskHasRoomAgainForWhatIsRemoved) {
   const ScratchFolder folder;
-  Disk disk({DiskFault::Kind::full, 2, 0});
+  FaultyDisk faulty({DiskFault::Kind::full, 2, 0});
+  Disk& disk = faulty.disk();
   disk.allocate(folder.file("reserve"), 1000);
   EXPECT_EQ(std::filesystem::file_size(folder.file("reserve")), 1000u);
   EXPECT_THROW(disk.allocate(folder.file("more"), 10), Error);

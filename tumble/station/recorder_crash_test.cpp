@@ -12,11 +12,15 @@
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/recorder.hpp"
 #include "tumble/station/recorder_read.hpp"
+#include "tumble/station/testing/faulty_disk.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+using testing::DiskFault;
+using testing::FaultyDisk;
 
 /// A small run with a checkpoint every few commits.
 struct SmallRun {
@@ -29,7 +33,7 @@ struct SmallRun {
   std::uint64_t calls = 0;
 };
 
-SmallRun small_run(const std::string& folder, Disk& disk) {
+SmallRun small_run(const std::string& folder, FaultyDisk& disk) {
   SmallRun run;
   RecorderOptions options;
   options.background = false;
@@ -82,7 +86,7 @@ void expect_kept(const std::string& folder, const SmallRun& run, const std::stri
 
 std::uint64_t calls_of_a_small_run() {
   const ScratchFolder folder;
-  Disk disk;
+  FaultyDisk disk;
   const SmallRun run = small_run(folder.path, disk);
   EXPECT_FALSE(run.failure);
   return run.calls;
@@ -97,7 +101,7 @@ TEST(RecorderCrash, APowerCutAtAnyCallLosesNothingThatWasAcknowledged) {
       const ScratchFolder folder;
       SmallRun run;
       {
-        Disk disk({DiskFault::Kind::crash, at, 1000 * seed + at});
+        FaultyDisk disk({DiskFault::Kind::crash, at, 1000 * seed + at});
         run = small_run(folder.path, disk);
         disk.power_cut();
       }
@@ -115,7 +119,7 @@ TEST(RecorderCrash, AFailedCallIsReportedOnceAndKeepsWhatWasAcknowledged) {
     const std::string what = "failure of call " + std::to_string(at);
     SmallRun run;
     {
-      Disk disk({DiskFault::Kind::fails, at, 0});
+      FaultyDisk disk({DiskFault::Kind::fails, at, 0});
       run = small_run(folder.path, disk);
     }
     if (run.failure) {
@@ -141,7 +145,7 @@ TEST(RecorderCrash, AFullDiskIsReportedOnceAndKeepsWhatWasAcknowledged) {
     const std::string what = "full at call " + std::to_string(at);
     SmallRun run;
     {
-      Disk disk({DiskFault::Kind::full, at, 0});
+      FaultyDisk disk({DiskFault::Kind::full, at, 0});
       run = small_run(folder.path, disk);
     }
     expect_kept(folder.path, run, what);

@@ -13,6 +13,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/station/recorder_stream.hpp"
+#include "tumble/station/testing/faulty_disk.hpp"
 #include "tumble/station/testing/frame_source.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/units/constants.hpp"
@@ -20,6 +21,9 @@
 
 namespace tumble {
 namespace {
+
+using testing::DiskFault;
+using testing::FaultyDisk;
 
 RecorderOptions quiet_options() {
   RecorderOptions options;
@@ -280,7 +284,7 @@ void expect_sealed_again(DiskFault::Kind kind) {
   {
     const ScratchFolder folder;
     copied(folder);
-    Disk disk;
+    FaultyDisk disk;
     sha256 = seal(folder.path, disk).at(0).sha256;
     calls = disk.calls();
   }
@@ -289,7 +293,7 @@ void expect_sealed_again(DiskFault::Kind kind) {
     const ScratchFolder folder;
     copied(folder);
     {
-      Disk disk({kind, at, at});
+      FaultyDisk disk({kind, at, at});
       try {
         seal(folder.path, disk);
       } catch (const Error& error) {

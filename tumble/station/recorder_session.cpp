@@ -92,7 +92,7 @@ class Session {
         links_([this] { return now(); }),
         line_(
             instrument_.codec.link, [this](std::string_view bytes) { send(bytes); }, answer_within),
-        disk_(world.fault) {}
+        disk_(world.disk ? *world.disk : own_disk_) {}
 
   RecordOutcome run() {
     check_start(request_, instrument_.codec.link);
@@ -263,7 +263,8 @@ class Session {
   Links links_;
   conduct::StreamLine line_;
   std::size_t link_ = 0;
-  Disk disk_;
+  Disk own_disk_;
+  Disk& disk_;
   std::optional<Recorder> recorder_;
   std::optional<InstrumentRecorder> stream_;
   double next_wall_clock_ = 0.0;

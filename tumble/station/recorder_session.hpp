@@ -35,7 +35,7 @@ struct RecordWorld {
   std::function<bool()> ended;                       ///< somebody wants it to end
   std::function<void(const RecordView&)> show = {};  ///< about ten times a second
   std::function<void()> sealing = {};                ///< the stream has ended, its file is being made
-  DiskFault fault = {};                              ///< of the disk while it records, for tests
+  Disk* disk = nullptr;                              ///< that it records on; null: one of its own
 };
 
 struct RecordOutcome {

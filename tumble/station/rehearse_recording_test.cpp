@@ -12,6 +12,7 @@
 #include "tumble/station/recorder/marks_of_journal.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
+#include "tumble/station/testing/faulty_disk.hpp"
 #include "tumble/station/testing/small_run.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
@@ -19,6 +20,9 @@
 
 namespace tumble {
 namespace {
+
+using testing::DiskFault;
+using testing::FaultyDisk;
 
 /// A table at a few rates up and down.
 Plan plan_for_recording(std::size_t segments, double duration) {
@@ -92,9 +96,9 @@ TEST(RehearsedRecording, ADiskThatFailsOrIsFullStopsTheRunSafely) {
   for (const auto kind : {DiskFault::Kind::fails, DiskFault::Kind::full})
     for (const std::uint64_t at : {60u, 61u, 62u, 63u, 64u, 65u, 66u}) {
       const ScratchFolder scratch;
-      Disk disk({kind, at, 1});
+      FaultyDisk disk({kind, at, 1});
       auto rehearsal = rehearsal_at(scratch.file("run"), plan);
-      rehearsal.disk = &disk;
+      rehearsal.disk = &disk.disk();
       const Rehearsed rehearsed = rehearse(rehearsal);
       ASSERT_GE(disk.calls(), at) << "the fault has not happened";
       if (rehearsed.end.ending == RunEnding::complete) continue;  // the tidying up of a checkpoint may fail
@@ -110,8 +114,8 @@ TEST(RehearsedRecording, ADiskThatFailsOrIsFullStopsTheRunSafely) {
 Rehearsed killed_and_resumed(const Plan& plan, std::uint64_t at, const std::string& folder) {
   auto rehearsal = rehearsal_at(folder, plan);
   {
-    Disk disk({DiskFault::Kind::crash, at, at});
-    rehearsal.disk = &disk;
+    FaultyDisk disk({DiskFault::Kind::crash, at, at});
+    rehearsal.disk = &disk.disk();
     rehearse(rehearsal);
     disk.power_cut();
   }
@@ -140,9 +144,9 @@ TEST(RehearsedRecording, ARunThatWasKilledIsCarriedOnAndGivesTheSameResult) {
   const int kills = wanted ? std::atoi(wanted) : 10;
   const ScratchFolder scratch;
   const Plan plan = plan_for_recording(13, 12.0);
-  Disk counted;
+  FaultyDisk counted;
   auto whole = rehearsal_at(scratch.file("whole"), plan);
-  whole.disk = &counted;
+  whole.disk = &counted.disk();
   const auto uninterrupted = rehearse(whole);
   ASSERT_EQ(uninterrupted.end.ending, RunEnding::complete);
   const std::uint64_t first = 40, calls = counted.calls();

@@ -34,4 +34,6 @@ void Database::checkpoint() {
   if (code != SQLITE_OK) refuse_sqlite(handle_.get(), code);
 }
 
+void Database::keep_log() { sqlite3_db_config(handle_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
+
 }  // namespace tumble::recorder

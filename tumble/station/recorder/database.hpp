@@ -17,6 +17,8 @@ class Database {
   void run(const std::string& sql);
   /// Copies the write-ahead log back into the database.
   void checkpoint();
+  /// Closing it does not copy the log back: for a disk that has failed.
+  void keep_log();
   sqlite3* get() const { return handle_.get(); }
   operator sqlite3*() const { return handle_.get(); }
 

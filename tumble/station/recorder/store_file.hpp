@@ -30,6 +30,8 @@ class StoreFile {
   /// [byte] written since the last checkpoint, about.
   std::uint64_t since_checkpoint() const { return since_checkpoint_; }
   void checkpoint();
+  /// Closing it changes nothing on the disk any more.
+  void keep_log() { database_.keep_log(); }
 
   struct State {
     std::uint64_t last = 0, batch = 0;

@@ -76,6 +76,7 @@ Writer::Writer(std::string folder, Disk& disk, const RecorderOptions& options)
 Writer::~Writer() {
   flush();
   end_thread();
+  if (disk_.failed() && store_) store_->keep_log();
 }
 
 void Writer::end_thread() {
@@ -166,6 +167,7 @@ void Writer::look_for_store() {
 /// A full disk: the reserve is given up for what waits and the end record. Any other error: nothing more is written,
 /// because a disk that has failed once cannot be believed.
 void Writer::handle(const Refusal& refusal, Batch batch, std::unique_lock<std::mutex>& lock) {
+  if (refusal.input_output()) disk_.note_failure();
   if (!refusal.full() || disk_.failed()) {
     fail(StoreFailure::Kind::disk,
          fmt::format("the disk under '{}' failed ({}), and the recording was stopped; everything that was acknowledged "
@@ -275,7 +277,8 @@ bool Writer::close(double time, const std::string& ending) {
     store_.reset();
     disk_.remove(reserve_path(folder_));
     disk_.synchronise_folder(folder_);
-  } catch (const Refusal&) {  // everything is in the log still
+  } catch (const Refusal& refusal) {  // everything is in the log still
+    if (refusal.input_output()) disk_.note_failure();
   } catch (const Error&) {
   }
   return good;

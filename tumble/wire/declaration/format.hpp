@@ -17,7 +17,7 @@ std::optional<int> take_whole(std::string_view& text, int most);
 /// has no number behind it, or a number is above `most`.
 std::optional<FrameFormat> take_format(std::string_view& text, int most);
 
-/// Half a unit of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12, "12.50 deg" 0.005.
+/// Half a unit [1] of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12, "12.50 deg" 0.005.
 double half_of_last_digit(const std::string& text);
 
 }  // namespace tumble::declaration

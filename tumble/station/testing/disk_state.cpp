@@ -1,4 +1,4 @@
-#include "tumble/station/disk/state.hpp"
+#include "tumble/station/testing/disk_state.hpp"
 
 #include <unistd.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace tumble::disk {
+namespace tumble::testing {
 
 namespace fs = std::filesystem;
 
@@ -36,17 +36,17 @@ std::uint64_t size_of(const std::string& path) {
 
 }  // namespace
 
-std::uint64_t State::calls() const {
+std::uint64_t DiskState::calls() const {
   const std::lock_guard lock(mutex_);
   return calls_;
 }
 
-bool State::failed() const {
+bool DiskState::failed() const {
   const std::lock_guard lock(mutex_);
   return failed_ || crashed_;
 }
 
-Outcome State::next() {
+Outcome DiskState::next() {
   if (crashed_) return Outcome::ignored;
   if (failed_) return Outcome::fails;
   if (++calls_ != fault_.at) return Outcome::done;
@@ -67,7 +67,7 @@ Outcome State::next() {
 }
 
 /// The content behind a name; what lies there when it is first seen counts as synchronised.
-State::Handle State::content_of(const std::string& path) {
+DiskState::Handle DiskState::content_of(const std::string& path) {
   Handle& handle = names_[path];
   if (handle) return handle;
   handle = std::make_shared<Content>();
@@ -80,7 +80,7 @@ State::Handle State::content_of(const std::string& path) {
   return handle;
 }
 
-void State::name(const std::string& path, Handle handle, bool with_next) {
+void DiskState::name(const std::string& path, Handle handle, bool with_next) {
   if (handle)
     names_[path] = handle;
   else
@@ -88,7 +88,7 @@ void State::name(const std::string& path, Handle handle, bool with_next) {
   namings_.push_back({path, std::move(handle), with_next});
 }
 
-Outcome State::open(const std::string& path, bool creates) {
+Outcome DiskState::open(const std::string& path, bool creates) {
   const std::lock_guard lock(mutex_);
   if (crashed_) return Outcome::ignored;
   if (failed_ && creates) return Outcome::fails;
@@ -96,7 +96,7 @@ Outcome State::open(const std::string& path, bool creates) {
   return Outcome::done;
 }
 
-Outcome State::write(const std::string& path, std::uint64_t offset, std::string_view bytes, std::uint64_t length) {
+Outcome DiskState::write(const std::string& path, std::uint64_t offset, std::string_view bytes, std::uint64_t length) {
   const std::lock_guard lock(mutex_);
   const bool alive = !crashed_;
   const Outcome outcome = next();
@@ -108,7 +108,7 @@ Outcome State::write(const std::string& path, std::uint64_t offset, std::string_
   return Outcome::done;
 }
 
-Outcome State::truncate(const std::string& path, std::uint64_t length) {
+Outcome DiskState::truncate(const std::string& path, std::uint64_t length) {
   const std::lock_guard lock(mutex_);
   const bool alive = !crashed_;
   const Outcome outcome = next();
@@ -116,7 +116,7 @@ Outcome State::truncate(const std::string& path, std::uint64_t length) {
   return outcome;
 }
 
-Outcome State::synchronise(const std::string& path) {
+Outcome DiskState::synchronise(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const Outcome outcome = next();
   if (outcome == Outcome::done && tracks()) {
@@ -127,7 +127,7 @@ Outcome State::synchronise(const std::string& path) {
   return outcome;
 }
 
-Outcome State::synchronise_folder(const std::string& folder) {
+Outcome DiskState::synchronise_folder(const std::string& folder) {
   const std::lock_guard lock(mutex_);
   const Outcome outcome = next();
   if (outcome != Outcome::done || !tracks()) return outcome;
@@ -142,7 +142,7 @@ Outcome State::synchronise_folder(const std::string& folder) {
   return outcome;
 }
 
-Outcome State::rename(const std::string& from, const std::string& to) {
+Outcome DiskState::rename(const std::string& from, const std::string& to) {
   const std::lock_guard lock(mutex_);
   const bool alive = !crashed_;
   const Outcome outcome = next();
@@ -154,7 +154,7 @@ Outcome State::rename(const std::string& from, const std::string& to) {
   return outcome;
 }
 
-Outcome State::remove(const std::string& path) {
+Outcome DiskState::remove(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const bool alive = !crashed_;
   const Outcome outcome = next();
@@ -165,7 +165,7 @@ Outcome State::remove(const std::string& path) {
   return outcome;
 }
 
-Outcome State::produce(const std::string& path) {
+Outcome DiskState::produce(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const bool alive = !crashed_;
   const Outcome outcome = next();
@@ -173,7 +173,7 @@ Outcome State::produce(const std::string& path) {
   return outcome == Outcome::done && full_ ? Outcome::full : outcome;
 }
 
-void State::produced(const std::string& path, std::string_view bytes) {
+void DiskState::produced(const std::string& path, std::string_view bytes) {
   const std::lock_guard lock(mutex_);
   if (!tracks()) return;
   const Handle handle = std::make_shared<Content>();
@@ -181,14 +181,14 @@ void State::produced(const std::string& path, std::string_view bytes) {
   name(path, handle);
 }
 
-void State::note_error() {
+void DiskState::note_error() {
   const std::lock_guard lock(mutex_);
   failed_ = true;
 }
 
 /// What is synchronised, and of the changes after it a random choice: all up to one of them, or any of them. The last
 /// one taken may be torn.
-std::string State::survived(const Content& content, std::uint64_t& random) {
+std::string DiskState::survived(const Content& content, std::uint64_t& random) {
   std::string bytes = content.synchronised;
   const bool any = draw(random) % 2 == 0;
   const std::size_t most = any ? content.changes.size() : draw(random) % (content.changes.size() + 1);
@@ -207,7 +207,7 @@ std::string State::survived(const Content& content, std::uint64_t& random) {
   return bytes;
 }
 
-void State::power_cut() {
+void DiskState::power_cut() {
   const std::lock_guard lock(mutex_);
   std::uint64_t random = fault_.seed;
   std::size_t happened = draw(random) % (namings_.size() + 1);
@@ -225,4 +225,4 @@ void State::power_cut() {
   }
 }
 
-}  // namespace tumble::disk
+}  // namespace tumble::testing

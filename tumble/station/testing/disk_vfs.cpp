@@ -1,4 +1,4 @@
-#include "tumble/station/disk/vfs.hpp"
+#include "tumble/station/testing/disk_vfs.hpp"
 
 #include <sqlite3.h>
 
@@ -8,14 +8,14 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::disk {
+namespace tumble::testing {
 
 namespace {
 
 /// An open file: SQLite allocates it, and behind it that of the system's VFS.
 struct File {
   sqlite3_file base;
-  State* state;
+  DiskState* state;
   std::string* path;  ///< null for a temporary file
   bool names_folder;  ///< its next synchronisation is also that of its folder, as the system's VFS does it
 };
@@ -23,11 +23,11 @@ struct File {
 File* file_of(sqlite3_file* file) { return reinterpret_cast<File*>(file); }
 sqlite3_file* real(sqlite3_file* file) { return reinterpret_cast<sqlite3_file*>(file_of(file) + 1); }
 const sqlite3_io_methods& methods(sqlite3_file* file) { return *real(file)->pMethods; }
-State& state_of(sqlite3_vfs* vfs) { return *static_cast<State*>(vfs->pAppData); }
+DiskState& state_of(sqlite3_vfs* vfs) { return *static_cast<DiskState*>(vfs->pAppData); }
 sqlite3_vfs* system_vfs() { return sqlite3_vfs_find("unix"); }
 
 /// Notes what the system itself reports.
-int noted(State& state, int code) {
+int noted(DiskState& state, int code) {
   if (code != SQLITE_OK && code != SQLITE_FULL) state.note_error();
   return code;
 }
@@ -119,7 +119,7 @@ int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags,
 }
 
 int delete_file(sqlite3_vfs* vfs, const char* name, int synchronise_folder) {
-  State& state = state_of(vfs);
+  DiskState& state = state_of(vfs);
   if (const Outcome outcome = state.remove(name); outcome != Outcome::done)
     return code_of(outcome, SQLITE_IOERR_DELETE);
   const int code = system_vfs()->xDelete(system_vfs(), name, synchronise_folder);
@@ -131,14 +131,14 @@ int delete_file(sqlite3_vfs* vfs, const char* name, int synchronise_folder) {
 
 }  // namespace
 
-void Vfs::Unregister::operator()(sqlite3_vfs* vfs) const {
+void DiskVfs::Unregister::operator()(sqlite3_vfs* vfs) const {
   sqlite3_vfs_unregister(vfs);
   delete vfs;
 }
 
-Vfs::~Vfs() = default;
+DiskVfs::~DiskVfs() = default;
 
-Vfs::Vfs(State& state) {
+DiskVfs::DiskVfs(DiskState& state) {
   static std::atomic<int> number = 0;
   name_ = "tumble-disk-" + std::to_string(number++);
   sqlite3_initialize();
@@ -154,4 +154,4 @@ Vfs::Vfs(State& state) {
   if (sqlite3_vfs_register(vfs_.get(), 0) != SQLITE_OK) throw Error(Error::Kind::internal, "SQLite refuses a VFS");
 }
 
-}  // namespace tumble::disk
+}  // namespace tumble::testing

@@ -11,16 +11,29 @@
 
 #include "tumble/station/disk.hpp"
 
-namespace tumble::disk {
+namespace tumble::testing {
 
-/// What becomes of a call.
-enum class Outcome { done, fails, full, ignored };
+/// A fault of the disk, for tests of what survives. A call is what changes the disk: a write, a synchronisation, a
+/// change of a length or of a name.
+struct DiskFault {
+  enum class Kind {
+    none,
+    fails,  ///< the call returns an input/output error
+    full,   ///< from this call on there is no room; what is removed makes room again
+    crash   ///< power cut: the call and all later ones do nothing; see FaultyDisk::power_cut()
+  };
+  Kind kind = Kind::none;
+  std::uint64_t at = 0;    ///< number of the call, from 1
+  std::uint64_t seed = 0;  ///< of a crash: which of the writes that were not synchronised reached the disk
+};
+
+using Outcome = DiskTap::Outcome;
 
 /// Calls counted, the fault carried out and, where the fault is a crash, everything remembered that has not been
 /// synchronised. Safe to use from several threads.
-class State {
+class DiskState {
  public:
-  explicit State(const DiskFault& fault) : fault_(fault) {}
+  explicit DiskState(const DiskFault& fault) : fault_(fault) {}
 
   std::uint64_t calls() const;
   bool failed() const;
@@ -76,4 +89,4 @@ class State {
   std::vector<Naming> namings_;
 };
 
-}  // namespace tumble::disk
+}  // namespace tumble::testing
