@@ -9,6 +9,7 @@
 
 #include "tumble/core/error_model.hpp"
 #include "tumble/core/finding.hpp"
+#include "tumble/core/limit.hpp"
 #include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/math/matrix.hpp"
@@ -92,7 +93,7 @@ struct Verdict {
   enum class Outcome { pass, fail, undecided };  ///< undecided: the limit lies inside the 95 % interval
   std::string parameter;
   Outcome outcome = Outcome::undecided;
-  std::string limit;  ///< "<= 0.02 deg/h"
+  Limit limit = {};
 };
 
 /// All that an answer depends on: two tests that differ have different provenances.

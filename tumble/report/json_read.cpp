@@ -9,6 +9,7 @@
 #include "tumble/core/budget.hpp"
 #include "tumble/report/error_model/json.hpp"
 #include "tumble/report/json_node.hpp"
+#include "tumble/report/legacy/legacy.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 
@@ -263,9 +264,30 @@ Finding finding_of(const Node& node) {
   return finding;
 }
 
+std::optional<Bound> bound_of(const Node& node) {
+  if (node.absent()) return std::nullopt;
+  const Unit unit = unit_of(node["unit"]);
+  const double value = node["value"].number(NAN);
+  if (!std::isfinite(value)) node["value"].complain("a finite number is expected");
+  return Bound{unit.to_si(value), unit};
+}
+
+/// A result of before has its limits as texts alone.
+Limit limit_of(const Node& node) {
+  const Limit limit{bound_of(node.optional("lower")), bound_of(node.optional("upper"))};
+  if (limit.lower || limit.upper) return limit;
+  const std::string text = node["limit"].text();
+  try {
+    return text.empty() ? limit : legacy::limit_of(text);
+  } catch (const Error& error) {
+    node["limit"].complain(reason_of(error));
+    return limit;
+  }
+}
+
 Verdict verdict_of(const Node& node) {
   return {node["parameter"].text(),
-          static_cast<Verdict::Outcome>(node["outcome"].one_of({"pass", "fail", "undecided"})), node["limit"].text()};
+          static_cast<Verdict::Outcome>(node["outcome"].one_of({"pass", "fail", "undecided"})), limit_of(node)};
 }
 
 Provenance provenance_of(const Node& node) {

@@ -356,22 +356,22 @@ Estimate estimate_of(double value_deg_h, double sd_deg_h) {
 TEST(Judge, DecidesByThe95PercentInterval) {
   Findings none;
   using Outcome = Verdict::Outcome;
-  const Limit below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
+  const LimitEntry below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
   // 1.96 sd = 0.0098 deg/h
   EXPECT_EQ(judge({below}, estimate_of(0.010, 0.005), none)[0].outcome, Outcome::pass);
   EXPECT_EQ(judge({below}, estimate_of(0.015, 0.005), none)[0].outcome, Outcome::undecided);
   EXPECT_EQ(judge({below}, estimate_of(0.025, 0.005), none)[0].outcome, Outcome::undecided);
   EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].outcome, Outcome::fail);
-  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].limit, "<= 0.02 deg/h");
-  const Limit both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
+  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].limit.highest(), si(0.02, "deg/h"));
+  const LimitEntry both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
   EXPECT_EQ(judge({both}, estimate_of(0.0, 0.005), none)[0].outcome, Outcome::pass);
   EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005), none)[0].outcome, Outcome::fail);
 }
 
 TEST(Judge, RefusesLimitsInTheWrongUnit) {
   Findings none;
-  const std::vector<Limit> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
-                                  {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
+  const std::vector<LimitEntry> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
+                                       {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
   try {
     judge(limits, estimate_of(0, 1), none);
     FAIL();
