@@ -8,13 +8,13 @@
 
 namespace tumble {
 
-/// Number of characters of the shortest decimal that reads back as the same double.
+/// Number [1] of characters of the shortest decimal that reads back as the same double.
 inline std::size_t decimal_length(double value) {
   std::array<char, 32> text;
   return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
 }
 
-/// Of the doubles next to `start`, the one with the shortest decimal that `to_si` takes exactly to `si`; NaN if none.
+/// The double next to `start` [u] with the shortest decimal that `to_si` takes exactly to `si` [SI]; NaN if there is none.
 template <class ToSi>
 double exact_near(double start, double si, const ToSi& to_si) {
   double best = NAN;
