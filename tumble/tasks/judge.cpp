@@ -58,10 +58,10 @@ Finding without_parameter(const LimitEntry& entry, const std::vector<std::string
 
 }  // namespace
 
-std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, const Estimate& estimate, Findings& findings) {
+std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, Estimate& estimate) {
+  const Estimate& numbers = judged(estimate);
   std::vector<std::string> names;
-  for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
-  const Findings about_answer = findings;  // what is found below is about a limit
+  for (const auto& parameter : numbers.parameters) names.push_back(parameter.name);
   std::vector<Verdict> verdicts;
   Problems problems;
   for (const auto& entry : limits) {
@@ -69,10 +69,10 @@ std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, const Estimate
       problems.push_back(say("{}{}[[limit]]: {}", entry.where, entry.where.empty() ? "" : ": ", message));
     };
     const Limit limit = limit_of(entry);
-    const auto* parameter = find_parameter(estimate, entry.parameter);
-    const auto hidden = find_upper_limit(estimate, entry.parameter);
+    const auto* parameter = find_parameter(numbers, entry.parameter);
+    const auto hidden = find_upper_limit(numbers, entry.parameter);
     if (!parameter && !hidden) {
-      findings.push_back(without_parameter(entry, names));
+      estimate.findings.push_back(without_parameter(entry, names));
       verdicts.push_back({entry.parameter, Verdict::Outcome::undecided, limit});
       continue;
     }
@@ -83,10 +83,9 @@ std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, const Estimate
             !problem.empty())
           complain(problem);
     if (problems.size() > before) continue;
-    verdicts.push_back(parameter ? judge_one(limit, estimate, *parameter)
+    verdicts.push_back(parameter ? judge_one(limit, numbers, *parameter)
                                  : judge_hidden(entry.parameter, limit, *hidden));
-    if (is_undermined(entry.parameter, estimate.parameters, about_answer))
-      verdicts.back().outcome = Verdict::Outcome::undecided;
+    if (is_undermined(estimate, entry.parameter)) verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return verdicts;

@@ -1,4 +1,5 @@
 #include "tumble/report/legacy/legacy.hpp"
+
 #include "tumble/units/error.hpp"
 
 namespace tumble::legacy {
