@@ -48,7 +48,9 @@ TEST(RehearsedThreeAxes, EachDoesWhatThePlanSays) {
   std::ofstream(scratch.file("frames.toml")) << frames_for(rehearsal.plan);
   rehearsal.folder = scratch.file("run");
   std::string notes;
-  rehearsal.company.note = [&](const Note& note, double) { notes += note.kind + ": " + note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) {
+    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+  };
   const Rehearsed rehearsed = rehearse(rehearsal);
   ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << notes.substr(0, 2000);
   std::vector<RunRow> ends;
