@@ -9,7 +9,9 @@
 
 #include "tumble/core/section_words.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/shown_value.hpp"
 #include "tumble/report/text_table.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -20,10 +22,7 @@ using tumble::Inspection;
 
 /// In the unit, as the shortest decimal that converts back: 20.04 degC, not 20.04000000000002.
 Json number(double value_si, const Unit& unit) {
-  double value = 0.0;
-  const auto text = format_in(value_si, unit);
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return std::isfinite(value_si) ? Json(value) : Json();
+  return std::isfinite(value_si) ? Json(shown_value(value_si, unit)) : Json();
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }

@@ -8,6 +8,7 @@
 #include "tumble/archive/statistics/occasions.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -136,7 +137,7 @@ Table shown_table(const Archive& archive, const Charted& charted) {
     const double expected = charted.chart.baseline.mean;
     table.rows.push_back({time_of(occasion.moment), name_of(charted.over.units[occasion.unit].second), occasion.value,
                           expected - state.limit, expected + state.limit, state.ewma, alarm,
-                          sha256_of_result(archive, occasion.result).substr(0, 12)});
+                          first_digits(sha256_of_result(archive, occasion.result))});
   }
   return table;
 }

@@ -230,3 +230,11 @@ std::vector<Schedule> runs_of(const Schedule& schedule) {
 }
 
 }  // namespace tumble::chain
+
+namespace tumble {
+
+bool is_mount_axis(std::string_view axis) {
+  return std::ranges::find(chain::mounts, axis) != std::ranges::end(chain::mounts);
+}
+
+}  // namespace tumble

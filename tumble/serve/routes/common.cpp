@@ -7,9 +7,11 @@
 #include "tumble/core/message_in.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/shown_value.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
@@ -100,19 +102,18 @@ std::string text_in(const Json& body, const char* name) {
 
 double required_number(const HttpRequest& request, std::string_view name) {
   const auto text = required(request, name);
-  double value = 0.0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+  const auto value = as_number<double>(text);
+  if (!value || !std::isfinite(*value))
     throw Error{Error::Kind::bad_input, say("the parameter '{}' must be a number, not '{}'", name, text)};
-  return value;
+  return *value;
 }
 
 std::optional<std::uint64_t> last_event_of(const HttpRequest& request) {
   const auto last = request.headers.find("last-event-id");
   const std::string seen = last != request.headers.end() ? last->second : optional(request, "after");
   if (seen.empty()) return std::nullopt;
-  const bool sent_by_us = seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
-  return sent_by_us ? std::stoull(seen) : 0;
+  const bool sent_by_us = seen.size() < 19 && is_digits(seen);
+  return sent_by_us ? as_number<std::uint64_t>(seen).value_or(0) : 0;
 }
 
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name) {
@@ -150,25 +151,21 @@ Sets sets_of(const std::vector<std::string>& texts) {
                                               "decimal", "time",    "date",    "encoding",       "skip"};
   Sets sets;
   for (const auto& text : texts) {
-    const auto equals = text.find('=');
-    const auto key = text.substr(0, equals);
-    if (equals == std::string::npos || (std::ranges::find(known, key) == known.end() && !key.starts_with("unit.")))
+    auto set = key_and_value(text);
+    if (!set || (std::ranges::find(known, set->first) == known.end() && !set->first.starts_with("unit.")))
       throw Error{Error::Kind::bad_input,
                   say("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
                       "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
                       "skip=LINES",
                       text)};
-    sets.emplace_back(key, text.substr(equals + 1));
+    sets.push_back(std::move(*set));
   }
   return sets;
 }
 
 Json number(double value_si, const Unit& unit) {
   if (!std::isfinite(value_si)) return nullptr;
-  const auto text = format_in(value_si, unit);
-  double value = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
+  return shown_value(value_si, unit);
 }
 
 std::string number_text(double value, double scale) {
