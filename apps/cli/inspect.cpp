@@ -9,7 +9,6 @@
 
 #include "tumble/core/section_words.hpp"
 #include "tumble/report/report.hpp"
-#include "tumble/report/shown_value.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -22,7 +21,7 @@ using tumble::Inspection;
 
 /// In the unit, as the shortest decimal that converts back: 20.04 degC, not 20.04000000000002.
 Json number(double value_si, const Unit& unit) {
-  return std::isfinite(value_si) ? Json(shown_value(value_si, unit)) : Json();
+  return std::isfinite(value_si) ? Json(as_number<double>(format_in(value_si, unit)).value_or(NAN)) : Json();
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }

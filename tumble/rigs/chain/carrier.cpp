@@ -234,7 +234,7 @@ std::vector<Schedule> runs_of(const Schedule& schedule) {
 namespace tumble {
 
 bool is_mount_axis(std::string_view axis) {
-  return std::ranges::find(chain::mounts, axis) != std::ranges::end(chain::mounts);
+  return std::ranges::any_of(chain::mounts, [axis](const char* mount) { return mount == axis; });
 }
 
 }  // namespace tumble

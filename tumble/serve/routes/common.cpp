@@ -7,7 +7,6 @@
 #include "tumble/core/message_in.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
-#include "tumble/report/shown_value.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
@@ -165,7 +164,7 @@ Sets sets_of(const std::vector<std::string>& texts) {
 
 Json number(double value_si, const Unit& unit) {
   if (!std::isfinite(value_si)) return nullptr;
-  return shown_value(value_si, unit);
+  return as_number<double>(format_in(value_si, unit)).value_or(NAN);
 }
 
 std::string number_text(double value, double scale) {

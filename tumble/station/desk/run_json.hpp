@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tumble/station/desk/curves.hpp"
+#include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_desk.hpp"
 
 /// A run as JSON: what a desk answers, and what is read of a run that has ended.
