@@ -158,7 +158,7 @@ TEST(StoreReader, MarksTheLastFinishedAttempts) {
       recorder.journal(time, written);
     };
     constexpr auto begins = RunRow::Kind::segment_begins, ends = RunRow::Kind::segment_ends;
-    using RunRow::Kind::records, RunRow::Kind::pauses;
+    constexpr auto records = RunRow::Kind::records, pauses = RunRow::Kind::pauses;
     for (int k = 0; k < 30; ++k)
       recorder.sample(0, {0.01 * k, {}, static_cast<std::uint64_t>(k), std::vector{1.0, 2.0, 3.0}});
     row(0.00, "up", 1, begins), row(0.01, "up", 1, records), row(0.02, "up", 1, ends, true);

@@ -7,6 +7,7 @@
 #include "tumble/rigs/error_names.hpp"
 
 namespace tumble::sine_vibration {
+
 void report_rests(const Evidence& evidence, const vibration::Data& data, const Measured& measured, Estimate& estimate) {
   const double level_sd = measured.reference ? evidence.plan.settings.number("reference_gain_sd")
                                              : rig_sd(evidence.plan, error_names::shake_amplitude).value_or(0.0);

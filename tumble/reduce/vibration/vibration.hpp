@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/core/schedule.hpp"
