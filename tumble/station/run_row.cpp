@@ -9,7 +9,7 @@
 namespace tumble {
 namespace {
 
-using Json = nlohmann::json;
+using RowJson = nlohmann::json;
 
 constexpr std::array phase_names{"idle",      "preparing", "ready",     "moving",   "settling", "dwelling",
                                  "recording", "between",   "finishing", "complete", "holding",  "pausing",
@@ -63,24 +63,24 @@ std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal) 
 }
 
 std::string text_of(const RunRow& row) {
-  Json json{{"kind", static_cast<int>(row.kind)},
-            {"time", row.time},
-            {"segment", row.segment},
-            {"run", row.run},
-            {"attempt", row.attempt},
-            {"label", row.label},
-            {"ending", name(row.ending)},
-            {"reason", row.reason},
-            {"demanded", row.demanded},
-            {"achieved", row.achieved},
-            {"rule", row.rule},
-            {"at_least", row.at_least}};
+  RowJson json{{"kind", static_cast<int>(row.kind)},
+               {"time", row.time},
+               {"segment", row.segment},
+               {"run", row.run},
+               {"attempt", row.attempt},
+               {"label", row.label},
+               {"ending", name(row.ending)},
+               {"reason", row.reason},
+               {"demanded", row.demanded},
+               {"achieved", row.achieved},
+               {"rule", row.rule},
+               {"at_least", row.at_least}};
   if (row.reached) json["reached"] = *row.reached;
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(-1, ' ', false, RowJson::error_handler_t::replace);
 }
 
 RunRow row_of(const std::string& text) try {
-  const Json json = Json::parse(text);
+  const RowJson json = RowJson::parse(text);
   RunRow row;
   const int kind = json.at("kind");
   if (kind < 0 || kind > static_cast<int>(RunRow::Kind::pauses))
@@ -99,7 +99,7 @@ RunRow row_of(const std::string& text) try {
   row.at_least = json.value("at_least", 0.0);
   if (json.contains("reached")) row.reached = json["reached"].get<double>();
   return row;
-} catch (const Json::exception& problem) {
+} catch (const RowJson::exception& problem) {
   throw Error(Error::Kind::bad_file, say("a row of the journal cannot be read: {}", problem.what()));
 }
 
