@@ -193,6 +193,10 @@ Sentence said_of(const Finding& finding) try {
   return finding.message;
 }
 
+bool is_about_limit(const Finding& finding) {
+  return finding.code == "limit_without_parameter" || finding.code == "limit_near_parameter";
+}
+
 Problems errors_among(const Findings& findings) {
   Problems problems;
   for (const Finding& finding : findings)

@@ -7,6 +7,7 @@
 
 #include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -22,12 +23,6 @@ const auto& value_in(const Map& values, std::string_view name) {
   return found->second;
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
@@ -37,10 +32,7 @@ std::string joined(const std::vector<std::string>& words) {
 std::optional<int> whole_number(std::string_view text) {
   text = trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
-  int value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return as_number<int>(text);
 }
 
 [[noreturn]] void refuse(Sentence problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }

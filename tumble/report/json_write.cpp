@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/error_model/json.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
+#include "tumble/report/shown_value.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -16,58 +18,20 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::size_t decimal_length(double value) {
-  std::array<char, 32> text;
-  return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
-}
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-/// Of the doubles next to `start`, the one with the shortest decimal that `to_si` takes exactly to `si`; NaN if none.
-template <class ToSi>
-double exact_near(double start, double si, const ToSi& to_si) {
-  double best = NAN;
-  double below = start, above = start;
-  const auto consider = [&](double candidate) {
-    if (to_si(candidate) != si) return;
-    if (std::isnan(best) || decimal_length(candidate) < decimal_length(best)) best = candidate;
-  };
-  consider(start);
-  if (!std::isnan(best) && decimal_length(best) <= 15) return best;  // short already
-  for (int step = 0; step < 2; ++step) {
-    consider(below = std::nextafter(below, -INFINITY));
-    consider(above = std::nextafter(above, INFINITY));
-  }
-  return best;
-}
-
-/// `si` in a displayed unit such that reading it back gives `si` exactly where a double of the displayed unit can, else
-/// the value next to it; either way writing what was read gives the same text again.
-template <class ToSi, class FromSi>
-Json displayed(double si, const ToSi& to_si, const FromSi& from_si) {
-  if (!std::isfinite(si)) return nullptr;
-  const double start = from_si(si);
-  if (!std::isfinite(start)) return nullptr;
-  double shown_value = exact_near(start, si, to_si);
-  if (std::isnan(shown_value)) shown_value = exact_near(from_si(to_si(start)), to_si(start), to_si);
-  return (std::isnan(shown_value) ? start : shown_value) + 0.0;  // no minus before zero: reading it would lose that
-}
-
-Json value_in(double si, const Unit& unit) {
-  return displayed(
-      si, [&](double x) { return unit.to_si(x); }, [&](double x) { return unit.from_si(x); });
-}
+Json value_in(double si, const Unit& unit) { return finite(shown_value(si, unit)); }
 
 Json covariance_in(double si, const Unit& a, const Unit& b) {
   const double factor = a.factor() * b.factor();
-  return displayed(
-      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; });
+  return finite(shown_value(
+      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; }));
 }
 
 Json difference_in(double si, const Unit& unit) {
-  return displayed(
-      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); });
+  return finite(shown_value(
+      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); }));
 }
-
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json values_in(const std::vector<double>& values, const Unit& unit) {
   auto array = Json::array();
@@ -222,11 +186,28 @@ Json finding_json(const Finding& finding) {
   return json;
 }
 
+/// A finding of a result: which parameters it concerns, and which are below its limit.
+Json finding_of_result_json(const Finding& finding) {
+  Json json = finding_json(finding);
+  if (!finding.about.empty() || finding.severity == Finding::Severity::error) json["about"] = finding.about;
+  for (const HiddenParameter& hidden : finding.hidden)
+    json["hidden"].push_back(Json{{"name", hidden.name}, {"channel", hidden.channel}});
+  return json;
+}
+
+Json bound_json(const Bound& bound) {
+  return {{"value", value_in(bound.value, bound.unit)}, {"unit", bound.unit.text()}};
+}
+
+/// The text of the limit is for readers of before, which have no ends.
 Json verdict_json(const Verdict& verdict) {
   constexpr std::array words{"pass", "fail", "undecided"};
-  return {{"parameter", verdict.parameter},
-          {"outcome", words[static_cast<std::size_t>(verdict.outcome)]},
-          {"limit", verdict.limit}};
+  Json json{{"parameter", verdict.parameter},
+            {"outcome", words[static_cast<std::size_t>(verdict.outcome)]},
+            {"limit", limit_text(verdict.limit)}};
+  if (verdict.limit.lower) json["lower"] = bound_json(*verdict.limit.lower);
+  if (verdict.limit.upper) json["upper"] = bound_json(*verdict.limit.upper);
+  return json;
 }
 
 Json object_of(const std::map<std::string, std::string>& texts) {
@@ -240,11 +221,13 @@ Json provenance_json(const Provenance& provenance) {
   const auto plan = [](const Provenance::PlanFile& p) {
     return Json{{"file", p.file}, {"sha256", p.sha256}, {"text", p.text ? Json(*p.text) : Json(nullptr)}};
   };
-  return {{"inputs", array_of(provenance.inputs, input)},
-          {"plans", array_of(provenance.plans, plan)},
-          {"settings", object_of(provenance.settings)},
-          {"command_line", object_of(provenance.command_line)},
-          {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
+  Json json{{"inputs", array_of(provenance.inputs, input)},
+            {"plans", array_of(provenance.plans, plan)},
+            {"settings", object_of(provenance.settings)},
+            {"command_line", object_of(provenance.command_line)},
+            {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
+  if (provenance.memory) json["memory"] = *provenance.memory;
+  return json;
 }
 
 Json facts_json(const PopulationFacts& facts) {
@@ -293,7 +276,7 @@ Json whole(const Estimate& estimate) {
               {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
               {"chi_square", finite(fit.chi_square)},
               {"condition", finite(fit.condition)}}},
-            {"findings", array_of(estimate.findings, finding_json)},
+            {"findings", array_of(estimate.findings, finding_of_result_json)},
             {"verdicts", array_of(estimate.verdicts, verdict_json)},
             {"provenance", provenance_json(estimate.provenance)}};
   if (estimate.population) json["population"] = facts_json(*estimate.population);

@@ -14,6 +14,7 @@
 #include "tumble/station/station_file.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -33,8 +34,7 @@ std::string when_of(double time, double clock_time, const std::string& clock_tex
   constexpr double nanosecond = 1e9;
   const auto wall = parse_iso_time(clock_text);
   if (!wall) return fmt::format("{:.3f} s after the begin", time);
-  return iso_time(*wall + static_cast<std::int64_t>(std::llround((time - clock_time) * nanosecond))).substr(0, 19) +
-         "Z";
+  return iso_second(*wall + static_cast<std::int64_t>(std::llround((time - clock_time) * nanosecond)));
 }
 
 /// Events, steps of the journal and the end of a run, in their order.
@@ -44,23 +44,49 @@ struct Story {
     ArchivedEvent event;
   };
   std::vector<Step> steps;
-  Facts facts;
+  Facts facts, units, sealed;  ///< units and sealed: by slot
   double clock_time = 0.0, last = 0.0;
   std::string clock_text, ending;
 };
 
 void take_event(const StoreEvent& event, Story& story) {
-  if (event.kind == "clock" && story.clock_text.empty()) story.clock_text = event.text, story.clock_time = event.time;
-  if (event.kind == "end") story.ending = event.text;
-  story.steps.push_back(
-      {event.time, {{}, event.who.empty() ? "station" : event.who, event.kind, event.text, {}, event.json}});
+  if (event.kind == EventKind::clock && story.clock_text.empty())
+    story.clock_text = event.text, story.clock_time = event.time;
+  if (event.kind == EventKind::end) story.ending = event.text;
+  const std::string who = event.who.empty() ? "station" : event.who;
+  story.steps.push_back({event.time, {{}, who, std::string(name(event.kind)), event.text, {}, event.json}});
 }
 
-void take_journal(const JournalRow& row, Story& story) {
-  static constexpr const char* steps[] = {"begins", "records", "pauses", "ends"};
-  const std::string text = fmt::format("{}, power-up {}, attempt {}: {}{}", row.segment, row.run, row.attempt,
-                                       steps[static_cast<std::size_t>(row.step)], row.finished ? ", finished" : "");
-  story.steps.push_back({row.time, {{}, "station", "segment", text, row.reason, row.json}});
+/// What a row says of an attempt; empty: it is about none.
+const char* step_of(RunRow::Kind kind) {
+  switch (kind) {
+    case RunRow::Kind::segment_begins:
+      return "begins";
+    case RunRow::Kind::records:
+      return "records";
+    case RunRow::Kind::pauses:
+      return "pauses";
+    case RunRow::Kind::segment_ends:
+      return "ends";
+    default:
+      return "";
+  }
+}
+
+void take_row(double time, const RunRow& row, Story& story) {
+  if (const std::string step = step_of(row.kind); !step.empty()) {
+    const bool finished = row.kind == RunRow::Kind::segment_ends && row.ending == RunRow::Ending::complete;
+    story.steps.push_back({time,
+                           {{},
+                            "station",
+                            "segment",
+                            fmt::format("{}, power-up {}, attempt {}: {}{}", row.label, row.run, row.attempt, step,
+                                        finished ? ", finished" : ""),
+                            row.reason,
+                            {}}});
+  }
+  if (row.kind != RunRow::Kind::records && row.kind != RunRow::Kind::pauses)
+    story.steps.push_back({time, {{}, "station", "journal", row.label, {}, text_of(row)}});
 }
 
 Story story_of(const std::string& run) {
@@ -68,9 +94,9 @@ Story story_of(const std::string& run) {
   const auto content = visit_store(run, [&](const StoreItem& item) {
     story.last = std::max(story.last, item.time);
     if (item.event) take_event(*item.event, story);
-    if (item.journal) take_journal(*item.journal, story);
+    if (item.journal) take_row(item.time, *item.journal, story);
   });
-  story.facts = content.facts;
+  story.facts = content.facts, story.units = content.units, story.sealed = content.sealed;
   for (auto& step : story.steps) step.event.when = when_of(step.time, story.clock_time, story.clock_text);
   return story;
 }
@@ -126,11 +152,8 @@ RunDeposit run_of(const Story& story) {
 
 /// The sealed recordings, each with the slot of its unit.
 std::vector<FileDeposit> recordings_of(const std::string& run, const Story& story, std::string& identity) {
-  constexpr std::string_view sealed = "sealed";
   std::vector<FileDeposit> recordings;
-  for (const auto& [name, sha256] : story.facts) {
-    if (!name.starts_with(sealed)) continue;
-    const std::string slot = name.size() > sealed.size() ? name.substr(sealed.size() + 1) : "";
+  for (const auto& [slot, sha256] : story.sealed) {
     const std::string path = sealed_file(run, story.facts, slot, sha256);
     identity += sha256;
     recordings.push_back({.path = path, .name = fs::path(path).filename().string(), .role = "recording", .slot = slot});
@@ -151,12 +174,12 @@ Deposit deposit_of_run(const std::string& run_folder) {
   RunDeposit run = run_of(story);
   std::string identity = run.plan_sha256 + run.station_sha256 + run.ending + fmt::format("{}", story.last);
   const auto recordings = recordings_of(folder, story, identity);
-  run.id = sha256_of(identity).substr(0, 16);
+  run.id = first_digits(sha256_of(identity), 16);
   const std::string plan = (fs::path(folder) / "plan.toml").string();
   const std::string station = (fs::path(folder) / "station.toml").string();
   const std::string model = fs::exists(plan) ? load_plan(plan, {}).instrument_model : "";
-  for (const auto& [name, serial] : story.facts)
-    if (name.starts_with("unit ")) run.units.push_back({name.substr(5), {model.empty() ? "unknown" : model, serial}});
+  for (const auto& [slot, serial] : story.units)
+    run.units.push_back({slot, {model.empty() ? "unknown" : model, serial}});
   Deposit deposit;
   for (FileDeposit recording : recordings) {
     recording.run = run.id;

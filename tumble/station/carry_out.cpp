@@ -15,8 +15,8 @@
 #include "tumble/station/conduct/flood_watch.hpp"
 #include "tumble/station/conduct/hearing.hpp"
 #include "tumble/station/conduct/instrument_line.hpp"
+#include "tumble/station/conduct/record_words.hpp"
 #include "tumble/station/conduct/recorders.hpp"
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/row_wait.hpp"
 #include "tumble/station/conduct/view.hpp"
 
@@ -88,7 +88,7 @@ class Conductor {
       if (!end_) look_around();
     }
     for (InstrumentLine& instrument : instruments_) instrument.finish();
-    for (const std::string& words : floods_.dropped()) perform(Note{"flood", words});
+    for (const std::string& words : floods_.dropped()) perform(Note{EventKind::flood, words});
     if (company_.over) company_.over();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
     events_of_store_.tell();
@@ -148,8 +148,8 @@ class Conductor {
   /// recorded.
   void stream_lost(const InstrumentLine& instrument, const LinkEvent& event) {
     if (state_.recording) return take(UnitFailed{instrument.slot(), event.reason}, event.time);
-    perform(
-        Note{"link", fmt::format("the stream of the unit in slot {} has ended: {}", instrument.slot(), event.reason)});
+    perform(Note{EventKind::link,
+                 fmt::format("the stream of the unit in slot {} has ended: {}", instrument.slot(), event.reason)});
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
@@ -202,8 +202,8 @@ class Conductor {
     for (std::size_t d = 0; d < devices_.size(); ++d) {
       replied(d, devices_[d].line.at(now), now);
       if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
-        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for",
-                                          state_.course->station.devices[d].name, untold)});
+        perform(Note{EventKind::reply, fmt::format("{}: {} more lines that nobody asked for",
+                                                   state_.course->station.devices[d].name, untold)});
     }
   }
 
@@ -220,7 +220,7 @@ class Conductor {
   void look_at_starts(double now) {
     for (InstrumentLine& instrument : instruments_)
       if (const std::string missing = instrument.at(now); !missing.empty())
-        perform(Note{"stream", fmt::format("slot {}: {}", instrument.slot(), missing)});
+        perform(Note{EventKind::stream, fmt::format("slot {}: {}", instrument.slot(), missing)});
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -237,7 +237,7 @@ class Conductor {
   void say_silence(const std::string& segment, double now) {
     for (const InstrumentLine& instrument : instruments_)
       if (const auto text = instrument.missing(hearing_, now); !text.empty())
-        perform(Note{"stream", fmt::format("slot {}: {} of segment '{}'", instrument.slot(), text, segment)});
+        perform(Note{EventKind::stream, fmt::format("slot {}: {} of segment '{}'", instrument.slot(), text, segment)});
   }
 
   /// What interlocks and settle rules look at is told as soon as it has arrived.
@@ -275,11 +275,6 @@ class Conductor {
     for (InstrumentLine& instrument : instruments_) instrument.begin_noise();
   }
 
-  void note_step(const JournalRow& row) {
-    recorder_.journal(row);
-    estimates_.journal(row);
-  }
-
   void perform(const Ask& ask) {
     const auto& all = state_.course->station.devices;
     const auto found = std::ranges::find(all, ask.device, &StationDevice::name);
@@ -289,18 +284,19 @@ class Conductor {
   }
   void perform(const RecordSwitch& record) {
     const double now = wires_.now();
-    note_step(conduct::step_of(record, now));
+    const RunRow row = conduct::row_of(record, now);
+    recorder_.journal(now, row);
+    estimates_.journal(now, row);
     if (!record.on) return say_silence(record.label, now);
     hearing_.records(record.run, now);
     begin_segment(record.label, now);
-    tell({"records", conduct::words_of(record, state_.course->schedule.size())});
+    tell({EventKind::records, conduct::words_of(record, state_.course->schedule.size())});
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    if (const auto step = conduct::step_of(row, now)) note_step(*step);
-    // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    const std::uint64_t sequence = events_of_store_.record({now, "journal", {}, row.label, conduct::text_of(row)});
+    estimates_.journal(now, row);
+    const std::uint64_t sequence = events_of_store_.record(now, row);
     if (state_.awaits_rows)
       rows_.wrote(sequence);
     else
@@ -313,14 +309,14 @@ class Conductor {
     stream.on ? found->start(wires_.now()) : found->stop();
   }
   void perform(const Prompt& prompt) {
-    events_of_store_.record({wires_.now(), "prompt", {}, prompt.text, {}});
+    events_of_store_.record({wires_.now(), EventKind::prompt, {}, prompt.text, {}});
     prompt_ = prompt;
     if (company_.ask) conduct::show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}});
+    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}, note.phase});
     tell(note);
   }
   void tell(const Note& note) {

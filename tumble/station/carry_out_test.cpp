@@ -73,7 +73,7 @@ TEST(CarryOut, ADisplayThatFailsDoesNotEndTheRun) {
 std::vector<double> begins_of_segments(Rehearsal rehearsal) {
   std::vector<double> begins;
   rehearsal.company.note = [&](const Note& note, double time) {
-    if (note.kind == "records") begins.push_back(time);
+    if (note.kind == EventKind::records) begins.push_back(time);
   };
   rehearse(rehearsal);
   return begins;
@@ -146,7 +146,7 @@ TEST(CarryOut, AStoreThatIsRemovedEndsTheRunAtOnceAndSafely) {
     rehearsal.company.ask = {};
     double removed = -1.0;
     rehearsal.company.note = [&](const Note& note, double time) {
-      if (note.kind == "records" && removed < 0.0) {
+      if (note.kind == EventKind::records && removed < 0.0) {
         EXPECT_TRUE(std::filesystem::remove(std::filesystem::path(rehearsal.folder) / name)) << name;
         removed = time;
       }
@@ -170,7 +170,7 @@ TEST(CarryOut, AFlushEndsWhenTheDiskTakesTooLong) {
   options.reserve_bytes = 0;
   options.on_commit = [](const Acknowledged&) { std::this_thread::sleep_for(std::chrono::milliseconds(300)); };
   Recorder recorder(scratch.path, disk, options);
-  recorder.event({1.0, "note", {}, "it", {}});
+  recorder.event({1.0, EventKind::notice, {}, "it", {}});
   EXPECT_FALSE(recorder.flush(0.01));
   EXPECT_FALSE(recorder.failure());
   EXPECT_TRUE(recorder.flush()) << "it was late, and it is there";

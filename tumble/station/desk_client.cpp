@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/desk/run_json.hpp"
 #include "tumble/station/lease.hpp"
 #include "tumble/station/recorder_read.hpp"
@@ -205,15 +204,14 @@ std::string state_of_ended_run(const std::string& run) {
   std::vector<RunRow> rows;
   std::string ending, reason;
   std::uint64_t last = 0;
-  const StoreContent content = visit_events(run, [&](std::uint64_t sequence, const StoreEvent& event) {
-    last = sequence;
-    if (!ending.empty() && event.kind != "end") ending.clear(), reason.clear();  // it was carried on
-    if (event.kind == "end") ending = event.text;
-    if (event.kind == "journal") {
-      rows.push_back(conduct::row_of(event.json));
-      if (rows.back().kind == RunRow::Kind::run_ends) reason = rows.back().reason;
-    }
-    events.push_back(desk::json_of(sequence, event));
+  const StoreContent content = visit_events(run, [&](const StoreItem& item) {
+    last = item.sequence;
+    const bool ends = item.event && item.event->kind == EventKind::end;
+    if (!ending.empty() && !ends) ending.clear(), reason.clear();  // it was carried on
+    if (ends) ending = item.event->text;
+    if (item.journal) rows.push_back(*item.journal);
+    if (item.journal && item.journal->kind == RunRow::Kind::run_ends) reason = item.journal->reason;
+    if (desk::is_shown(item)) events.push_back(desk::json_of(item));
   });
   const auto fact = [&](const std::string& name) {
     const auto found = content.facts.find(name);
@@ -227,8 +225,7 @@ std::string state_of_ended_run(const std::string& run) {
   } catch (const Error&) {  // a rehearsal of a changed plan may have none: its log is shown all the same
   }
   course.station.name = fact("station");
-  for (const auto& [name, value] : content.facts)
-    if (name.starts_with("unit ")) course.units.push_back({name.substr(5), value});
+  for (const auto& [slot, serial] : content.units) course.units.push_back({slot, serial});
   std::vector<SegmentProgress> progress(course.schedule.size());
   for (const RunRow& row : rows)
     if (row.kind == RunRow::Kind::segment_begins && row.segment < progress.size())

@@ -87,7 +87,7 @@ TEST(Executive, TakesItsOwnSleepForNoSilenceOfTheDevices) {
     bench.run(began);
     bench.sleep(began + 100.0);
     EXPECT_EQ(bench.run(10000.0), RunEnding::complete) << began;
-    const auto late = std::ranges::find(bench.notes, "late", &Note::kind);
+    const auto late = std::ranges::find(bench.notes, EventKind::late, &Note::kind);
     ASSERT_NE(late, bench.notes.end());
     EXPECT_TRUE(late->text.find(" for 99.9 s") != std::string::npos ||
                 late->text.find(" for 100 s") != std::string::npos)

@@ -168,7 +168,7 @@ void LiveEstimates::sample(std::size_t stream, const StoreSample& sample) {
   if (in.block.streams.size() == samples_in_block) in.close_block();
 }
 
-void LiveEstimates::journal(const JournalRow& row) { inner_->recorded.journal.add(row); }
+void LiveEstimates::journal(double time, const RunRow& row) { inner_->recorded.journal.add(time, row); }
 
 void LiveEstimates::load(const std::string& run) {
   // The streams are described before their samples: a first look takes these, a second one the samples.
@@ -176,7 +176,7 @@ void LiveEstimates::load(const std::string& run) {
   for (std::size_t i = 0; i < content.links.size(); ++i) link(i, content.links[i]);
   for (std::size_t i = 0; i < content.streams.size(); ++i) stream(i, content.streams[i]);
   visit_store(run, [&](const StoreItem& item) {
-    if (item.journal) journal(*item.journal);
+    if (item.journal) journal(item.time, *item.journal);
     if (item.kind == StoreItem::Kind::sample) {
       StoreSample one = item.sample;
       one.time = item.time;

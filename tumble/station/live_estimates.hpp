@@ -43,7 +43,8 @@ class LiveEstimates {
   void link(std::size_t index, const StoreLink& link);
   void stream(std::size_t index, const StoreStream& stream);
   void sample(std::size_t stream, const StoreSample& sample);
-  void journal(const JournalRow& row);
+  /// A row of the journal at `time` [s].
+  void journal(double time, const RunRow& row);
   /// What a run that is carried on has recorded before. Throws Error::bad_file.
   void load(const std::string& run);
 

@@ -55,7 +55,9 @@ Outcome rehearsed(const ScratchFolder& scratch, const Plan& plan, std::uint64_t 
   rehearsal.folder = scratch.file("run" + std::to_string(seed));
   rehearsal.recording = scratch.file("run" + std::to_string(seed) + ".h5");
   Outcome outcome;
-  rehearsal.company.note = [&](const Note& note, double) { outcome.notes += note.kind + ": " + note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) {
+    outcome.notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+  };
   outcome.rehearsed = rehearse(rehearsal);
   outcome.recording = read_recording(rehearsal.recording, {}, {});
   outcome.estimate = identify(gather(plan, {rehearsal.recording}, {}), {});

@@ -56,7 +56,7 @@ Station station_for(const Plan& plan) {
   Station station;
   station.name = "rehearsal";
   for (const Axis& axis : find_rig(plan.rig_kind).axes()) {
-    if (axis.name.starts_with("mount_")) {
+    if (is_mount_axis(axis.name)) {
       station.by_hand.push_back(axis.name);
       continue;
     }

@@ -50,9 +50,9 @@ std::uint64_t Recorder::event(const StoreEvent& event) {
   return inner_->writer.append([&](Front& front) { return front.event(event); });
 }
 
-std::uint64_t Recorder::journal(const JournalRow& row) {
-  if (inner_->view) inner_->view->journal(row);
-  return inner_->writer.append([&](Front& front) { return front.journal(row); });
+std::uint64_t Recorder::journal(double time, const RunRow& row) {
+  if (inner_->view) inner_->view->journal(time, row);
+  return inner_->writer.append([&](Front& front) { return front.journal(time, row); });
 }
 
 bool Recorder::flush(double within) { return inner_->writer.flush(within); }

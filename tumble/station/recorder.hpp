@@ -12,12 +12,16 @@
 #include <vector>
 
 #include "tumble/station/disk.hpp"
+#include "tumble/station/run_row.hpp"
 #include "tumble/wire/frames.hpp"
 
 namespace tumble {
 
 /// Names in a run folder.
 inline constexpr std::string_view live_store_name = "live.sqlite", reserve_name = "reserve";
+
+/// Facts of a run about one slot: "unit a" is the serial number of its unit, "sealed.a" the checksum of its recording.
+inline constexpr std::string_view unit_fact = "unit", sealed_fact = "sealed";
 
 /// A link whose bytes are kept.
 struct StoreLink {
@@ -51,25 +55,11 @@ struct StoreSample {
 /// Something that happened.
 struct StoreEvent {
   double time = 0.0;  ///< [s]
-  std::string kind;   ///< "link lost", "prompt", "interlock", "clock", "end"
-  std::string who;    ///< a person, a device, a link; empty: the station
+  EventKind kind = EventKind::notice;
+  std::string who;  ///< a person, a device, a link; empty: the station
   std::string text;
-  std::string json;  ///< any more, one JSON value; empty: no more
-};
-
-/// A step of an attempt at a segment. Of the attempts at a segment in a power-up the last finished one counts; its data
-/// lie between `records` and `pauses`.
-struct JournalRow {
-  enum class Step { begins, records, pauses, ends };
-  double time = 0.0;    ///< [s]
-  std::string segment;  ///< its label
-  int attempt = 1;
-  int run = 1;  ///< which power-up
-  Step step = Step::begins;
-  bool finished = false;  ///< of `ends`
-  std::string reason;     ///< why it ends, or begins again
-  std::string json = {};  ///< any more, one JSON value; empty: no more
-  std::size_t index = 0;  ///< of the segment in the schedule, where labels may repeat
+  std::string json;                    ///< any more, one JSON value; empty: no more
+  std::optional<RunPhase> phase = {};  ///< that is entered
 };
 
 /// Up to where everything is on the disk: it survives the end of the process and a power cut.
@@ -135,7 +125,9 @@ class Recorder {
   std::uint64_t raw(std::size_t link, StoreDirection direction, double time, std::string_view bytes);
   std::uint64_t sample(std::size_t stream, const StoreSample& sample);
   std::uint64_t event(const StoreEvent& event);
-  std::uint64_t journal(const JournalRow& row);
+  /// A row of the journal, written at `time` [s] of the clock of the store. Of the attempts at a segment in a power-up
+  /// the last complete one counts; its data lie between `records` and `pauses`.
+  std::uint64_t journal(double time, const RunRow& row);
 
   /// Waits until everything appended so far is acknowledged. False: the recording has stopped, or the disk has not
   /// answered `within` this time [s of the wall].

@@ -19,7 +19,11 @@ namespace recorder {
 namespace {
 
 /// Facts that belong to the file, and not to what it holds.
-bool is_of_the_file(const std::string& fact) { return fact == "target" || fact.starts_with("sealed"); }
+bool is_of_the_file(const std::string& fact, const StoreContent& content) {
+  return fact == "target" || std::ranges::any_of(content.sealed, [&](const auto& sealed) {
+           return fact == std::string(sealed_fact) + (sealed.first.empty() ? "" : "." + sealed.first);
+         });
+}
 
 Recording recording_of(SlotReader& slot, const RunReader& run, const StoreContent& content, const std::string& name) {
   Recording recording;
@@ -27,7 +31,7 @@ Recording recording_of(SlotReader& slot, const RunReader& run, const StoreConten
   recording.channels = slot.channels();
   recording.marks = run.marks();
   for (const auto& [fact, value] : content.facts)
-    if (!is_of_the_file(fact)) recording.meta[fact] = value;
+    if (!is_of_the_file(fact, content)) recording.meta[fact] = value;
   if (!run.started().empty()) recording.meta[clock_start] = run.started();
   if (!name.empty()) recording.meta["slot"] = name;
   recording.findings = run.findings(content, name);
@@ -91,14 +95,13 @@ std::vector<StoreRecording> StoreReading::recordings(const Progress& progress) {
 
 namespace {
 
-StoreContent visit_some(const std::string& run, const std::function<void(const StoreItem&)>& visit,
-                        std::optional<StoreItem::Kind> only) {
+StoreContent visit_some(const std::string& run, const std::function<void(const StoreItem&)>& visit, bool events_alone) {
   const std::string path = recorder::path_of_store(run);
   Disk disk;
   const recorder::StoreFile store = recorder::open_store(path, disk);
   try {
     StoreContent content = recorder::describe(store);
-    recorder::visit(store, content, visit, only);
+    recorder::visit(store, content, visit, events_alone);
     return content;
   } catch (const recorder::Refusal& refusal) {
     recorder::refuse_to_read(path, refusal);
@@ -108,13 +111,11 @@ StoreContent visit_some(const std::string& run, const std::function<void(const S
 }  // namespace
 
 StoreContent visit_store(const std::string& run, const std::function<void(const StoreItem&)>& visit) {
-  return visit_some(run, visit, {});
+  return visit_some(run, visit, false);
 }
 
-StoreContent visit_events(const std::string& run,
-                          const std::function<void(std::uint64_t sequence, const StoreEvent&)>& visit) {
-  return visit_some(
-      run, [&](const StoreItem& item) { visit(item.sequence, *item.event); }, StoreItem::Kind::event);
+StoreContent visit_events(const std::string& run, const std::function<void(const StoreItem&)>& visit) {
+  return visit_some(run, visit, true);
 }
 
 std::uint64_t write_raw(const std::string& run, const std::string& file) {

@@ -23,7 +23,7 @@ struct StoreItem {
   std::string_view bytes;  ///< raw
   StoreSample sample;      ///< sample
   const StoreEvent* event = nullptr;
-  const JournalRow* journal = nullptr;
+  const RunRow* journal = nullptr;
 };
 
 /// What a live store says about itself.
@@ -31,17 +31,19 @@ struct StoreContent {
   std::vector<StoreLink> links;
   std::vector<StoreStream> streams;
   std::map<std::string, std::string> facts;  ///< that Recorder::set wrote
-  std::uint64_t items = 0;                   ///< items handed out
-  std::uint64_t damaged = 0;                 ///< chunks whose checksum does not hold: not handed out
+  /// Of these: the serial number of the unit of each slot, and the checksum of its sealed recording.
+  std::map<std::string, std::string> units, sealed;
+  std::uint64_t items = 0;    ///< items handed out
+  std::uint64_t damaged = 0;  ///< chunks whose checksum does not hold: not handed out
 };
 
 /// Hands out all items of a store in their order. `run`: its folder, or the file of the store.
 /// Throws Error::bad_file: no store, a store that a process is still writing, not a store.
 StoreContent visit_store(const std::string& run, const std::function<void(const StoreItem&)>& visit);
 
-/// Hands out the events of a store alone, in their order: quick however long the run was. Throws as visit_store().
-StoreContent visit_events(const std::string& run,
-                          const std::function<void(std::uint64_t sequence, const StoreEvent&)>& visit);
+/// Hands out the events and the journal of a store alone, in their order: quick however long the run was. Throws as
+/// visit_store().
+StoreContent visit_events(const std::string& run, const std::function<void(const StoreItem&)>& visit);
 
 /// The recording of one unit.
 struct StoreRecording {

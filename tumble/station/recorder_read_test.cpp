@@ -156,10 +156,13 @@ TEST(StoreReader, MarksTheLastFinishedAttempts) {
     Recorder recorder(folder.path, disk, quiet_options());
     GivenItems items;
     begin_run(recorder);
-    const auto row = [&](double time, const char* segment, int attempt, JournalRow::Step step, bool finished = false) {
-      recorder.journal({time, segment, attempt, 1, step, finished, {}});
+    const auto row = [&](double time, const char* segment, int attempt, RunRow::Kind kind, bool finished = false) {
+      RunRow written{.kind = kind, .time = time, .attempt = attempt, .label = segment};
+      if (finished) written.ending = RunRow::Ending::complete;
+      recorder.journal(time, written);
     };
-    using enum JournalRow::Step;
+    constexpr auto begins = RunRow::Kind::segment_begins, ends = RunRow::Kind::segment_ends;
+    constexpr auto records = RunRow::Kind::records, pauses = RunRow::Kind::pauses;
     for (int k = 0; k < 30; ++k)
       recorder.sample(0, {0.01 * k, {}, static_cast<std::uint64_t>(k), std::vector{1.0, 2.0, 3.0}});
     row(0.00, "up", 1, begins), row(0.01, "up", 1, records), row(0.02, "up", 1, ends, true);
@@ -190,7 +193,7 @@ TEST(StoreReader, KeepsEveryStampWhereALinkCameBack) {
     FrameSource source("kvh_1775", "B");
     InstrumentRecorder instrument(recorder, source.codec, kvh_link());
     for (int k = 0; k < 100; ++k) instrument.receive(0.001 * k, source.next());
-    recorder.event({0.1, "link lost", "tcp:127.0.0.1:4001", "closed", {}});
+    recorder.event({0.1, EventKind::link_lost, "tcp:127.0.0.1:4001", "closed", {}});
     instrument.restart();
     for (int k = 0; k < 100; ++k) instrument.receive(5.0 + 0.001 * k, source.next());
     recorder.close(6.0, "complete");
@@ -219,6 +222,51 @@ TEST(StoreReader, NoticesADamagedChunk) {
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->occurrences.count, 1u);
   EXPECT_GT(missing_in(*find_channel(recordings[0].recording, "gyro.x")), 100u);
+}
+
+void run_sql(const std::string& file, const char* statement) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, statement, nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+}
+
+std::string version_of(const std::string& file) {
+  std::string version;
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  const auto take = [](void* out, int, char** values, char**) {
+    *static_cast<std::string*>(out) = values[0];
+    return 0;
+  };
+  EXPECT_EQ(sqlite3_exec(database, "PRAGMA user_version", take, &version, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  return version;
+}
+
+TEST(StoreReader, ReadsStoresOfBothVersionsAndRefusesOthers) {
+  const ScratchFolder folder;
+  record_stream(
+      folder.path, [](int, std::string&) {}, "");
+  const std::string file = folder.file("live.sqlite");
+  EXPECT_EQ(version_of(file), "2");
+  run_sql(file, "PRAGMA user_version = 1");
+  EXPECT_EQ(read_store(folder.path).size(), 1u);
+  EXPECT_EQ(version_of(file), "1") << "who reads changes nothing";
+  {
+    Disk disk;
+    RecorderOptions options = quiet_options();
+    options.resume = true;
+    const Recorder recorder(folder.path, disk, options);
+  }
+  EXPECT_EQ(version_of(file), "2");
+  run_sql(file, "PRAGMA user_version = 3");
+  try {
+    read_store(folder.path);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_file);
+  }
 }
 
 TEST(Seal, WritesTheSameBytesTwice) {

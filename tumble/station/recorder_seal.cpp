@@ -189,7 +189,7 @@ std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std:
       sealed.push_back(
           write_sealed([&](const BlockSink& sink) { reading.stream(i, sealed_at_once, sink); }, file, disk));
       sealed.back().slot = slot;
-      batch.facts["sealed" + (slot.empty() ? "" : "." + slot)] = sealed.back().sha256;
+      batch.facts[std::string(sealed_fact) + (slot.empty() ? "" : "." + slot)] = sealed.back().sha256;
     }
     store.write(batch);
     std::error_code ignored;  // the file that was sealed is looked at from now on

@@ -29,7 +29,7 @@ struct DeclaredInstrument {
 
 DeclaredInstrument instrument_to_record(const RecordRequest& request) {
   const InstrumentChoice choice = parse_instrument(request.instrument);
-  const bool own = choice.name.ends_with(".toml");
+  const bool own = fs::path(choice.name).extension() == ".toml";
   DeclaredInstrument instrument;
   instrument.link = {text_of(request.link),
                      {},
@@ -134,7 +134,7 @@ class Session {
 
   /// The time of day beside that of the recording, once a minute.
   void note_wall_clock() {
-    recorder_->event({now(), "clock", {}, world_.wall(), {}});
+    recorder_->event({now(), EventKind::clock, {}, world_.wall(), {}});
     next_wall_clock_ = now() + 60.0;
   }
 
@@ -147,7 +147,7 @@ class Session {
       }
       received_ += event.bytes.size();
       if (event.kind != LinkEvent::Kind::lost) continue;
-      recorder_->event({event.time, "link lost", instrument_.link.name, event.reason, {}});
+      recorder_->event({event.time, EventKind::link_lost, instrument_.link.name, event.reason, {}});
       end("the link was lost: " + event.reason);
     }
     if (const auto failure = recorder_->failure()) end(failure->text);

@@ -79,7 +79,7 @@ TEST(Recorder, CollectsAsMuchAsWasAskedForBeforeACommit) {
   EXPECT_TRUE(front.urgent());
   front.take();
   EXPECT_FALSE(front.urgent());
-  front.event({.time = 4.0, .kind = "prompt"});
+  front.event({.time = 4.0, .kind = EventKind::prompt});
   EXPECT_TRUE(front.urgent()) << "what happened does not wait";
 }
 

@@ -20,14 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr int most_repeats = 3;  ///< of one question, after which nobody would try again
 
-/// Whether a question asks what to do about a segment that has failed; others are part of the plan, however many.
-bool is_about_failure(const Prompt& prompt) {
-  return std::ranges::find(prompt.choices, "repeat") != prompt.choices.end();
-}
-
-/// What it is about: the segment, without the reason, which differs each time.
-std::string subject_of(const Prompt& prompt) { return prompt.text.substr(0, prompt.text.find(": ")); }
-
 /// The station of the run: that of the user, whose run has no folder yet, so that a refused one leaves nothing; or one
 /// made for the plan, with its frames beside it.
 Station station_of(const Rehearsal& rehearsal) {
@@ -86,7 +78,7 @@ using Answers = std::vector<decltype(RunEvent::what)>;
 /// Who answers where nobody is there: with the standard answer, and "stop" where one segment fails again and again.
 void answer_by_standard(RunCompany& company, Answers& answers) {
   company.ask = [&answers, asked = std::map<std::string, int>{}](const Prompt& prompt) mutable {
-    const bool again = is_about_failure(prompt) && ++asked[subject_of(prompt)] > most_repeats;
+    const bool again = !prompt.failed_segment.empty() && ++asked[prompt.failed_segment] > most_repeats;
     answers.push_back(PromptAnswer{prompt.id, again ? "stop" : prompt.standard, "rehearsed"});
   };
   company.orders = [&answers] { return std::exchange(answers, {}); };

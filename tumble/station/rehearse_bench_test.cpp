@@ -38,7 +38,7 @@ struct Bench {
     rehearsal.folder = scratch.file("run");
     rehearsal.recording = scratch.file("run.h5");
     rehearsal.company.note = [this](const Note& note, double time) {
-      notes += std::to_string(time) + " " + note.kind + ": " + note.text + "\n";
+      notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text + "\n";
     };
   }
   void fault(FaultKind kind, const std::string& about, double by = 0.0, double at = at_fault) {

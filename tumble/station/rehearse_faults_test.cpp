@@ -148,7 +148,7 @@ TEST_P(RehearsedFault, EndsAsExpectedAndLeavesTheRigSafe) {
   rehearsal.faults = {one.fault};
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double time) {
-    notes += std::to_string(time) + " " + note.kind + ": " + note.text + "\n";
+    notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_TRUE(one.ends.contains(rehearsed.end.ending))

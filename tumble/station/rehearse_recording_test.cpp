@@ -8,7 +8,6 @@
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/math/random.hpp"
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/recorder/marks_of_journal.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/rehearse.hpp"
@@ -185,9 +184,9 @@ TEST(RehearsedRecording, ASegmentThatCountsHasItsMarksWhereverTheStoreWasCut) {
   recorder::JournalReader marked;
   std::size_t most = 0;
   visit_store(rehearsal.folder, [&](const StoreItem& item) {
-    if (item.kind == StoreItem::Kind::journal) marked.add(*item.journal);
-    if (item.kind != StoreItem::Kind::event || item.event->kind != "journal") return;
-    rows.push_back(conduct::row_of(item.event->json));
+    if (!item.journal) return;
+    marked.add(item.time, *item.journal);
+    rows.push_back(*item.journal);
     const std::size_t counted = counted_attempts(rows).size();
     EXPECT_LE(counted, marked.marks().size()) << "cut after item " << item.sequence;
     most = std::max(most, counted);
@@ -207,8 +206,8 @@ TEST(RehearsedRecording, ALateOperatorFindsTheRigHeldAndGoesOn) {
   };
   rehearsal.company.note = [&](const Note& note, double time) {
     now = time;
-    held |= note.kind == "prompt" && note.text.find("held") != std::string::npos;
-    late_answer_refused |= note.kind == "refused" && note.text.find("is closed") != std::string::npos;
+    held |= note.kind == EventKind::prompt && note.text.find("held") != std::string::npos;
+    late_answer_refused |= note.kind == EventKind::refused && note.text.find("is closed") != std::string::npos;
   };
   rehearsal.company.show_every = 60.0;
   rehearsal.company.show = [&](const RunView& view) { now = view.time; };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -33,12 +34,6 @@ bool begins_number(std::string_view text) {
   if (text.empty()) return false;
   const char c = text.front() == '-' || text.front() == '+' ? (text.size() > 1 ? text[1] : 'x') : text.front();
   return (c >= '0' && c <= '9') || c == '.';
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
 }
 
 /// The value of a quantity that is compared with this channel.

@@ -116,7 +116,7 @@ struct RunDesk::Inner {
   std::string state() const;
   void tell(const std::string& name, std::uint64_t sequence, const std::string& json);
   void begin_watch(const SharedVisitor& visitor) const;
-  void happened(std::uint64_t sequence, const StoreEvent& event);
+  void happened(std::uint64_t sequence, const Json& event);
   void show(const RunView& now);
   void leave();
   void wait_for_readers(std::chrono::steady_clock::time_point until);
@@ -225,9 +225,9 @@ void RunDesk::Inner::begin_watch(const SharedVisitor& visitor) const {
   say(visitor, std::move(lines));
 }
 
-void RunDesk::Inner::happened(std::uint64_t sequence, const StoreEvent& event) {
+void RunDesk::Inner::happened(std::uint64_t sequence, const Json& event) {
   last = std::max(last, sequence);
-  const auto json = desk::dumped(desk::json_of(sequence, event));
+  const auto json = desk::dumped(event);
   events.emplace_back(sequence, json);
   if (events.size() > most_events) events.pop_front();
   tell("happened", sequence > 0 ? sequence : last, json);
@@ -295,7 +295,12 @@ void RunDesk::open(const std::string& folder, const RunFacts& facts, double spee
 }
 
 void RunDesk::remember(std::uint64_t sequence, const StoreEvent& event) {
-  asio::post(inner_->context, [this, sequence, event] { inner_->happened(sequence, event); });
+  asio::post(inner_->context, [this, sequence, event] { inner_->happened(sequence, desk::json_of(sequence, event)); });
+}
+
+void RunDesk::remember(std::uint64_t sequence, double time, const RunRow& row) {
+  asio::post(inner_->context,
+             [this, sequence, time, row] { inner_->happened(sequence, desk::json_of(sequence, time, row)); });
 }
 
 void RunDesk::ended(const RunEnd& end) {
@@ -326,6 +331,10 @@ RunCompany RunDesk::beside(RunCompany company) {
     remember(sequence, event);
     if (other) other(sequence, event);
   };
+  both.row = [this, other = std::move(company.row)](std::uint64_t sequence, double time, const RunRow& row) {
+    remember(sequence, time, row);
+    if (other) other(sequence, time, row);
+  };
   both.show = [this, other = std::move(company.show)](const RunView& view) {
     if (!view.prompt) {
       const std::lock_guard lock(inner_->mutex);
@@ -338,7 +347,11 @@ RunCompany RunDesk::beside(RunCompany company) {
 }
 
 void remember_run(RunDesk& desk, const std::string& folder) {
-  visit_events(folder, [&](std::uint64_t sequence, const StoreEvent& event) { desk.remember(sequence, event); });
+  visit_events(folder, [&](const StoreItem& item) {
+    if (!desk::is_shown(item)) return;
+    if (item.event) desk.remember(item.sequence, *item.event);
+    if (item.journal) desk.remember(item.sequence, item.time, *item.journal);
+  });
 }
 
 RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& facts, double speed,
@@ -347,7 +360,7 @@ RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& fac
     desk.open(folder, facts, speed);
     return desk.beside(company);
   } catch (const Error& error) {
-    if (company.note) company.note({"desk", error.what()}, 0.0);
+    if (company.note) company.note({EventKind::desk, error.what()}, 0.0);
     return company;
   }
 }

@@ -47,6 +47,8 @@ class RunDesk {
   /// Throws    Error::bad_file where there can be no socket; a run goes on without
   void open(const std::string& folder, const RunFacts& facts, double speed);
   void remember(std::uint64_t sequence, const StoreEvent& event);
+  /// A row of the journal, `time` [s] of the store.
+  void remember(std::uint64_t sequence, double time, const RunRow& row);
   /// The run has ended; the process still works on its files.
   void ended(const RunEnd& end);
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tumble/station/desk/curves.hpp"
+#include "tumble/station/desk/run_json.hpp"
 #include "tumble/station/recorder_read.hpp"
 #include "tumble/station/testing/served_rig.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -128,8 +129,9 @@ TEST(RunDesk, AQuestionIsAnsweredFromElsewhereAndNothingThatHappensIsMissed) {
   EXPECT_GT(views, 0u);
   // What the store has, except what was written before the run begins and after it has ended.
   std::vector<std::uint64_t> stored;
-  visit_events(run.folder, [&](std::uint64_t sequence, const StoreEvent& event) {
-    if (event.kind != "end" && event.kind != "clock") stored.push_back(sequence);
+  visit_events(run.folder, [&](const StoreItem& item) {
+    const bool beside = item.event && (item.event->kind == EventKind::end || item.event->kind == EventKind::clock);
+    if (desk::is_shown(item) && !beside) stored.push_back(item.sequence);
   });
   EXPECT_EQ(seen, stored);
 }
@@ -188,12 +190,12 @@ TEST(RunDesk, ARunThatWasCarriedOnAndKilledIsNotCalledSafe) {
   options.reserve_bytes = 0;
   {
     Recorder recorder(folder, disk, options);
-    recorder.event({1.0, "phase", {}, "stopping -> safe", {}});
+    recorder.event({1.0, EventKind::phase, {}, "stopping -> safe", {}});
     recorder.close(2.0, "stopped");
   }
   EXPECT_EQ(ending(), "stopped");
   options.resume = true;
-  { Recorder(folder, disk, options).event({3.0, "phase", {}, "idle -> preparing", {}}); }
+  { Recorder(folder, disk, options).event({3.0, EventKind::phase, {}, "idle -> preparing", {}}); }
   EXPECT_EQ(ending(), "interrupted");
   Recorder(folder, disk, options).close(4.0, "complete");
   EXPECT_EQ(ending(), "complete");

@@ -132,10 +132,10 @@ void note_beginning(const PlannedRunAtStation& run, const Station& station, cons
                     Recorder& recorder) {
   note_facts(recorder, run.plan, course, run.who);
   if (!run.rig.empty()) recorder.set("rig", run.rig);
-  if (!run.started.empty()) recorder.event({now, "clock", {}, run.started, {}});
+  if (!run.started.empty()) recorder.event({now, EventKind::clock, {}, run.started, {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
     recorder.event(
-        {now, "accepted", run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
+        {now, EventKind::accepted, run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
 }
 
 RunCompany company_of(const PlannedRunAtStation& run, const Course& course) {
@@ -177,9 +177,9 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   const std::unique_ptr<Recorder> store = store_of_run(run, disk, lease);
   Recorder& recorder = *store;
   note_beginning(run, station, *course, clock(), recorder);
-  if (!guarded.empty()) recorder.event({clock(), "guard", {}, guarded, {}});
+  if (!guarded.empty()) recorder.event({clock(), EventKind::guard, {}, guarded, {}});
   RunCompany company = company_of(run, *course);
-  if (!guarded.empty() && company.note) company.note({"guard", guarded}, clock());
+  if (!guarded.empty() && company.note) company.note({EventKind::guard, guarded}, clock());
   company.looked = [&guard] { return guard->looked(); };
   company.over = [&guard] { guard->dismiss(); };
   company.estimates = estimates.get();

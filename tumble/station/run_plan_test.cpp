@@ -233,7 +233,7 @@ TEST(RunPlan, ATerminatedProcessEndsByTheSafeList) {
   const auto rows = journal_of(scratch.file("run"));
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows.back().kind, RunRow::Kind::run_ends);
-  EXPECT_EQ(rows.back().ending, "stopped");
+  EXPECT_EQ(rows.back().ending, RunRow::Ending::stopped);
 }
 
 TEST(RunPlan, AKilledProcessLeavesARunThatIsTakenOverAndCarriedOn) {

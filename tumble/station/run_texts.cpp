@@ -32,8 +32,8 @@ AxisTexts texts_of(const RunView::AxisView& axis) {
           text_in(axis.rate, shown_unit(axis.kind, true))};
 }
 
-bool is_everyday(const std::string& kind, const std::string& text) {
-  return kind == "phase" && !text.ends_with("faulted") && !text.ends_with("paused");
+bool is_everyday(EventKind kind, std::optional<RunPhase> entered) {
+  return kind == EventKind::phase && entered != RunPhase::faulted && entered != RunPhase::paused;
 }
 
 std::string hours_text(double seconds) {

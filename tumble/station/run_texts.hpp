@@ -14,7 +14,7 @@ struct AxisTexts {
 AxisTexts texts_of(const RunView::AxisView& axis);
 
 /// Whether something happens so often that a log of the run need not show it: phases of every segment.
-bool is_everyday(const std::string& kind, const std::string& text);
+bool is_everyday(EventKind kind, std::optional<RunPhase> entered);
 
 /// "1:02:03" of a time [s].
 std::string hours_text(double seconds);

@@ -163,7 +163,7 @@ TEST(StreamStart, AUnitThatIsNotStartedDropsOutBeforeAnythingMoves) {
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double) {
     moved = moved || note.text.ends_with("-> moving");
-    notes += note.kind + ": " + note.text + "\n";
+    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;

@@ -13,6 +13,7 @@
 #include "tumble/report/utf8.hpp"
 #include "tumble/tasks/certificate.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -42,14 +43,9 @@ std::optional<Date> date_of(const toml::node& node) {
 }
 
 /// Text as it is printed, with the blanks at its ends removed: the schema of the DCC refuses them.
-std::string trimmed(std::string_view raw) {
-  const std::string text = printable(raw);
-  const auto begin = text.find_first_not_of(' ');
-  if (begin == std::string::npos) return {};
-  return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
-}
+std::string printed(std::string_view raw) { return std::string(trimmed(printable(raw))); }
 
-std::string text_in(Section& section, std::string_view key) { return trimmed(section.text(key).value_or("")); }
+std::string text_in(Section& section, std::string_view key) { return printed(section.text(key).value_or("")); }
 
 std::optional<Date> date_in(Section& section, std::string_view key) {
   const auto* node = section.find(key);
@@ -113,7 +109,7 @@ Equipment equipment_of(Section& section) {
                 text_in(section, "accepted_out_of_date")};
   if (one.name.empty()) section.missing("name", "\"dividing head\"");
   const auto& hash = one.certificate_sha256;
-  if (!hash.empty() && (hash.size() != 64 || hash.find_first_not_of("0123456789abcdef") != std::string::npos))
+  if (!hash.empty() && (hash.size() != 64 || !is_hex(hash)))
     section.problem_at("certificate_sha256", "64 digits of 0 to 9 and a to f are expected");
   return one;
 }
@@ -158,7 +154,7 @@ void read_certificate(Section& section, CertificateDetails& details) {
   details.replaces = text_in(section, "replaces"), details.replaces_reason = text_in(section, "replaces_reason");
   details.rule_agreed_with = text_in(section, "rule_agreed_with");
   for (const auto& remark : section.texts("remarks"))
-    if (auto text = trimmed(remark); !text.empty()) details.remarks.push_back(std::move(text));
+    if (auto text = printed(remark); !text.empty()) details.remarks.push_back(std::move(text));
   const auto place = text_in(section, "signatures");
   if (!place.empty() && place != "archive" && place != "hand")
     section.problem_at("signatures", say("'{}' is not known: archive or hand is expected", place));

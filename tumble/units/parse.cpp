@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 #include "tumble/units/words.hpp"
 
@@ -192,13 +193,6 @@ class Parser {
   std::size_t at_ = 0;
   bool alone_ = true;  ///< one word and nothing else so far
 };
-
-std::string_view trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 }  // namespace
 

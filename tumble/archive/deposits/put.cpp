@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "tumble/archive/deposits/parts.hpp"
@@ -10,6 +11,7 @@
 #include "tumble/exchange/certificate_number.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::deposits {
 
@@ -181,7 +183,7 @@ namespace {
 
 /// What a certificate is written as: "html", "dcc", and "html-zh" for other languages.
 std::string form_of(const CertificateDeposit& certificate) {
-  const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
+  const std::string format = std::filesystem::path(certificate.path).extension() == ".xml" ? "dcc" : "html";
   const bool english = certificate.language.empty() || certificate.language == "en";
   return english ? format : format + "-" + certificate.language;
 }
@@ -208,7 +210,7 @@ std::string problem_of_number(database::Database& database, const CertificateDep
             same_result
                 ? fmt::format("another certificate on this result (issued on {}, rule {}, {})",
                               cell(5).empty() ? "-" : cell(5), cell(4).empty() ? "-" : cell(4), cell(8))
-                : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), cell(1).substr(0, 12));
+                : fmt::format("a certificate of {}/{} on the result {}", cell(2), cell(3), first_digits(cell(1)));
         problem = fmt::format(
             "certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
             "certificate.number. "

@@ -9,6 +9,7 @@
 #include "tumble/archive/statistics/occasions.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -134,7 +135,7 @@ Table shown_table(const Charted& charted) {
     const double expected = charted.chart.baseline.mean;
     table.rows.push_back({time_of(occasion.moment), name_of(charted.past.over.units[occasion.unit].second),
                           occasion.value, expected - state.limit, expected + state.limit, state.ewma, alarm,
-                          charted.past.read.sha256(occasion.result).substr(0, 12)});
+                          first_digits(charted.past.read.sha256(occasion.result))});
   }
   return table;
 }

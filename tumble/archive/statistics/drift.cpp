@@ -11,6 +11,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -52,10 +53,10 @@ UnitPast past_of(const Archive& archive, const DriftRequest& request) {
   for (const auto& result : record.results) {
     if (!result.correction.empty() || moment_of_text(result.ended.empty() ? result.archived : result.ended) < begin)
       continue;
-    auto estimate = estimate_from_json(result_text(archive, result.sha256), "result " + result.sha256.substr(0, 12));
+    auto estimate = estimate_from_json(result_text(archive, result.sha256), "result " + first_digits(result.sha256));
     if (!find_parameter(estimate, request.what.parameter)) continue;
     past.results.push_back(result);
-    past.estimates.push_back({result.sha256.substr(0, 12), std::move(estimate)});
+    past.estimates.push_back({first_digits(result.sha256), std::move(estimate)});
   }
   if (past.occasions.empty())
     throw Error(Error::Kind::bad_input, say("{} has no result with the parameter '{}' since it was adjusted ({})",
@@ -95,7 +96,7 @@ Table history_table(const UnitPast& past, const std::string& parameter) {
     table.rows.push_back(
         {result.ended.empty() ? result.archived : result.ended, found->value, standard_uncertainty(estimate, index),
          i > 0 ? e_n_between(past, i - 1, i, parameter) : std::nan(""),
-         i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""), result.who, result.sha256.substr(0, 12)});
+         i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""), result.who, first_digits(result.sha256)});
   }
   return table;
 }
@@ -161,7 +162,7 @@ Table recalibration_table(const UnitPast& past, const RecalibrationInterval& fou
               {{"interval", day}, {"shortest", day}, {"longest", day}, {"offered", day}, {"due", {}}},
               {},
               false};
-  table.rows.push_back({found.interval, found.shortest, found.longest, offered, time_of(last + offered).substr(0, 10)});
+  table.rows.push_back({found.interval, found.shortest, found.longest, offered, day_of(last + offered)});
   return table;
 }
 

@@ -136,10 +136,15 @@ double moment_of_text(const std::string& time) {
 
 std::string time_of(double moment) {
   constexpr std::int64_t second = 1'000'000'000;
-  return iso_time(static_cast<std::int64_t>(moment) * second).substr(0, 19) + "Z";
+  return iso_second(static_cast<std::int64_t>(moment) * second);
 }
 
-std::string date_of(std::int64_t day) { return time_of(static_cast<double>(day) * a_day).substr(0, 10); }
+std::string day_of(double moment) {
+  constexpr std::int64_t second = 1'000'000'000;
+  return iso_day(static_cast<std::int64_t>(moment) * second);
+}
+
+std::string date_of(std::int64_t day) { return day_of(static_cast<double>(day) * a_day); }
 
 std::string name_of(const UnitName& unit) { return unit.model + "/" + unit.serial; }
 

@@ -48,6 +48,8 @@ Matrix shared_factors(const std::vector<Occasion>& occasions, const SharedBySour
 /// The first day of an occasion as a date, "2026-03-01"; a moment [s] since 1970 as a time.
 std::string date_of(std::int64_t day);
 std::string time_of(double moment);
+/// The day of a moment [s since 1970]: "2026-11-20".
+std::string day_of(double moment);
 double moment_of_text(const std::string& time);
 /// "model/serial" of a unit.
 std::string name_of(const UnitName& unit);

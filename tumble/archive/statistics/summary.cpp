@@ -197,8 +197,8 @@ Table batches_table(const BatchChange& change, const UnitMeans& means, const Uni
                    column("step", unit),          column("sd", unit),         column("p", Unit())};
   const auto count = [](std::size_t number) { return static_cast<double>(number); };
   table.rows.push_back({count(change.after), count(change.earliest), count(change.latest),
-                        time_of(means.moment[std::min(change.after, means.moment.size() - 1)]).substr(0, 10),
-                        change.step, change.step_sd, change.p});
+                        day_of(means.moment[std::min(change.after, means.moment.size() - 1)]), change.step,
+                        change.step_sd, change.p});
   return table;
 }
 

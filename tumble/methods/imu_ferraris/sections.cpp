@@ -13,6 +13,7 @@
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::imu_ferraris {
 
@@ -34,23 +35,17 @@ std::string role_of(std::size_t output) {
 /// "x_p=face 1, x_a=face 2": the user's labels to ours.
 std::map<std::string, std::string> renamed(const std::string& text) {
   std::map<std::string, std::string> names;
-  const auto trimmed = [](std::string part) {
-    part.erase(0, part.find_first_not_of(' '));
-    part.erase(part.find_last_not_of(' ') + 1);
-    return part;
-  };
   const std::vector<std::string> known(labels().begin(), labels().end());
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string pair = text.substr(begin, end - begin);
-    const auto equals = pair.find('=');
-    const auto ours = trimmed(pair.substr(0, equals));
-    if (equals == std::string::npos || std::ranges::find(known, ours) == known.end())
+  auto pairs = list_items(text);
+  if (pairs.back().empty()) pairs.pop_back();
+  for (const std::string& pair : pairs) {
+    const auto labels_of_section = key_and_value(pair);
+    const std::string ours(trimmed(labels_of_section ? labels_of_section->first : pair));
+    if (!labels_of_section || std::ranges::find(known, ours) == known.end())
       throw Error(Error::Kind::bad_input,
                   say("labels = \"{}\": \"{}\" is no pair as in \"x_p=face 1, x_a=face 2\"{}; sections are {}", text,
-                      trimmed(pair), did_you_mean(ours, known), fmt::join(known, ", ")));
-    names[trimmed(pair.substr(equals + 1))] = ours;
-    begin = end + 1;
+                      pair, did_you_mean(ours, known), fmt::join(known, ", ")));
+    names[std::string(trimmed(labels_of_section->second))] = ours;
   }
   return names;
 }

@@ -208,6 +208,7 @@ void add_repeatability(const std::vector<RunBias>& runs, double between, const W
          "not_significant",
          {{"parameter", "turn_on_repeatability"},
           {"limit", interval_of_sd(std::sqrt(between), dof, 0.9).upper, builder.unit}}});
+    builder.estimate.findings.back().hidden = {{"turn_on_repeatability"}};
     return;
   }
   const double of_between = 2.0 * between * between / dof,

@@ -68,9 +68,23 @@ std::optional<RestDeparture> departure_of(const Rests& rests, double bias_sd, do
   return d;
 }
 
-std::string joined(const std::vector<std::string>& words) {
+/// Indices of the parameters that rest on the scale factor of a unit: those of its channel, except pulses, which are
+/// counted.
+std::vector<std::size_t> resting_on(const UnitUnderTest& unit, const Estimate& estimate) {
+  const Dimension pulses = Unit::parse("pulse").dimension();
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
+    const Parameter& p = estimate.parameters[i];
+    const bool counted = unit.pulse > 0.0 && p.unit.dimension() == pulses;
+    const bool own = p.channels.empty() || std::ranges::find(p.channels, unit.name) != p.channels.end();
+    if (own && !counted) indices.push_back(i);
+  }
+  return indices;
+}
+
+std::string names_of(const std::vector<std::size_t>& indices, const Estimate& estimate) {
   std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
+  for (const std::size_t i : indices) text += (text.empty() ? "" : " ") + estimate.parameters[i].name;
   return text;
 }
 
@@ -104,16 +118,18 @@ void compare_rests(const Settings& settings, Data& data) {
 }
 
 void report_departures(const Data& data, const std::vector<double>& log_gain, const std::vector<double>& uncertainty,
-                       const std::vector<std::vector<std::string>>& parameters, Findings& findings) {
+                       Estimate& estimate) {
   for (const RestDeparture& d : data.departures) {
     const std::string where = data.units[d.unit].prefix.empty() ? "" : data.units[d.unit].name;
     const double off = (d.shown - d.planned) / d.planned;
+    const auto about = resting_on(data.units[d.unit], estimate);
     const std::vector<FindingValue> values{{"shown", d.shown, "g"},
                                            {"planned", d.planned, "g"},
                                            {"difference", off, "%"},
                                            {"ratio", std::abs(d.shown - d.planned) / d.uncertainty},
-                                           {"parameters", joined(parameters[d.unit])}};
+                                           {"parameters", names_of(about, estimate)}};
     const Cause cause = cause_of(d, log_gain[d.unit], uncertainty[d.unit]);
+    auto& findings = estimate.findings;
     if (cause == Cause::sign)
       findings.push_back({Severity::error, "rest_inverted", values, where});
     else if (cause == Cause::scale)
@@ -122,6 +138,7 @@ void report_departures(const Data& data, const std::vector<double>& log_gain, co
       findings.push_back({Severity::info, "bias_beyond_stated", values, where});
     else
       findings.push_back({Severity::warning, "rest_differs_from_plan", values, where});
+    findings.back().about = about;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::vibration {
 namespace {
@@ -15,26 +16,18 @@ struct Entry {
   std::string unit, scale;
 };
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// The entries of "S1: 2 V/g, S2: 3 V/g"; a text without colon is one entry for all units.
 std::vector<Entry> entries_of(const Settings& settings) {
   std::vector<Entry> entries;
   if (!settings.has("scale_factor")) return entries;
-  std::string text = settings.word("scale_factor");
-  while (!trimmed(text).empty()) {
-    const auto comma = text.find(',');
-    const std::string part = trimmed(text.substr(0, comma));
-    const auto colon = part.find(':');
-    if (colon == std::string::npos)
-      entries.push_back({"", part});
+  auto items = list_items(settings.word("scale_factor"));
+  if (items.back().empty()) items.pop_back();
+  for (const std::string& item : items) {
+    const auto named = key_and_value(item, ':');
+    if (named)
+      entries.push_back({std::string(trimmed(named->first)), std::string(trimmed(named->second))});
     else
-      entries.push_back({trimmed(part.substr(0, colon)), trimmed(part.substr(colon + 1))});
-    text = comma == std::string::npos ? "" : text.substr(comma + 1);
+      entries.push_back({"", item});
   }
   return entries;
 }

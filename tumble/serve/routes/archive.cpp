@@ -35,7 +35,7 @@ Archive archive_of(const Context& context) {
 
 std::string utc_now(const Context& context) {
   constexpr double nanoseconds = 1e9;
-  return iso_time(static_cast<std::int64_t>(context.options.clock() * nanoseconds)).substr(0, 19) + "Z";
+  return iso_second(static_cast<std::int64_t>(context.options.clock() * nanoseconds));
 }
 
 std::string person_of(const Context& context, const HttpRequest& request) {
@@ -62,7 +62,7 @@ constexpr const char* end_of_time = "9999-12-31";
 /// The day so many seconds from now, UTC.
 std::string day_in(const Context& context, double seconds) {
   constexpr double nanoseconds = 1e9;
-  return iso_time(static_cast<std::int64_t>((context.options.clock() + seconds) * nanoseconds)).substr(0, 10);
+  return iso_day(static_cast<std::int64_t>((context.options.clock() + seconds) * nanoseconds));
 }
 
 HttpResponse units(Context& context, const HttpRequest& request) {

@@ -3,17 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
 Json number(double value_si, const Unit& unit) {
   if (!std::isfinite(value_si)) return nullptr;
-  const auto text = format_in(value_si, unit);
-  double value = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
+  return as_number<double>(format_in(value_si, unit)).value_or(NAN);
 }
 
 std::string number_text(double value, double scale) {

@@ -1,9 +1,11 @@
 #include "tumble/serve/routes/plan_files.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
@@ -21,15 +23,14 @@ Sets sets_of(const std::vector<std::string>& texts) {
                                               "decimal", "time",    "date",    "encoding",       "skip"};
   Sets sets;
   for (const auto& text : texts) {
-    const auto equals = text.find('=');
-    const auto key = text.substr(0, equals);
-    if (equals == std::string::npos || (std::ranges::find(known, key) == known.end() && !key.starts_with("unit.")))
+    auto set = key_and_value(text);
+    if (!set || (std::ranges::find(known, set->first) == known.end() && !set->first.starts_with("unit.")))
       throw Error{Error::Kind::bad_input,
                   say("'{}': what a file does not say is rate=100, missing=WORD, unit.COLUMN=deg/h, columns=..., "
                       "segment_column=COLUMN, topic=NAME, decimal=comma, time=COLUMN, date=dmy, encoding=NAME or "
                       "skip=LINES",
                       text)};
-    sets.emplace_back(key, text.substr(equals + 1));
+    sets.push_back(std::move(*set));
   }
   return sets;
 }

@@ -1,9 +1,9 @@
 #include "tumble/serve/routes/query.hpp"
 
-#include <charconv>
 #include <cmath>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
@@ -43,19 +43,18 @@ std::string text_in(const Json& body, const char* name) {
 
 double required_number(const HttpRequest& request, std::string_view name) {
   const auto text = required(request, name);
-  double value = 0.0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+  const auto value = as_number<double>(text);
+  if (!value || !std::isfinite(*value))
     throw Error{Error::Kind::bad_input, say("the parameter '{}' must be a number, not '{}'", name, text)};
-  return value;
+  return *value;
 }
 
 std::optional<std::uint64_t> last_event_of(const HttpRequest& request) {
   const auto last = request.headers.find("last-event-id");
   const std::string seen = last != request.headers.end() ? last->second : optional(request, "after");
   if (seen.empty()) return std::nullopt;
-  const bool sent_by_us = seen.size() < 19 && seen.find_first_not_of("0123456789") == std::string::npos;
-  return sent_by_us ? std::stoull(seen) : 0;
+  const bool sent_by_us = seen.size() < 19 && is_digits(seen);
+  return sent_by_us ? as_number<std::uint64_t>(seen).value_or(0) : 0;
 }
 
 std::vector<std::string> all_of(const HttpRequest& request, std::string_view name) {

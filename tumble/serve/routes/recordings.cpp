@@ -71,9 +71,9 @@ Listing list_folder(const Context& context) {
     const auto& path = place->path();
     const auto name = fs::relative(path, context.options.folder, failed).generic_string();
     const bool folder = place->is_directory(failed), link = place->is_symlink(failed);
-    if (folder && (link || path.filename().string().starts_with('.') || place.depth() + 1 >= deepest || name == "jobs"))
+    if (folder && (link || is_hidden(path) || place.depth() + 1 >= deepest || name == "jobs"))
       place.disable_recursion_pending();
-    if (path.filename().string().starts_with('.')) continue;
+    if (is_hidden(path)) continue;
     if (!is_plain_name(name)) {
       ++listing.unprintable;
       continue;

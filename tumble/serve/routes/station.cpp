@@ -52,8 +52,7 @@ void walk_folder(const fs::path& root, int deepest, Visit visit) {
   fs::recursive_directory_iterator place(root, fs::directory_options::skip_permission_denied, failed);
   for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
     const auto name = fs::relative(place->path(), root, failed).generic_string();
-    if (place->path().filename().string().starts_with('.') || place.depth() >= deepest || name == "jobs")
-      place.disable_recursion_pending();
+    if (is_hidden(place->path()) || place.depth() >= deepest || name == "jobs") place.disable_recursion_pending();
     if (is_plain_name(name) && !place->is_symlink(failed)) visit(*place, name);
   }
 }

@@ -1,13 +1,11 @@
 #include "tumble/station/desk/run_json.hpp"
 
-#include <charconv>
 #include <cmath>
 
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/run_texts.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::desk {
 namespace {
@@ -15,10 +13,7 @@ namespace {
 /// Seven digits are more than any screen shows; null where it is not a number.
 Json drawn(double value) {
   if (!std::isfinite(value)) return nullptr;
-  const std::string text = general(value, 7);
-  double rounded = value;
-  std::from_chars(text.data(), text.data() + text.size(), rounded);
-  return rounded;
+  return rounded_to_digits(value, 7) + 0.0;  // no minus before zero
 }
 
 Json drawn(const std::vector<double>& values) {
@@ -48,6 +43,10 @@ const char* step_of(RunRow::Kind kind) {
       return "unit_out";
     case RunRow::Kind::run_ends:
       return "run_ends";
+    case RunRow::Kind::records:
+      return "records";
+    case RunRow::Kind::pauses:
+      return "pauses";
   }
   return "";
 }
@@ -125,20 +124,34 @@ Json json_of(const EstimateHistory& history) {
 }
 
 Json json_of(std::uint64_t sequence, const StoreEvent& event) {
-  Json json{{"id", sequence},     {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
-            {"kind", event.kind}, {"who", event.who},          {"text", event.text}};
-  if (is_everyday(event.kind, event.text)) json["everyday"] = true;
-  if (event.kind != "journal") return json;
-  try {
-    const RunRow row = conduct::row_of(event.json);
-    json["step"] = step_of(row.kind);
-    json["segment"] = row.segment;
-    json["attempt"] = row.attempt;
-    json["ending"] = row.ending;
-    json["reason"] = row.reason;
-  } catch (const Error&) {  // a row that nobody can read is shown by its text
-  }
+  Json json{{"id", sequence},           {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
+            {"kind", name(event.kind)}, {"who", event.who},          {"text", event.text}};
+  if (is_everyday(event.kind, event.phase)) json["everyday"] = true;
   return json;
+}
+
+Json json_of(std::uint64_t sequence, double time, const RunRow& row) {
+  return {{"id", sequence},
+          {"time", drawn(time)},
+          {"time_text", hours_text(time)},
+          {"kind", "journal"},
+          {"who", ""},
+          {"text", row.label},
+          {"step", step_of(row.kind)},
+          {"segment", row.segment},
+          {"attempt", row.attempt},
+          {"ending", name(row.ending)},
+          {"reason", row.reason}};
+}
+
+bool is_shown(const StoreItem& item) {
+  return item.event ||
+         (item.journal && item.journal->kind != RunRow::Kind::records && item.journal->kind != RunRow::Kind::pauses);
+}
+
+Json json_of(const StoreItem& item) {
+  if (item.journal) return json_of(item.sequence, item.time, *item.journal);
+  return item.event ? json_of(item.sequence, *item.event) : Json();
 }
 
 Json json_of(const RunFacts& facts) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tumble/station/desk/curves.hpp"
+#include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_desk.hpp"
 
 /// A run as JSON: what a desk answers, and what is read of a run that has ended.
@@ -17,8 +18,12 @@ std::string dumped(const Json& json);
 Json json_of(const RunView& view, double speed);
 Json json_of(const Curves& curves);
 Json json_of(const EstimateHistory& history);
-/// Time [s] of the store's clock; of the rows of the journal their steps too.
+/// Time [s] of the store's clock; of rows of the journal their steps too.
 Json json_of(std::uint64_t sequence, const StoreEvent& event);
+Json json_of(std::uint64_t sequence, double time, const RunRow& row);
+/// Whether people see the item: an event, or a row of the journal that says more than that recording goes on.
+bool is_shown(const StoreItem& item);
+Json json_of(const StoreItem& item);
 Json json_of(const RunFacts& facts);
 /// What became of each segment: "done", "skipped", "now" or "next", and how often it was begun.
 Json json_of(const std::vector<SegmentProgress>& progress, std::size_t now);

@@ -27,7 +27,7 @@ struct Chunk {
 void put_raw(Chunk& chunk, std::uint64_t sequence, StoreDirection direction, double time, std::string_view bytes);
 void put_sample(Chunk& chunk, std::uint64_t sequence, const StoreSample& sample);
 void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event);
-void put_journal(Chunk& chunk, std::uint64_t sequence, const JournalRow& row);
+void put_journal(Chunk& chunk, std::uint64_t sequence, double time, const RunRow& row);
 
 /// Hands out the items of a chunk, whose parts live until the call returns. `channels`: of its stream. False: the body
 /// is not what the kind needs.

@@ -51,9 +51,9 @@ std::uint64_t Front::event(const StoreEvent& event) {
                 [&](Chunk& chunk, std::uint64_t sequence) { put_event(chunk, sequence, event); });
 }
 
-std::uint64_t Front::journal(const JournalRow& row) {
-  return append(StoreItem::Kind::journal, 0, row.time, true,
-                [&](Chunk& chunk, std::uint64_t sequence) { put_journal(chunk, sequence, row); });
+std::uint64_t Front::journal(double time, const RunRow& row) {
+  return append(StoreItem::Kind::journal, 0, time, true,
+                [&](Chunk& chunk, std::uint64_t sequence) { put_journal(chunk, sequence, time, row); });
 }
 
 Batch Front::take() {

@@ -25,7 +25,7 @@ class Front {
   std::uint64_t raw(std::size_t link, StoreDirection direction, double time, std::string_view bytes);
   std::uint64_t sample(std::size_t stream, const StoreSample& sample);
   std::uint64_t event(const StoreEvent& event);
-  std::uint64_t journal(const JournalRow& row);
+  std::uint64_t journal(double time, const RunRow& row);
 
   bool empty() const { return batch_.empty() && open_.empty(); }
   bool urgent() const { return urgent_; }                 ///< much waits, or something happened

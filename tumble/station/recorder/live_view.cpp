@@ -37,9 +37,9 @@ void LiveView::sample(std::size_t stream, const StoreSample& sample) {
     if (channels[i] != not_shown) samples_.sample(channels[i], sample.time, sample.values[i]);
 }
 
-void LiveView::journal(const JournalRow& row) {
-  if (row.step == JournalRow::Step::records) samples_.begin_mark(row.segment, row.run, row.time);
-  if (row.step == JournalRow::Step::pauses || row.step == JournalRow::Step::ends) samples_.end_mark(row.time);
+void LiveView::journal(double time, const RunRow& row) {
+  if (row.kind == RunRow::Kind::records) samples_.begin_mark(row.label, row.run, time);
+  if (row.kind == RunRow::Kind::pauses || row.kind == RunRow::Kind::segment_ends) samples_.end_mark(time);
 }
 
 }  // namespace tumble::recorder

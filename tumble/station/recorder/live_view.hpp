@@ -18,7 +18,8 @@ class LiveView {
   void add_stream(std::size_t number, const StoreStream& stream);
   void set(const std::string& name, const std::string& value);
   void sample(std::size_t stream, const StoreSample& sample);
-  void journal(const JournalRow& row);
+  /// A row of the journal at `time` [s].
+  void journal(double time, const RunRow& row);
 
  private:
   std::mutex mutex_;

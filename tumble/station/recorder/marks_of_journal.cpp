@@ -4,27 +4,24 @@
 
 namespace tumble::recorder {
 
-void JournalReader::add(const JournalRow& row) {
-  const Key key{row.run, row.index, row.segment};
+void JournalReader::add(double time, const RunRow& row) {
+  using enum RunRow::Kind;
+  if (row.kind != segment_begins && row.kind != segment_ends && row.kind != records && row.kind != pauses) return;
+  const Key key{row.run, row.segment, row.label};
   Segment& segment = segments_[key];
   Attempt& attempt = segment.attempts[row.attempt];
   recording_.reset();
-  if (row.step == JournalRow::Step::records) recording_ = {key, row.attempt};
-  switch (row.step) {
-    case JournalRow::Step::begins:
-      attempt = {};
-      break;
-    case JournalRow::Step::records:
-      if (!attempt.recording) attempt.spans.emplace_back(row.time, row.time);
-      attempt.recording = true;
-      break;
-    case JournalRow::Step::pauses:
-    case JournalRow::Step::ends:
-      if (attempt.recording) attempt.spans.back().second = row.time;
-      attempt.recording = false;
-      break;
+  if (row.kind == segment_begins) attempt = {};
+  if (row.kind == records) {
+    recording_ = {key, row.attempt};
+    if (!attempt.recording) attempt.spans.emplace_back(time, time);
+    attempt.recording = true;
   }
-  if (row.step == JournalRow::Step::ends && row.finished) segment.counted = attempt.spans;
+  if (row.kind == pauses || row.kind == segment_ends) {
+    if (attempt.recording) attempt.spans.back().second = time;
+    attempt.recording = false;
+  }
+  if (row.kind == segment_ends && row.ending == RunRow::Ending::complete) segment.counted = attempt.spans;
 }
 
 std::vector<Mark> JournalReader::marks() const {

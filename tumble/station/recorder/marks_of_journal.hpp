@@ -15,7 +15,8 @@ namespace tumble::recorder {
 /// Which attempt at each segment counts, and when it recorded.
 class JournalReader {
  public:
-  void add(const JournalRow& row);
+  /// A row that was written at `time` [s]; rows that are about no segment change nothing.
+  void add(double time, const RunRow& row);
   /// The last finished attempt at each segment of each power-up, in order of time.
   std::vector<Mark> marks() const;
   /// Marks of what counts, and of the attempt that records at this moment, up to `now` [s].

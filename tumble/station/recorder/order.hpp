@@ -25,7 +25,7 @@ class Order {
   std::vector<Entry> entries_;
   std::vector<double> values_;
   std::deque<StoreEvent> events_;
-  std::deque<JournalRow> rows_;
+  std::deque<RunRow> rows_;
 };
 
 }  // namespace tumble::recorder

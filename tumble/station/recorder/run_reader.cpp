@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/frame_findings.hpp"
 
@@ -29,7 +28,7 @@ RunReader::RunReader(const StoreContent& content) : links_(content.links.size())
 void RunReader::look(const StoreItem& item) {
   last_ = std::fmax(last_, item.time);
   if (item.event) note(*item.event);
-  if (item.journal) journal_.add(*item.journal);
+  if (item.journal) note(item.time, *item.journal);
   if (item.kind != StoreItem::Kind::raw || item.source >= links_.size() || !links_[item.source].stream) return;
   FrameStream& stream = *links_[item.source].stream;
   if (item.direction == StoreDirection::received)
@@ -39,24 +38,21 @@ void RunReader::look(const StoreItem& item) {
 }
 
 void RunReader::note(const StoreEvent& event) {
-  if (event.kind == "clock" && started_.empty()) started_ = event.text;
-  if (event.kind == "end") ended_ = true;
-  if (event.kind == "journal") note_rule(event);
-  if (event.kind == "accepted") accepted_.emplace_back(event.who, event.text);
-  if (event.kind == "stopped") stopped_ = event.text, stopped_at_ = event.time;
-  if (event.kind != "link lost") return;
+  if (event.kind == EventKind::clock && started_.empty()) started_ = event.text;
+  if (event.kind == EventKind::end) ended_ = true;
+  if (event.kind == EventKind::accepted) accepted_.emplace_back(event.who, event.text);
+  if (event.kind == EventKind::stopped) stopped_ = event.text, stopped_at_ = event.time;
+  if (event.kind != EventKind::link_lost) return;
   const auto link = link_of_name_.find(event.who);
   if (link == link_of_name_.end()) return;
   LinkReader& reader = links_[link->second];
   if (reader.losses++ == 0) reader.first_loss = event.time;
 }
 
-/// A row that nobody can read says no rule: its samples and marks are sealed all the same.
-void RunReader::note_rule(const StoreEvent& event) try {
-  const RunRow row = conduct::row_of(event.json);
-  if (row.kind == RunRow::Kind::segment_ends && row.ending == "complete" && !row.rule.empty())
+void RunReader::note(double time, const RunRow& row) {
+  journal_.add(time, row);
+  if (row.kind == RunRow::Kind::segment_ends && row.ending == RunRow::Ending::complete && !row.rule.empty())
     rules_[{row.run, row.segment}] = row;
-} catch (const Error&) {
 }
 
 Findings RunReader::findings_of_rules() const {

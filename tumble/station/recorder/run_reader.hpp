@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "tumble/station/executive.hpp"
 #include "tumble/station/recorder/marks_of_journal.hpp"
 #include "tumble/station/recorder/visit.hpp"
 #include "tumble/wire/frames.hpp"
@@ -32,7 +31,7 @@ class RunReader {
     double first_loss = 0.0;  ///< [s]
   };
   void note(const StoreEvent& event);
-  void note_rule(const StoreEvent& event);
+  void note(double time, const RunRow& row);
   Findings findings_of_rules() const;
 
   std::vector<LinkReader> links_;

@@ -9,7 +9,7 @@ namespace tumble::recorder {
 namespace {
 
 constexpr const char* tables =
-    "PRAGMA application_id = 1953853794; PRAGMA user_version = 1;"  // "tumb"
+    "PRAGMA application_id = 1953853794; PRAGMA user_version = 2;"  // "tumb"
     "CREATE TABLE IF NOT EXISTS fact(name TEXT PRIMARY KEY, value TEXT);"
     "CREATE TABLE IF NOT EXISTS link(id INTEGER PRIMARY KEY, json TEXT);"
     "CREATE TABLE IF NOT EXISTS stream(id INTEGER PRIMARY KEY, json TEXT);"
@@ -28,7 +28,7 @@ Database opened(const std::string& path, const char* vfs, Database::Mode mode) {
     return database;
   }
   Statement version(database, "SELECT application_id, user_version FROM pragma_application_id, pragma_user_version");
-  if (!version.next() || version.integer(0) != 1953853794 || version.integer(1) != 1)
+  if (!version.next() || version.integer(0) != 1953853794 || (version.integer(1) != 1 && version.integer(1) != 2))
     throw Refusal{SQLITE_NOTADB, "it is an SQLite database, but not a live store of this version"};
   return database;
 }
@@ -48,6 +48,13 @@ StoreFile::StoreFile(const std::string& path, const char* vfs, Database::Mode mo
       link_(database_, "INSERT INTO link VALUES (?, ?)"),
       stream_(database_, "INSERT INTO stream VALUES (?, ?)"),
       fact_(database_, "INSERT OR REPLACE INTO fact VALUES (?, ?)") {}
+
+void StoreFile::bring_up_to_date() {
+  Statement version(database_, "SELECT user_version FROM pragma_user_version");
+  if (!version.next() || version.integer(0) == 2) return;
+  version.next();
+  database_.run("PRAGMA user_version = 2");
+}
 
 /// Items of a batch come after all of the batches before, so the last batch has the last item.
 StoreFile::State StoreFile::read_state() const {

@@ -25,6 +25,8 @@ class StoreFile {
  public:
   StoreFile(const std::string& path, const char* vfs, Database::Mode mode);
 
+  /// The number of this version, of a store that is continued.
+  void bring_up_to_date();
   /// Commits a batch; returned, it is synchronised. Thrown, nothing of it is there.
   void write(const Batch& batch);
   /// [byte] written since the last checkpoint, about.

@@ -2,7 +2,8 @@
 
 #include "tumble/station/recorder/text.hpp"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "tumble/units/error.hpp"
@@ -23,25 +24,46 @@ Json value_of(const std::string& json) {
 
 std::string more_of(const Json& json) { return json.contains("more") ? text_of(json["more"]) : std::string(); }
 
-constexpr std::array step_names{"begins", "records", "pauses", "ends"};
-
-StoreEvent event_of(const Json& json, double time) {
-  return {time, json.value("kind", ""), json.value("who", ""), json.value("text", ""), more_of(json)};
+/// The state that an event says was entered; absent: it is about none. A store of version 1 says it in its text alone.
+std::optional<RunPhase> phase_of(const Json& json, const std::string& text) {
+  const std::string word = json.value("phase", "");
+  for (const RunPhase phase : all_phases()) {
+    if (word == name(phase)) return phase;
+    for (const RunPhase from : all_phases())
+      if (word.empty() && text == fmt::format("{} -> {}", name(from), name(phase))) return phase;
+  }
+  return std::nullopt;
 }
 
-JournalRow row_of(const Json& json, double time) {
-  JournalRow row{.time = time};
-  row.segment = json.value("segment", "");
-  row.index = json.value("index", std::size_t{0});
+StoreEvent event_of(const Json& json, double time) {
+  StoreEvent event{time, event_kind(json.value("kind", "")), json.value("who", ""), json.value("text", ""),
+                   more_of(json)};
+  if (event.kind == EventKind::phase) event.phase = phase_of(json, event.text);
+  return event;
+}
+
+/// A row, or what stands for it in a store of version 1. There the recorder had steps of its own, of which those that
+/// begin and end an attempt repeat a row: nothing then.
+std::optional<RunRow> row_of_chunk(const Chunk& chunk, const Json& json) {
+  if (!json.contains("step")) return row_of(std::string(chunk.body));
+  const std::string step = json.value("step", "");
+  if (step != "records" && step != "pauses") return std::nullopt;
+  RunRow row;
+  row.kind = step == "records" ? RunRow::Kind::records : RunRow::Kind::pauses;
+  row.time = chunk.begin;
+  row.label = json.value("segment", "");
+  row.segment = json.value("index", std::size_t{0});
   row.attempt = json.value("attempt", 1);
   row.run = json.value("run", 1);
-  const std::string step = json.value("step", "begins");
-  for (std::size_t i = 0; i < step_names.size(); ++i)
-    if (step == step_names[i]) row.step = static_cast<JournalRow::Step>(i);
-  row.finished = json.value("finished", false);
-  row.reason = json.value("reason", "");
-  row.json = more_of(json);
   return row;
+}
+
+/// The row that an event of a store of version 1 holds; nothing where nobody can read it, or it is another event.
+std::optional<RunRow> row_of_event(const Json& json) try {
+  if (json.value("kind", "") != "journal") return std::nullopt;
+  return row_of(more_of(json));
+} catch (const Error&) {
+  return std::nullopt;
 }
 
 [[noreturn]] void refuse_description() {
@@ -60,20 +82,16 @@ auto described(std::string_view text, Read read) {
 }  // namespace
 
 void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event) {
-  Json json{{"kind", event.kind}};
+  Json json{{"kind", name(event.kind)}};
   if (!event.who.empty()) json["who"] = event.who;
   if (!event.text.empty()) json["text"] = event.text;
+  if (event.phase) json["phase"] = name(*event.phase);
   if (!event.json.empty()) json["more"] = value_of(event.json);
   put_text(chunk, sequence, event.time, text_of(json));
 }
 
-void put_journal(Chunk& chunk, std::uint64_t sequence, const JournalRow& row) {
-  Json json{{"segment", row.segment}, {"index", row.index}, {"attempt", row.attempt}, {"run", row.run}};
-  json["step"] = step_names[static_cast<std::size_t>(row.step)];
-  if (row.step == JournalRow::Step::ends) json["finished"] = row.finished;
-  if (!row.reason.empty()) json["reason"] = row.reason;
-  if (!row.json.empty()) json["more"] = value_of(row.json);
-  put_text(chunk, sequence, row.time, text_of(json));
+void put_journal(Chunk& chunk, std::uint64_t sequence, double time, const RunRow& row) {
+  put_text(chunk, sequence, time, text_of(row));
 }
 
 bool items_of_text(const Chunk& chunk, const std::function<void(const StoreItem&)>& visit) {
@@ -81,13 +99,18 @@ bool items_of_text(const Chunk& chunk, const std::function<void(const StoreItem&
   if (!json.is_object()) return false;
   StoreItem item{.kind = chunk.kind, .sequence = chunk.first, .time = chunk.begin};
   try {
+    const bool is_row = chunk.kind == StoreItem::Kind::journal;
+    const auto row = is_row ? row_of_chunk(chunk, json) : row_of_event(json);
+    if (is_row && !row) return true;
     const StoreEvent event = event_of(json, chunk.begin);
-    const JournalRow row = row_of(json, chunk.begin);
-    if (chunk.kind == StoreItem::Kind::event)
-      item.event = &event;
+    item.kind = row ? StoreItem::Kind::journal : StoreItem::Kind::event;
+    if (row)
+      item.journal = &*row;
     else
-      item.journal = &row;
+      item.event = &event;
     visit(item);
+  } catch (const Error&) {
+    return false;
   } catch (const Json::exception&) {
     return false;
   }

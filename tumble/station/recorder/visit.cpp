@@ -8,6 +8,7 @@
 #include "tumble/station/recorder/order.hpp"
 #include "tumble/station/recorder/store_file.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::recorder {
 
@@ -38,6 +39,14 @@ void refuse_to_read(const std::string& path, const Refusal& refusal) {
 
 namespace {
 
+/// Facts about one slot have its name behind theirs.
+void take_fact(const std::string& name, const std::string& value, StoreContent& content) {
+  if (const auto unit = key_and_value(name, ' '); unit && unit->first == unit_fact) content.units[unit->second] = value;
+  if (name == sealed_fact) content.sealed[""] = value;
+  if (const auto sealed = key_and_value(name, '.'); sealed && sealed->first == sealed_fact)
+    content.sealed[sealed->second] = value;
+}
+
 void read_descriptions(const Database& database, StoreContent& content) {
   Statement links(database, "SELECT json FROM link ORDER BY id");
   while (links.next()) content.links.push_back(link_of(links.bytes(0)));
@@ -47,6 +56,7 @@ void read_descriptions(const Database& database, StoreContent& content) {
   while (facts.next()) {
     const std::string name(facts.bytes(0));
     content.facts[name] = facts.bytes(1);
+    take_fact(name, content.facts[name], content);
   }
 }
 
@@ -66,7 +76,7 @@ bool read_chunk(const Statement& row, Chunk& chunk) {
 }
 
 void read_chunks(const Database& database, StoreContent& content, const std::function<void(const StoreItem&)>& visit,
-                 std::optional<StoreItem::Kind> only) {
+                 bool events_alone) {
   Order order(content.streams);
   std::deque<Chunk> chunks;  // of one batch
   const auto end_batch = [&] {
@@ -78,7 +88,8 @@ void read_chunks(const Database& database, StoreContent& content, const std::fun
     chunks.clear();
   };
   std::int64_t batch = -1;
-  const std::string some = only ? fmt::format(" WHERE kind = {}", static_cast<int>(*only)) : "";
+  const std::string some =
+      events_alone ? fmt::format(" WHERE kind >= {}", static_cast<int>(StoreItem::Kind::event)) : "";
   Statement rows(database, "SELECT first, last, batch, kind, source, count, begin, end, crc, body FROM chunk" + some +
                                " ORDER BY first");
   while (rows.next()) {
@@ -101,9 +112,9 @@ StoreContent describe(const StoreFile& store) {
 }
 
 void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor,
-           std::optional<StoreItem::Kind> only) {
+           bool events_alone) {
   content.items = content.damaged = 0;
-  read_chunks(store.database(), content, visitor, only);
+  read_chunks(store.database(), content, visitor, events_alone);
 }
 
 }  // namespace tumble::recorder

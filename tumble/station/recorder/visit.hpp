@@ -17,8 +17,8 @@ StoreFile open_store(const std::string& path, Disk& disk);
 
 /// Its links, streams and facts. Throws Refusal.
 StoreContent describe(const StoreFile& store);
-/// Hands out its items in order, all or those of one kind, and counts them in `content`. Throws Refusal.
+/// Hands out its items in order, all or events and the journal alone, and counts them in `content`. Throws Refusal.
 void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor,
-           std::optional<StoreItem::Kind> only = {});
+           bool events_alone = false);
 
 }  // namespace tumble::recorder

@@ -53,6 +53,7 @@ StoreFile opened_store(const std::string& folder, Disk& disk, const RecorderOpti
     if (options.reserve_bytes > 0) disk.allocate(reserve_path(folder), options.reserve_bytes);
     StoreFile store(path, disk.vfs(),
                     options.resume && fs::exists(path) ? Database::Mode::existing : Database::Mode::create);
+    store.bring_up_to_date();
     disk.synchronise_folder(folder);
     return store;
   } catch (const Refusal& refusal) {
@@ -98,7 +99,7 @@ void Writer::overflow() {
        fmt::format("the disk is too slow: {:.0f} MB waited to be written, and the recording was stopped; everything "
                    "up to then is kept",
                    static_cast<double>(front_.bytes()) * 1e-6));
-  front_.event({front_.time(), "stopped", {}, failure_->text, {}});
+  front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
 }
 
 void Writer::work() {
@@ -180,7 +181,7 @@ void Writer::handle(const Refusal& refusal, Batch batch, std::unique_lock<std::m
                    "kept",
                    folder_));
   front_.put_back(std::move(batch));
-  front_.event({front_.time(), "stopped", {}, failure_->text, {}});
+  front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
   const Batch last = front_.take();
   try {
     lock.unlock();  // who appends does not wait for the disk
@@ -223,7 +224,7 @@ void Writer::tidy(std::unique_lock<std::mutex>& lock) {
          fmt::format("less than {:.0f} MB of room are left under '{}', and the recording was stopped; everything "
                      "is kept",
                      static_cast<double>(options_.floor_bytes) * 1e-6, folder_));
-    front_.event({front_.time(), "stopped", {}, failure_->text, {}});
+    front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
   }
   if (refusal) handle(*refusal, {}, lock);
 }
@@ -263,7 +264,7 @@ StoreLoad Writer::load() const {
 }
 
 bool Writer::close(double time, const std::string& ending) {
-  append([&](Front& front) { return front.event({time, "end", {}, ending, {}}); });
+  append([&](Front& front) { return front.event({time, EventKind::end, {}, ending, {}}); });
   const bool good = flush();
   {
     const std::lock_guard lock(mutex_);

@@ -25,7 +25,7 @@ inline GivenItem given(const StoreItem& item) {
   GivenItem result{item.kind, item.time, std::string(item.bytes), {}};
   result.values.assign(item.sample.values.begin(), item.sample.values.end());
   if (item.event) result.bytes = item.event->text;
-  if (item.journal) result.bytes = item.journal->segment;
+  if (item.journal) result.bytes = item.journal->label;
   return result;
 }
 
@@ -49,10 +49,10 @@ inline void add_step(Recorder& recorder, int k, GivenItems& items) {
   const StoreSample sample{time, 0.001 * k, static_cast<std::uint64_t>(k), values};
   note(recorder.sample(0, sample), {StoreItem::Kind::sample, time, {}, values});
   if (k % 7 == 3)
-    note(recorder.event({time, "note", "test", "event " + std::to_string(k), {}}),
+    note(recorder.event({time, EventKind::notice, "test", "event " + std::to_string(k), {}}),
          {StoreItem::Kind::event, time, "event " + std::to_string(k), {}});
   if (k % 11 == 5)
-    note(recorder.journal({.time = time, .segment = "position " + std::to_string(k)}),
+    note(recorder.journal(time, {.label = "position " + std::to_string(k)}),
          {StoreItem::Kind::journal, time, "position " + std::to_string(k), {}});
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/rigs/rig.hpp"
 #include "tumble/station/virtual_rig/bench.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -164,7 +165,7 @@ Refusal Bench::command(double time, const std::string& axis, const Motion& motio
   if (!controller.fault.empty()) return fmt::format("{} has a fault: {}", axis, controller.fault);
   if (!controller.enabled) return fmt::format("{} is disabled", axis);
   if (controller.has(Trouble::refuses)) return fmt::format("{} refuses", axis);
-  const bool by_hand = axis.starts_with("mount_") && !drive(time, axis).reached;
+  const bool by_hand = is_mount_axis(axis) && !drive(time, axis).reached;
   if (by_hand) return fmt::format("{}: the instrument is being moved", axis);
   double trips_after = HUGE_VAL;
   if (const Refusal refusal = refusal_of(time, axis, motion, trips_after); !refusal.empty()) return refusal;
@@ -217,7 +218,7 @@ void Bench::halt(double time, const std::string& axis) {
   ++controller.commands;
   controller.demand = stop_of(controller, drive(time, axis).value);
   controller.told = true;
-  if (controller.has(Trouble::stuck) || axis.starts_with("mount_")) return;
+  if (controller.has(Trouble::stuck) || is_mount_axis(axis)) return;
   enter(time, {{axis, controller.demand}}, true);
 }
 
