@@ -76,8 +76,8 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
         "tumble/exchange/certificate/details.cpp tumble/exchange/certificate_number.cpp",
     "bytes, not text: a buffer is taken from its front":
         "apps/cli/live_output.cpp tumble/archive/storage/packing.cpp tumble/math/state.hpp tumble/pyramid/live_samples.cpp "
-        "tumble/station/conduct/device_line.cpp tumble/station/conduct/flood_watch.cpp tumble/station/recorder/chunk.cpp "
-        "tumble/station/virtual_stream.cpp tumble/station/virtual_switch.cpp",
+        "tumble/station/conduct/device_line.cpp tumble/station/conduct/flood_watch.cpp tumble/recorder/live_store/chunk.cpp "
+        "tumble/rehearsal/virtual_stream.cpp tumble/rehearsal/virtual_switch.cpp",
     "what a device answers is searched for what its declaration expects":
         "tumble/station/conduct/stream_line.cpp tumble/station/executive/devices.cpp",
     "addresses and statements of databases, characters that they cannot hold":
@@ -95,13 +95,13 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
         "tumble/tasks/fleet_summary.cpp tumble/tasks/identify.cpp",
     "lines that our own processes hand to each other, and their small files":
         "tumble/serve/jobs/process.cpp tumble/serve/recording_cache.cpp tumble/serve/routes/spoken.cpp "
-        "tumble/station/desk_client.cpp tumble/station/guard.cpp tumble/station/lease/claim.cpp tumble/station/lease/names.cpp "
-        "tumble/station/run_desk.cpp",
+        "tumble/desk/desk_client.cpp tumble/station/guard.cpp tumble/station/lease/claim.cpp tumble/station/lease/names.cpp "
+        "tumble/desk/run_desk.cpp",
     "the command line and what is typed":
         "apps/cli/command_line.cpp apps/cli/completion.cpp apps/cli/password.cpp apps/cli/run.cpp apps/cli/serve.cpp "
         "apps/cli/standard_input.cpp apps/cli/terminal.cpp apps/cli/typed_lines.cpp",
     "`rate.2` of the protocol of a controller is the rate of its axis 2":
-        "tumble/station/virtual_bench.cpp",
+        "tumble/rehearsal/virtual_bench.cpp",
     "results of before, which have no error models":
         "tumble/report/error_model/legacy.cpp",
     "two texts of results are compared, except for folders before names of files":
@@ -114,7 +114,7 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
         "tumble/rigs/error_names.hpp tumble/tasks/plausible.cpp",
     "still to be mended: sentences are asked for their beginning, or for the name of a file":
         "tumble/methods/sine_vibration/measure.cpp tumble/models/given/given.cpp tumble/report/in_language.cpp "
-        "tumble/serve/routes/plans.cpp tumble/sim/simulate.cpp tumble/station/virtual_rig/refusals.cpp",
+        "tumble/serve/routes/plans.cpp tumble/sim/simulate.cpp tumble/rehearsal/virtual_rig/refusals.cpp",
 }
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "CLI/", "zlib", "bzlib", "lz4", "zstd",

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/made_station.hpp"
-#include "tumble/station/rehearse.hpp"
-#include "tumble/station/virtual_stream.hpp"
+#include "tumble/rehearsal/made_station.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
+#include "tumble/rehearsal/virtual_stream.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 

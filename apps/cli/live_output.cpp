@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "tumble/language/said.hpp"
-#include "tumble/station/quiet_thread.hpp"
+#include "tumble/recorder/quiet_thread.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "tumble/recorder/live_estimates.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/station/executive.hpp"
-#include "tumble/station/live_estimates.hpp"
-#include "tumble/station/recorder.hpp"
 #include "tumble/station/wires.hpp"
 #include "tumble/wire/controller.hpp"
 #include "tumble/wire/frames.hpp"

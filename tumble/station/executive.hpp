@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tumble/core/schedule.hpp"
-#include "tumble/station/run_row.hpp"
+#include "tumble/recorder/run_row.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/wire/controller.hpp"

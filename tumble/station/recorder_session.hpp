@@ -3,9 +3,9 @@
 #include <functional>
 #include <string>
 
+#include "tumble/recorder/recorder_read.hpp"
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/link.hpp"
-#include "tumble/station/recorder_read.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 namespace tumble {
 

@@ -12,8 +12,8 @@
 
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/testing/faulty_disk.hpp"
-#include "tumble/station/testing/frame_source.hpp"
+#include "tumble/recorder/testing/faulty_disk.hpp"
+#include "tumble/recorder/testing/frame_source.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <thread>
 
+#include "tumble/desk/run_desk.hpp"
+#include "tumble/desk/run_texts.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
@@ -20,9 +22,7 @@
 #include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/run_desk.hpp"
 #include "tumble/station/run_folder.hpp"
-#include "tumble/station/run_texts.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/sentence.hpp"

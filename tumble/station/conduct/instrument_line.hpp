@@ -4,10 +4,10 @@
 #include <string>
 #include <string_view>
 
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/carry_out.hpp"
 #include "tumble/station/conduct/hearing.hpp"
 #include "tumble/station/conduct/stream_line.hpp"
-#include "tumble/station/recorder_stream.hpp"
 #include "tumble/station/wires.hpp"
 
 namespace tumble::conduct {
@@ -54,7 +54,7 @@ class InstrumentLine {
   double silence(const Hearing& hearing, double now) const;
   /// It has failed: nothing is expected of it any more.
   void give_up();
-  /// In words what did not come until the end of a segment; empty: all came.
+  /// In words what did not come until `now` [s], the end of a segment; empty: all came.
   std::string missing(const Hearing& hearing, double now) const;
 
  private:

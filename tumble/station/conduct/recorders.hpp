@@ -6,8 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 namespace tumble::conduct {
 

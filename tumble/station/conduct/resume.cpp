@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "tumble/recorder/recorder_read.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/recorder_read.hpp"
 
 namespace tumble {
 

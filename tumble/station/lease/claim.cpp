@@ -21,7 +21,7 @@
 #include <utility>
 
 #include "tumble/formats/checksum.hpp"
-#include "tumble/station/recorder.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
