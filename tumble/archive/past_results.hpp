@@ -10,7 +10,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/units/sentence.hpp"
 
-/// What statistics over many results take from each of them (statistics.hpp). An archive and a folder of results both
+/// Numbers of results that statistics take from each of them (statistics.hpp). An archive and a folder of results both
 /// give it.
 namespace tumble {
 
@@ -49,12 +49,12 @@ struct PastResults {
   ResultReader read;
 };
 
-/// Of results that are in no archive. The reader reads their files again, so `results` must live as long.
+/// Values of results that are in no archive. The reader reads their files again, so `results` must live as long.
 /// Throws Error::bad_input where no result of the model has the parameter, or units differ in dimension.
 PastResults past_results(const std::vector<SummarisedResult>& results, const std::string& parameter,
                          const std::string& model);
 
-/// Of an archive, which must live as long. Throws as parameter_over_units().
+/// Values of an archive, which must live as long. Throws as parameter_over_units().
 ///
 /// Given     with_adjustments  false: nobody asks when units were adjusted
 PastResults past_results(const Archive& archive, const std::string& parameter, const std::string& model,

@@ -8,7 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/population/control_chart.hpp"
 
-/// What the results of an archive, or of a folder, say together. Each answer is an Estimate, so that every front end shows, draws and
+/// Answers of many results together, of an archive or of a folder. Each is an Estimate, so that every front end shows, draws and
 /// writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the tables hold.
 namespace tumble {
 

@@ -7,7 +7,7 @@
 
 #include "tumble/archive/history.hpp"
 
-/// What the values of a parameter must have in common.
+/// Requirements that the values of a parameter must meet together.
 namespace tumble::statistics {
 
 /// Throws Error::bad_input where there are no values. Given: model and unit that were asked for, or empty.

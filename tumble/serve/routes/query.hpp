@@ -8,7 +8,7 @@
 #include "tumble/language/text.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
-/// What a request asks for.
+/// Parameters, body and sender of a request.
 namespace tumble::routes {
 
 /// Who asks; empty: whoever has the link, and who shows nothing.
