@@ -8,8 +8,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/population/control_chart.hpp"
 
-/// Answers of many results together, of an archive or of a folder. Each is an Estimate, so that every front end shows, draws and
-/// writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the tables hold.
+/// Answers of many results together, of an archive or of a folder. Each is an Estimate, so that every front end shows,
+/// draws and writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the
+/// tables hold.
 namespace tumble {
 
 /// Of which results: of one parameter, of one unit or of all units of a model.
