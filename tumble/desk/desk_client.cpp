@@ -232,16 +232,17 @@ std::string state_of_ended_run(const std::string& run) {
       progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
   for (const auto& [segment, attempt] : counted_attempts(rows))
     if (segment < progress.size()) progress[segment].status = SegmentProgress::Status::complete;
-  return desk_lines::dumped({{"alive", false},
-                       {"last", last},
-                       {"ending", ending.empty() ? "interrupted" : ending},
-                       {"ending_text", reason},
-                       {"facts", desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
-                       {"view", nullptr},
-                       {"segments", desk_lines::json_of(progress, progress.size())},
-                       {"curves", nullptr},
-                       {"estimates", Json::array()},
-                       {"events", events}});
+  return desk_lines::dumped(
+      {{"alive", false},
+       {"last", last},
+       {"ending", ending.empty() ? "interrupted" : ending},
+       {"ending_text", reason},
+       {"facts", desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
+       {"view", nullptr},
+       {"segments", desk_lines::json_of(progress, progress.size())},
+       {"curves", nullptr},
+       {"estimates", Json::array()},
+       {"events", events}});
 }
 
 }  // namespace tumble

@@ -204,7 +204,8 @@ std::string RunDesk::Inner::state() const {
   return fmt::format(R"({{"alive":true,"last":{},"ending":{},"ending_text":{},"facts":{},"view":{},"curves":{},)"
                      R"("estimates":{},"events":[{}]}})",
                      last, Json(ending).dump(), desk_lines::dumped(ending_text), facts,
-                     view ? desk_lines::dumped(desk_lines::json_of(*view, speed)) : "null", desk_lines::dumped(desk_lines::json_of(curves)),
+                     view ? desk_lines::dumped(desk_lines::json_of(*view, speed)) : "null",
+                     desk_lines::dumped(desk_lines::json_of(curves)),
                      desk_lines::dumped(desk_lines::json_of(estimates)), all);
 }
 
@@ -238,7 +239,8 @@ void RunDesk::Inner::show(const RunView& now) {
   curves.add(now);
   estimates.add(now);
   view = now;
-  if (std::ranges::any_of(visitors, &Visitor::watches)) tell("view", last, desk_lines::dumped(desk_lines::json_of(now, speed)));
+  if (std::ranges::any_of(visitors, &Visitor::watches))
+    tell("view", last, desk_lines::dumped(desk_lines::json_of(now, speed)));
 }
 
 /// Everybody is told; who does not take it within a second misses it.
@@ -295,7 +297,8 @@ void RunDesk::open(const std::string& folder, const RunFacts& facts, double spee
 }
 
 void RunDesk::remember(std::uint64_t sequence, const StoreEvent& event) {
-  asio::post(inner_->context, [this, sequence, event] { inner_->happened(sequence, desk_lines::json_of(sequence, event)); });
+  asio::post(inner_->context,
+             [this, sequence, event] { inner_->happened(sequence, desk_lines::json_of(sequence, event)); });
 }
 
 void RunDesk::remember(std::uint64_t sequence, double time, const RunRow& row) {
@@ -307,7 +310,8 @@ void RunDesk::ended(const RunEnd& end) {
   asio::post(inner_->context, [this, end] {
     inner_->ending = name(end.ending);
     inner_->ending_text = end.text;
-    inner_->tell("ended", inner_->last, desk_lines::dumped({{"ending", inner_->ending}, {"text", inner_->ending_text}}));
+    inner_->tell("ended", inner_->last,
+                 desk_lines::dumped({{"ending", inner_->ending}, {"text", inner_->ending_text}}));
   });
 }
 

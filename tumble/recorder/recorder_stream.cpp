@@ -119,7 +119,8 @@ void InstrumentRecorder::take(const StreamFrame& frame) {
     shown_[i].high = std::fmax(shown_[i].high, value);
     shown_[i].seen = shown_[i].seen || !std::isnan(value);
   }
-  const StoreSample sample{time, frame.time, frame.restarts * live_store::numbers_of_a_stretch + frame.sequence, values_};
+  const StoreSample sample{time, frame.time, frame.restarts * live_store::numbers_of_a_stretch + frame.sequence,
+                           values_};
   recorder_.sample(stream, sample);
   if (live_) live_->sample(stream, sample);
   if (!running_) first_ = frame.sequence, first_time_ = time, running_ = true;
