@@ -1,6 +1,6 @@
-#include <cmath>
-
 #include "tumble/report/legacy/legacy.hpp"
+
+#include <cmath>
 
 #include "tumble/units/error.hpp"
 
