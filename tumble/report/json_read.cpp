@@ -284,9 +284,9 @@ Finding finding_of(const Node& node, const std::vector<Parameter>& parameters) {
 std::optional<Bound> bound_of(const Node& node) {
   if (node.absent()) return std::nullopt;
   const Unit unit = unit_of(node["unit"]);
-  const double value = node["value"].number(NAN);
+  const double value = unit.to_si(node["value"].number(NAN));
   if (!std::isfinite(value)) node["value"].complain("a finite number is expected");
-  return Bound{unit.to_si(value), unit};
+  return Bound{value, unit};
 }
 
 /// A result of before has its limits as texts alone.

@@ -1,5 +1,7 @@
 #include "tumble/report/legacy/legacy.hpp"
 
+#include <cmath>
+
 #include "tumble/units/error.hpp"
 
 namespace tumble::legacy {
@@ -7,7 +9,9 @@ namespace {
 
 Bound bound_of(const std::string& text) {
   const Quantity quantity = parse_quantity(text);
-  return {quantity.unit.to_si(quantity.value), quantity.unit};
+  const double value = quantity.unit.to_si(quantity.value);
+  if (!std::isfinite(value)) throw Error(Error::Kind::bad_input, say("the limit '{}' cannot be read", text));
+  return {value, quantity.unit};
 }
 
 }  // namespace
