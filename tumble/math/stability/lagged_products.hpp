@@ -25,7 +25,7 @@ struct LaggedProducts {
 /// Accuracy  absolute, about 2e-16 sum x^2 (tested)
 LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads);
 
-/// What third differences take, M at most N/3:
+/// Sums of products for third differences, M at most N/3:
 ///
 ///   whole as above, k = 0 ... 3 M;      one[m] = sum_{i<m} x_i x_{i+m};      two[m]  = sum_{i<2m} x_i x_{i+m};
 ///   half[m] = sum_{i<m} x_i x_{i+2m};   m = 0 ... M, and the last three of the series read backwards

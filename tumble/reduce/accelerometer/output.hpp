@@ -11,13 +11,13 @@
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
-/// What the methods for accelerometers share: how an output is read as specific force.
+/// Reading of an output as specific force, which the methods for accelerometers share.
 namespace tumble::accelerometer {
 
 /// The output of an accelerometer, in any of its units.
 std::vector<Role> roles();
 
-/// What an accelerometer gives for specific force: E = K_1 A, A the indicated specific force.
+/// Form in which an accelerometer shows specific force: E = K_1 A, A the indicated specific force.
 struct Output {
   Unit scale_factor;        ///< of K_1 as shown: pulse/s/g, mA/g, V/g; "1" where the output is a specific force
   double per_second = 1.0;  ///< E [SI] for one SI unit of the channel: pulses are counted per window of 1/per_second
