@@ -31,7 +31,8 @@ struct Method {
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
   /// Its results have error models, which can be subtracted from a recording and exported.
   bool compensates = false;
-  /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
+  /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null: the method cannot
+  /// predict.
   Estimate (*predict)(const Plan& plan) = nullptr;
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.
   bool several_instruments = false;

@@ -20,7 +20,7 @@ struct KeyedError {
 /// all errors anew. Errors that give less than a ten-thousandth of the variance are not listed.
 std::vector<KeyedError> keyed_errors(const Estimate& estimate, std::size_t parameter);
 
-/// What of the uncertainty of a parameter is shared, in two numbers.
+/// Shared and private parts of the uncertainty of a parameter, in two numbers.
 struct ErrorSources {
   double private_sd = 0.0;   ///< [SI], of the errors that no other result shares
   std::int64_t sources = 0;  ///< from names and signs of the keyed errors; 0: there is no such error

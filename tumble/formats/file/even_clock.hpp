@@ -9,7 +9,7 @@
 
 namespace tumble::file {
 
-/// Of all rates [Hz] with 1/rate between low and high [s], the one with the fewest digits, itself or its inverse.
+/// The rate [Hz] with the fewest digits, itself or its inverse, of all those with 1/rate between low and high [s].
 double plainest_rate(double low, double high);
 
 /// Decides whether stamps are evenly spaced, one stamp after the other and in constant memory.

@@ -16,8 +16,8 @@ struct Source {
   bool in_si = false;                    ///< the values are
 };
 
-/// What a reader has that meets channel after channel, or none of them at one time: all samples, in memory or in a
-/// spool. An infinite value becomes NaN.
+/// Samples gathered by a reader that finds channel after channel, or no whole channel at one time: all samples, in
+/// memory or in a spool. An infinite value becomes NaN.
 struct Gathered {
   Recording frame;              ///< everything but the samples
   std::vector<Source> sources;  ///< by channel
