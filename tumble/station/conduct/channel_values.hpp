@@ -6,7 +6,7 @@
 #include "tumble/station/executive.hpp"
 #include "tumble/station/recorder_stream.hpp"
 
-/// The channels of instruments as the executive is told of them: "slot.channel".
+/// The channels of instruments as the executive gets them: "slot.channel".
 namespace tumble::conduct {
 
 /// Those that interlocks and settle rules look at.

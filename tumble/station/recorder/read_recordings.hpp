@@ -11,7 +11,7 @@
 
 namespace tumble::recorder {
 
-/// The recordings of a store that was looked through once, but for their samples.
+/// The recordings of a store that was looked through once, except for their samples.
 class StoreReading {
  public:
   /// The store must live as long. Throws Refusal; Error::bad_data for a store without samples. `path`: for messages.
