@@ -53,8 +53,8 @@ struct Clock {
 /// the phase after a gap differs from that before it, the logger was stopped and started again: a new line begins
 /// there.
 ///
-/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
-/// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
+/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within
+/// 3 % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
 ///
 /// Given     channel   uniform, or with stamps [s]; a rate beside the stamps is the one that the plan states, and
 ///                     decides where they do not

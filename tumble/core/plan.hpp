@@ -73,9 +73,9 @@ struct Limit {
 
 /// A test: which instrument is on which rig, how the rig moves, and which method reduces the data.
 struct Plan {
-  std::string file;                      ///< empty: no file (`tumble identify allan_noise data.csv`)
-  std::string sha256 = {};               ///< of the bytes of the file
-  std::optional<std::string> text = {};  ///< of the file, up to 100 kB
+  std::string file;                                      ///< empty: no file (`tumble identify allan_noise data.csv`)
+  std::string sha256 = {};                               ///< of the bytes of the file
+  std::optional<std::string> text = {};                  ///< of the file, up to 100 kB
   std::map<std::string, std::string> command_line = {};  ///< the values of `--set`, by key
   std::string title;
   std::string method;

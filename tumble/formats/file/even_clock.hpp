@@ -33,8 +33,8 @@ class EvenClock {
 
   std::size_t count() const { return count_; }
   /// The clock, if at least two stamps were even: it starts at the first stamp, and of all rates that fit it has the
-  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and
-  /// 1e-4 D, comes first. A stated rate [Hz] that fits is the rate.
+  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and 1e-4 D,
+  /// comes first. A stated rate [Hz] that fits is the rate.
   std::optional<Timeline> timeline(std::optional<double> stated = {}) const;
   /// Whether a clock that something else states (start [s], rate [Hz]) agrees with every stamp.
   bool allows(const Timeline& stated) const;

@@ -52,8 +52,8 @@ Matrix information(const DesignPoint& point, double effort);
 /// Information of the visits together with the prior [p x p].
 Matrix information(const DesignProblem& problem, const Design& design);
 
-/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined
-/// [1 for D, weighted variance for A].
+/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined.
+/// Returned: [1] for D, the weighted variance for A.
 double criterion_of(const DesignProblem& problem, const Design& design);
 
 /// The design with the smallest criterion that an exchange reaches: from a start that adds the most telling point time

@@ -23,8 +23,7 @@ Response balanced(double inertia, double damping, double stiffness, double step)
 /// `range`, `range_negative`, `dead_zone` and `resolution` of the output, shown in `unit`.
 std::vector<Option> limit_options(const std::string& unit);
 
-/// Range, dead zone, resolution in this order; null where none is given. Throws Error::bad_input as
-/// loop().
+/// Range, dead zone, resolution in this order; null where none is given. Throws Error::bad_input as loop().
 Response limits(const Settings& truth);
 
 }  // namespace tumble::electronics
