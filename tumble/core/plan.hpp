@@ -35,7 +35,8 @@ struct Beside {
   std::string name;
   std::string model;  ///< catalogue name in models/
   Settings truth;     ///< resolved against the model's options
-  /// Its axes from those of the first instrument: about x (roll), about y (pitch), about z (yaw) [rad], z first.
+  /// Angles from the axes of the first instrument to those of this one: about x (roll), about y (pitch), about z (yaw)
+  /// [rad], z first.
   double mount_roll = 0.0, mount_pitch = 0.0, mount_yaw = 0.0;
 };
 

@@ -22,7 +22,7 @@ struct ChannelRun {
   double run = 0.0;  ///< [s] its begin, -inf of a recording without marks
 };
 
-/// Which channels a method can work on, and how it says so: "an angular rate or a specific force, as in deg/h".
+/// Channels that a method can work on, and its words for them: "an angular rate or a specific force, as in deg/h".
 struct ChannelsWanted {
   std::function<bool(const Channel&)> accepts;
   std::string what;

@@ -131,7 +131,7 @@ Finding unused_segment(const std::string& label, int run, Phrase why);
 /// Throws    Error of this kind, with all findings, where a test has no stretch
 void refuse_unused(const ConductedTest& test, Error::Kind kind);
 
-/// Which samples of a channel lie in a stretch of time.
+/// Samples of a channel in a stretch of time.
 struct SampleRange {
   std::size_t begin = 0, end = 0;  ///< indices, begin <= i < end
 

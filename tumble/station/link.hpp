@@ -24,7 +24,7 @@ struct LinkAddress {
 /// `tcp:HOST:PORT`, `udp:HOST:PORT`, `udp:PORT` or `serial:DEVICE[:BAUD[:8N1]]`. An address of IPv6 stands in brackets.
 /// Throws Error::bad_input with all problems and what would be accepted.
 LinkAddress parse_link(std::string_view text);
-/// As parse_link() reads it.
+/// The text of an address, as parse_link() reads it.
 std::string text_of(const LinkAddress& address);
 
 /// An event on a link.

@@ -19,7 +19,7 @@ class LinkWires {
   LinkWires(const Station& station, std::function<double()> clock, double speed = 1.0);
   ~LinkWires();
 
-  /// It must live as long.
+  /// The links as wires of the station. The object must live as long.
   Wires wires();
 
   /// The file of a wire, for one who sends when this process does not; -1: it is not up.

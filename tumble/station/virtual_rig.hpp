@@ -77,9 +77,9 @@ class VirtualRig {
   /// Switches the instruments. Each switching-on draws their turn-on anew. Where the rig stands still, it is to the rig
   /// as the begin of a run is to simulate(). `time` [s].
   void power(double time, bool on);
-  /// Which power-up it is, from 1; 0: off.
   /// Whether the drive of the axis obeys commands: not while it is stuck.
   bool obeys(const std::string& axis) const;
+  /// Number of the power-up, from 1; 0: off.
   int power_up() const;
 
   /// `time` [s].

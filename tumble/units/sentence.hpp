@@ -82,7 +82,7 @@ struct Problem {
 
 using Problems = std::vector<Problem>;
 
-/// Their English texts.
+/// The English texts of problems.
 std::vector<std::string> texts_of(const Problems& problems);
 
 /// The problem as seen from further outside: "--set rate=x: " before it. What `outer` says of the place is added to

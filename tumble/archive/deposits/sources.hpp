@@ -6,7 +6,7 @@
 
 #include "tumble/core/estimate.hpp"
 
-/// Which errors of a result other results share (docs/equations (8.2)).
+/// Errors of a result that other results share (docs/equations (8.2)).
 namespace tumble::deposits {
 
 /// An error that another result has too, where it has one of the same name: source and key of the line of the budget,

@@ -50,7 +50,7 @@ class Change {
   };
   /// Throws database::Refusal: a conflict where another writer appended to the chain.
   void append(const std::string& chain, const Event& event, const std::vector<Rows>& tables = {});
-  /// As append(), over rows that are there already.
+  /// Appends an event as append() does, over rows that are there already.
   void cover(const std::string& chain, const Event& event, const std::vector<Rows>& tables);
   /// With a time and a person of its own: what happened before it was archived.
   void append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who,

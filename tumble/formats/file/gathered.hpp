@@ -23,9 +23,10 @@ struct Gathered {
   std::vector<Source> sources;  ///< by channel
 };
 
-/// As a recording in memory. Channels that share their stamps there share them here. Throws Error::bad_file.
+/// The samples as a recording in memory. Channels that share their stamps there share them here. Throws
+/// Error::bad_file.
 Recording in_memory(Gathered gathered);
-/// In blocks, see stream_recording(). Throws Error::bad_file.
+/// The samples in blocks, see stream_recording(). Throws Error::bad_file.
 void hand_out(const Gathered& gathered, std::size_t samples, const BlockSink& sink, const Progress& progress);
 
 }  // namespace tumble::file

@@ -28,7 +28,7 @@ struct ClockSummary {
   bool begins_at_zero() const;
 };
 
-/// Which clock is used: time = stamp + offset, or the time of the recorder.
+/// Clock that is used: time = stamp + offset, or the time of the recorder.
 struct ClockChoice {
   bool header = true;
   std::int64_t offset = 0;  ///< [ns]

@@ -25,7 +25,7 @@ struct LostSamples {
 
   double variance(NoiseTerm term) const;      ///< [1] of a unit power law
   double markov_variance(double time) const;  ///< [1] of a process of unit variance; time: T_c [samples]
-  /// ... [1] of white noise through a filter of this autocovariance [1]
+  /// Variance [1] of white noise through a filter of this autocovariance [1]
   double filtered_variance(std::span<const double> autocovariance) const;
 };
 

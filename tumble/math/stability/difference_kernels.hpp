@@ -40,8 +40,8 @@ struct DifferenceKernels {
   double (*second_differences)(const double* x, std::size_t m, std::size_t count) = nullptr;
 };
 
-/// Those that this processor can run, the fastest last; their sums are of numbers [u]. Chosen by hand: the resolver of
-/// target_clones runs before a thread sanitiser is ready.
+/// Kernels that this processor can run, the fastest last; their sums are of numbers [u]. Chosen by hand: the resolver
+/// of target_clones runs before a thread sanitiser is ready.
 std::span<const DifferenceKernels> all_difference_kernels();
 
 inline const DifferenceKernels& difference_kernels() { return all_difference_kernels().back(); }

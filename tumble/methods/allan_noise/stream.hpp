@@ -148,7 +148,7 @@ std::vector<std::pair<ChannelRun, std::size_t>> channels_of_block(const Recordin
 
 /// Throws Error::bad_input with what is wrong about the settings together.
 void check_settings(const Settings& settings);
-/// ... with those that look at the record as a whole.
+/// Throws Error::bad_input with the settings that need the record as a whole.
 void refuse_unstreamable(const Settings& settings);
 
 /// The estimate of channels whose samples passed by. Throws Error::bad_data where none could be analysed.

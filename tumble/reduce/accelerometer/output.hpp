@@ -29,14 +29,14 @@ Output output_of(const Channel& channel);
 
 /// The output that a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
 Output output_of(const Settings& truth, double sample_rate);
-/// Its K_1 [SI].
+/// K_1 of that accelerometer [SI].
 double scale_factor_of(const Settings& truth);
 /// Terms of the model of these names, with the default constants.
 std::vector<Term> terms_of(const std::vector<std::string>& names);
 
 /// Option `scale_factor`, a text: its unit depends on the output.
 Option scale_factor_option(const std::string& description);
-/// Its value [SI]; nothing where it is absent. Throws Error::bad_input.
+/// Value [SI] of that option; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
 /// The error model with the terms of these names that the fit has; K_1 is that of the result where it has one, else

@@ -32,7 +32,7 @@ struct Trust {
   Channel sd;            ///< <channel>.compensation_sd [as the output]: standard uncertainty of what was subtracted
   Channel extrapolated;  ///< <channel>.extrapolated: 1 where the calibration does not cover what was felt, else 0
 };
-/// Both as copies of the output, to be filled in.
+/// Both channels as copies of the output, to be filled in.
 Trust trust_in(const Channel& output);
 
 }  // namespace tumble::compensation

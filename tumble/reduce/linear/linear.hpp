@@ -105,9 +105,9 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
 std::vector<Option> options(const std::string& settling, const std::string& averaging);
 /// `bias_instability`, after a prefix where a method has outputs of several kinds.
 Option bias_instability_option(const std::string& unit, const std::string& prefix = "");
-/// Its value [SI]; 0: it is absent.
+/// Value [SI] of that option; 0: it is absent.
 double stated_bias_instability(const Settings& settings, const std::string& prefix);
-/// Puts them into a problem.
+/// Puts the options into a problem.
 void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix = "");
 
 /// `natural_frequency`, `damping_ratio` and `loop_lag_sd` of a rebalance or servo loop.

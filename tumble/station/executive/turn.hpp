@@ -76,7 +76,7 @@ void expect_set_point(Turn& turn, std::size_t device, const ControllerRequest& r
 std::vector<ControllerRequest> polls_of_set_points(const Turn& turn, std::size_t device);
 void take_set_point(Turn& turn, std::size_t device, int axis, const ControllerReply& reply);
 bool has_open_set_points(const Turn& turn);
-/// Those that are overdue are failures.
+/// Set points that are overdue are failures.
 void check_set_points(Turn& turn, std::size_t device);
 
 // axes.cpp
