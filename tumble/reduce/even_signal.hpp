@@ -29,8 +29,8 @@ struct ChannelsWanted {
 };
 
 /// The wanted channels (or the one with role `signal`) of every recording, one stretch a run.
-/// Throws Error::bad_data that lists what the recordings hold, if no channel is of a wanted kind, or that the signal is not
-/// wanted.
+/// Throws Error::bad_data that lists what the recordings hold, if no channel is of a wanted kind, or that the signal is
+/// not wanted.
 std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWanted& wanted);
 /// The angular-rate and specific-force channels.
 std::vector<ChannelRun> channel_runs(const Evidence& evidence);

@@ -100,7 +100,7 @@ Sentence sentence_of(const Problem& problem);
 
 /// The problem with other texts of its values and its place; words and patterns stay.
 Problem with_values(Problem problem, const std::function<std::string(const std::string&)>& change);
-/// The problem with names of files relative to a folder: the reader of the message does not know where that folder lies.
+/// The problem with names of files relative to a folder: the reader does not know where that folder lies.
 Problem named_from(const std::string& folder, Problem problem);
 
 /// Kind and number of an argument of `say`; its text comes from the format arguments.
@@ -135,9 +135,9 @@ SayArgument say_argument(const T& value) {
     return {};
 }
 
-/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). What a
-/// value is, follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words
-/// of the program (const char*), a text.
+/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). The
+/// kind of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it),
+/// words of the program (const char*), a text.
 template <class... Values>
 Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
   const fmt::string_view english = pattern;

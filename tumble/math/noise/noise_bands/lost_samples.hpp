@@ -22,8 +22,8 @@ std::vector<double> markov_below_variance(double unit, double time, int lags);
 
 namespace tumble::noise_bands {
 
-/// Weights of the blocks of one scale in which values are missing, summed over all blocks of the scale, by lag: those
-/// of their cosines (of the values less the mean of the present ones, zero where missing) and those of their means.
+/// Products of weights at each lag, summed over all blocks of one scale of which some lack values: the weights of their
+/// cosines (of the values less the mean of the present ones, zero where missing) and of their means.
 struct PatternsOfScale {
   double contrasts = 0.0;  ///< independent ones in a band: a block with k of p values has (k-1)/(p-1)
   std::vector<std::vector<double>> products;  ///< [order][lag] of the cosine's weights, divided by `contrasts`
