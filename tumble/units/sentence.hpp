@@ -136,8 +136,8 @@ SayArgument say_argument(const T& value) {
 }
 
 /// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). The
-/// kind of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it),
-/// words of the program (const char*), a text.
+/// kind of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before
+/// it), words of the program (const char*), a text.
 template <class... Values>
 Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
   const fmt::string_view english = pattern;
