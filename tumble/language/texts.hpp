@@ -13,8 +13,8 @@ namespace tumble {
 /// "summary", "option.static_bias".
 std::optional<std::string> find_text(Language language, std::string_view section, std::string_view key);
 
-/// A whole section of text/<code>.toml by key, for a page that carries its own texts. Throws Error::internal where
-/// there is none.
+/// A whole section of text/<code>.toml by key, for a page that carries its own texts. Throws Error::internal for a
+/// section that the file lacks.
 std::map<std::string, std::string> texts_of(Language language, std::string_view section);
 
 }  // namespace tumble

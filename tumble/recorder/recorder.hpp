@@ -27,8 +27,8 @@ inline constexpr std::string_view unit_fact = "unit", sealed_fact = "sealed";
 struct StoreLink {
   std::string name;  ///< "tcp:10.0.0.7:9000"
   std::string slot;  ///< of the unit that it serves; empty: of the only unit, or of the rig
-  /// Of an instrument: the text of the declaration of its frames and the variants, so that the bytes can be decoded
-  /// again; empty for a link of another kind.
+  /// Declaration of the frames of an instrument and the variants, so that the bytes can be decoded again; empty for a
+  /// link of another kind.
   std::string declaration, declaration_name;
   std::vector<std::string> variants;
 };

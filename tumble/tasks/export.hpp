@@ -23,7 +23,7 @@ std::pair<std::string, std::string> axis_and_file(const std::string& argument);
 /// "gyro_y=tumble.json" or "tumble.json", read whole. Throws Error::bad_file.
 ExportSource export_source(const std::string& argument);
 
-/// Wishes of a user besides the results.
+/// Wishes of a user for an export, apart from the results.
 struct ExportWish {
   std::string to;  ///< name of the consumer
   Sets sets = {};

@@ -25,7 +25,7 @@ Json json_of(std::uint64_t sequence, double time, const RunRow& row);
 bool is_shown(const StoreItem& item);
 Json json_of(const StoreItem& item);
 Json json_of(const RunFacts& facts);
-/// What became of each segment: "done", "skipped", "now" or "next", and how often it was begun.
+/// State of each segment: "done", "skipped", "now" or "next", and how often it was begun.
 Json json_of(const std::vector<SegmentProgress>& progress, std::size_t now);
 
 }  // namespace tumble::desk_lines

@@ -12,7 +12,7 @@
 
 namespace tumble::live_store {
 
-/// Which attempt at each segment counts, and when it recorded.
+/// Finds in the journal which attempt at each segment counts, and when it recorded.
 class JournalReader {
  public:
   /// A row that was written at `time` [s]; rows that are about no segment change nothing.

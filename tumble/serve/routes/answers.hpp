@@ -20,7 +20,7 @@ HttpResponse started(Context& context, const HttpRequest& request, Job job);
 /// Why a password did not let somebody in, for people.
 HttpResponse password_refusal(const PasswordCheck& check);
 
-/// Findings as they stand in a result or an inspection, their messages in this language.
+/// Findings of a result or an inspection, their messages in this language.
 Json findings_in(Language language, Json findings);
 
 /// An answer whose sentences for people, those under problems, message, doing, text, reason and ending_text, are said

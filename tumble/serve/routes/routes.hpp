@@ -19,7 +19,7 @@ namespace tumble::routes {
 
 using Json = nlohmann::ordered_json;
 
-/// What the answers are made from.
+/// State from which the answers are made.
 struct Context {
   WorkbenchOptions options;
   Guard guard;
@@ -45,7 +45,7 @@ struct Route {
   Lane lane = Lane::usual;       ///< of orders to a run, those to stop it go a way of their own
 };
 
-/// What a user must be allowed to do at this route. The workbench asks it before any body is read.
+/// Right that a user needs for this route. The workbench asks it before any body is read.
 Right role_of(const Route& route);
 
 std::vector<Route> page_routes();

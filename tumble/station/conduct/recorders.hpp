@@ -11,7 +11,7 @@
 
 namespace tumble::conduct {
 
-/// What keeps the stream of an instrument; null: it has none. `several`: units are in the run.
+/// Recorder of the stream of an instrument; null: it has no stream. `several`: units are in the run.
 std::unique_ptr<InstrumentRecorder> recorder_of(const StationInstrument& instrument, const StationParts::Stream& stream,
                                                 bool several, Recorder& recorder, LiveEstimates* estimates);
 
@@ -25,7 +25,7 @@ class ToldEvents {
   /// A row of the journal, at `time` [s].
   std::uint64_t record(double time, const RunRow& row);
   void tell();
-  /// The number up to which all events were told, of those up to `on_disk`.
+  /// The number up to which all events were passed on, of those up to `on_disk`.
   std::uint64_t told(std::uint64_t on_disk) const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace tumble::conduct {
 
-/// What people see of the state of a run and of its streams.
+/// State of a run and of its streams as people see it.
 ///
 /// Given     time      [s] since the beginning of the run
 ///           recorded  [s] since the present segment is recorded, where it is
