@@ -83,7 +83,7 @@ struct RunRow {
     records,         ///< recording is switched on, in an attempt
     pauses           ///< recording is switched off
   };
-  /// Of an attempt: complete, failed, held, paused, or that of the run. Of a run: that of RunEnding.
+  /// Ending of an attempt: complete, failed, held, paused, or that of the run; ending of a run: that of RunEnding.
   enum class Ending { none, complete, aborted, stopped, failed, error, faulted, held, paused };
   Kind kind = Kind::segment_begins;
   double time = 0.0;        ///< [s]

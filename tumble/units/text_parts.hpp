@@ -25,7 +25,7 @@ std::string first_digits(std::string_view identifier, std::size_t count = 12);
 /// The parts of a list between separators, each trimmed. A text of no character has one part, which is empty.
 std::vector<std::string> list_items(std::string_view list, char separator = ',');
 
-/// What stands before and behind the first `mark`: "KEY=VALUE". Absent: the text has none.
+/// Texts before and behind the first `mark`: "KEY=VALUE". Absent: the text has none.
 std::optional<std::pair<std::string, std::string>> key_and_value(std::string_view text, char mark = '=');
 
 /// The text as a whole number, or as a decimal; absent where it is none, has anything else beside it, or is out of range.
