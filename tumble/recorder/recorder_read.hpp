@@ -31,7 +31,7 @@ struct StoreContent {
   std::vector<StoreLink> links;
   std::vector<StoreStream> streams;
   std::map<std::string, std::string> facts;  ///< that Recorder::set wrote
-  /// Of these: the serial number of the unit of each slot, and the checksum of its sealed recording.
+  /// Two groups of these: the serial number of the unit of each slot, and the checksum of its sealed recording.
   std::map<std::string, std::string> units, sealed;
   std::uint64_t items = 0;    ///< items handed out
   std::uint64_t damaged = 0;  ///< chunks whose checksum does not hold: not handed out

@@ -9,7 +9,7 @@
 /// How declarations write numbers.
 namespace tumble::declaration {
 
-/// The whole number at the begin of `text`, which it is removed from; absent where there is none, or a larger one than
+/// The whole number at the begin of `text`, which it is removed from; absent where no digit stands, or it is above
 /// `most`.
 std::optional<int> take_whole(std::string_view& text, int most);
 
