@@ -69,7 +69,7 @@ enum class EventKind {
 };
 /// "link lost"
 std::string_view name(EventKind kind);
-/// `other` for a word that is none of them.
+/// `other` for any other word.
 EventKind event_kind(std::string_view word);
 
 /// A row of the journal of a run, as its store keeps it.
@@ -100,7 +100,7 @@ struct RunRow {
   std::optional<double> reached = {};           ///< [s] of recording after which it was reached
   bool operator==(const RunRow&) const = default;
 };
-/// "complete"; empty: there is none.
+/// "complete"; empty: no ending.
 std::string_view name(RunRow::Ending ending);
 RunRow::Ending row_ending(RunEnding ending);
 

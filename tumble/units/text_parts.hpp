@@ -28,7 +28,7 @@ std::vector<std::string> list_items(std::string_view list, char separator = ',')
 /// Texts before and behind the first `mark`: "KEY=VALUE". Absent: the text has none.
 std::optional<std::pair<std::string, std::string>> key_and_value(std::string_view text, char mark = '=');
 
-/// The text as a whole number, or as a decimal; absent where it is none, has anything else beside it, or is out of range.
+/// The text as a whole number, or as a decimal; absent for other texts, also with anything beside it or out of range.
 template <class Number>
 std::optional<Number> as_number(std::string_view text) {
   Number value{};

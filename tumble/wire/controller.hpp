@@ -129,7 +129,7 @@ struct ControllerFraming {
 struct ControllerChecksum {
   /// Hexadecimal digits; bytes, the lowest first; one byte whose bit 7 is set.
   enum class Form { digits, bytes, bit7 };
-  std::optional<FrameChecksum> sum = {};  ///< `before` stands between the body and the checksum; absent: there is none
+  std::optional<FrameChecksum> sum = {};  ///< `before` stands between body and checksum; absent: no checksum
   Form form = Form::bytes;
   bool with_head = false;  ///< the head is part of what is summed
 };

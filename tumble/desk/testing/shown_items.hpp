@@ -4,7 +4,7 @@
 
 namespace tumble::testing {
 
-/// Whether a desk tells those who watch of this item of a store.
+/// Whether those who watch a run see this item of its store.
 inline bool is_shown(const StoreItem& item) { return desk_lines::is_shown(item); }
 
 }  // namespace tumble::testing

@@ -31,7 +31,7 @@ class ToldEvents {
  private:
   Recorder& recorder_;
   const RunCompany& company_;
-  std::deque<std::pair<std::uint64_t, std::function<void()>>> unheard_;  ///< what tells them, on their way to the disk
+  std::deque<std::pair<std::uint64_t, std::function<void()>>> unheard_;  ///< reports of what goes to the disk
 };
 
 /// Who watches does not end a run: a terminal may be closed, a log may be full.
