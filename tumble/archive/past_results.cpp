@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 
@@ -130,21 +131,21 @@ SummarisedResult summary_of_result(const ResultDeposit& deposit, const std::stri
 
 PastResults past_results(const std::vector<SummarisedResult>& results, const std::string& parameter,
                          const std::string& model) {
-  ByNumber by_number;
-  for (const auto& result : results) by_number.emplace(result.number, &result);
+  const auto by_number = std::make_shared<ByNumber>();
+  for (const auto& result : results) by_number->emplace(result.number, &result);
   PastResults past;
   past.over.parameter = parameter;
   past.over.units = units_of(results, model);
   take_values(results, model, past.over);
   statistics::require_values(past.over, model, {});
-  past.over.shown = shown_unit_of(past.over, by_number);
+  past.over.shown = shown_unit_of(past.over, *by_number);
   past.read = {.estimate =
                    [by_number](std::int64_t result) {
-                     const SummarisedResult& one = *by_number.at(result);
+                     const SummarisedResult& one = *by_number->at(result);
                      return estimate_from_json(read_text_file(one.file), "result " + one.sha256);
                    },
-               .sha256 = [by_number](std::int64_t result) { return by_number.at(result)->sha256; },
-               .recordings = [by_number](std::int64_t result) { return by_number.at(result)->recordings; }};
+               .sha256 = [by_number](std::int64_t result) { return by_number->at(result)->sha256; },
+               .recordings = [by_number](std::int64_t result) { return by_number->at(result)->recordings; }};
   return past;
 }
 
