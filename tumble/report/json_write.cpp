@@ -10,7 +10,6 @@
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
-#include "tumble/report/shown_value.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -18,20 +17,58 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+std::size_t decimal_length(double value) {
+  std::array<char, 32> text;
+  return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
+}
 
-Json value_in(double si, const Unit& unit) { return finite(shown_value(si, unit)); }
+/// Of the doubles next to `start`, the one with the shortest decimal that `to_si` takes exactly to `si`; NaN if none.
+template <class ToSi>
+double exact_near(double start, double si, const ToSi& to_si) {
+  double best = NAN;
+  double below = start, above = start;
+  const auto consider = [&](double candidate) {
+    if (to_si(candidate) != si) return;
+    if (std::isnan(best) || decimal_length(candidate) < decimal_length(best)) best = candidate;
+  };
+  consider(start);
+  if (!std::isnan(best) && decimal_length(best) <= 15) return best;  // short already
+  for (int step = 0; step < 2; ++step) {
+    consider(below = std::nextafter(below, -INFINITY));
+    consider(above = std::nextafter(above, INFINITY));
+  }
+  return best;
+}
+
+/// `si` in a displayed unit such that reading it back gives `si` exactly where a double of the displayed unit can, else
+/// the value next to it; either way writing what was read gives the same text again.
+template <class ToSi, class FromSi>
+Json displayed(double si, const ToSi& to_si, const FromSi& from_si) {
+  if (!std::isfinite(si)) return nullptr;
+  const double start = from_si(si);
+  if (!std::isfinite(start)) return nullptr;
+  double shown_value = exact_near(start, si, to_si);
+  if (std::isnan(shown_value)) shown_value = exact_near(from_si(to_si(start)), to_si(start), to_si);
+  return (std::isnan(shown_value) ? start : shown_value) + 0.0;  // no minus before zero: reading it would lose that
+}
+
+Json value_in(double si, const Unit& unit) {
+  return displayed(
+      si, [&](double x) { return unit.to_si(x); }, [&](double x) { return unit.from_si(x); });
+}
 
 Json covariance_in(double si, const Unit& a, const Unit& b) {
   const double factor = a.factor() * b.factor();
-  return finite(shown_value(
-      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; }));
+  return displayed(
+      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; });
 }
 
 Json difference_in(double si, const Unit& unit) {
-  return finite(shown_value(
-      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); }));
+  return displayed(
+      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); });
 }
+
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json values_in(const std::vector<double>& values, const Unit& unit) {
   auto array = Json::array();
@@ -195,9 +232,7 @@ Json finding_of_result_json(const Finding& finding) {
   return json;
 }
 
-Json bound_json(const Bound& bound) {
-  return {{"value", value_in(bound.value, bound.unit)}, {"unit", bound.unit.text()}};
-}
+Json bound_json(const Bound& bound) { return {{"value", finite(written_value(bound))}, {"unit", bound.unit.text()}}; }
 
 /// The text of the limit is for readers of before, which have no ends.
 Json verdict_json(const Verdict& verdict) {

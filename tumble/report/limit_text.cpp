@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tumble/report/shown_value.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -21,8 +21,10 @@ std::string limit_with(const Limit& limit, const char* at_least, const char* at_
 
 }  // namespace
 
+double written_value(const Bound& bound) { return as_number<double>(format_in(bound.value, bound.unit)).value_or(NAN); }
+
 std::string bound_text(const Bound& bound) {
-  const auto number = fmt::format("{}", shown_value(bound.value, bound.unit));
+  const auto number = fmt::format("{}", written_value(bound));
   return bound.unit.text() == "1" ? number : number + " " + bound.unit.text();
 }
 

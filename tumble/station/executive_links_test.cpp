@@ -1,6 +1,7 @@
 // Links that are lost, silent or late, and what is sent again.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/station/testing/executive_bench.hpp"
