@@ -149,7 +149,7 @@ double trial(const Plan& plan, Station station, const std::string& folder, int n
   {
     Recorder recorder(folder, disk);
     RunCompany company;
-    company.note = [&](const Note& note, double) { records = records || note.kind == "records"; };
+    company.note = [&](const Note& note, double) { records = records || note.kind == EventKind::records; };
     carry_out(start_state(course), parts, links.wires(), recorder, company);
   }
   end = true;
