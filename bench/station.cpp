@@ -21,13 +21,13 @@
 #include <utility>
 #include <vector>
 
+#include "tumble/recorder/disk.hpp"
+#include "tumble/rehearsal/made_station.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
+#include "tumble/rehearsal/virtual_stream.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/disk.hpp"
 #include "tumble/station/link_wires.hpp"
-#include "tumble/station/made_station.hpp"
-#include "tumble/station/rehearse.hpp"
 #include "tumble/station/run_folder.hpp"
-#include "tumble/station/virtual_stream.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -149,7 +149,7 @@ double trial(const Plan& plan, Station station, const std::string& folder, int n
   {
     Recorder recorder(folder, disk);
     RunCompany company;
-    company.note = [&](const Note& note, double) { records = records || note.kind == "records"; };
+    company.note = [&](const Note& note, double) { records = records || note.kind == EventKind::records; };
     carry_out(start_state(course), parts, links.wires(), recorder, company);
   }
   end = true;

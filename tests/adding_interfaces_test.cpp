@@ -11,9 +11,9 @@
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/rehearsal/virtual_device.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/routes/routes.hpp"
-#include "tumble/station/virtual_device.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/controllers.hpp"
 

@@ -66,9 +66,9 @@ TEST_P(CertificateOfMethod, ValidatesAndReadsBack) {
   estimate.provenance.inputs = {{"trial.h5", std::string(64, '0')}};
   for (std::size_t i = 0; i < estimate.parameters.size() && estimate.verdicts.size() < 3; ++i)
     if (std::isfinite(estimate.parameters[i].value) && estimate.parameters[i].unit.offset() == 0.0)
-      estimate.verdicts.push_back({estimate.parameters[i].name, Verdict::Outcome::undecided,
-                                   "<= " + format_in(estimate.parameters[i].value, estimate.parameters[i].unit) + " " +
-                                       estimate.parameters[i].unit.text()});
+      estimate.verdicts.push_back({estimate.parameters[i].name,
+                                   Verdict::Outcome::undecided,
+                                   {.upper = Bound{estimate.parameters[i].value, estimate.parameters[i].unit}}});
   estimate = read_back(estimate);
   auto details = testing::example_details();
   details.item.model = "model", details.item.serial = "1";
@@ -185,8 +185,8 @@ TEST(CertificateSchema, HoldsUnknownValuesAndHiddenParameters) {
   Estimate estimate = testing::estimate();
   estimate.findings.clear();
   estimate.parameters[2].value = NAN;
-  estimate.verdicts = {{estimate.parameters[2].name, Verdict::Outcome::undecided, "<= 1 deg/h/K^2"},
-                       {"nothing", Verdict::Outcome::undecided, ">= 1 m"}};
+  estimate.verdicts = {{estimate.parameters[2].name, Verdict::Outcome::undecided, {.upper = bound(1.0, "deg/h/K^2")}},
+                       {"nothing", Verdict::Outcome::undecided, {.lower = bound(1.0, "m")}}};
   estimate.parameters[0].degrees_of_freedom = 0.3;  // k is about 40 000
   estimate.parameters[1].lower = estimate.parameters[1].value, estimate.parameters[1].upper = 1.0;
   const Certificate certificate = certify(estimate, testing::example_details(), {});

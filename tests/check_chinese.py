@@ -134,7 +134,7 @@ def sentences_of_sources(root):
 
 
 def key_of(pattern):
-    """The pattern as core/said.cpp looks it up: each value, or several side by side, as {}."""
+    """The pattern as language/said.cpp looks it up: each value, or several side by side, as {}."""
     return re.sub(r"(?<!\{)(?:\{[^{}]*\})+(?!\})", "{}", pattern)
 
 

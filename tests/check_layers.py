@@ -8,6 +8,10 @@ Helpers of tests (testing/) serve all tests. No method includes a header of anot
 
 The digits of a constant stand in tumble/units alone: code of tumble/ and apps/, but for tests, uses tumble/units/constants.hpp.
 
+No code of tumble/ and apps/, but for tests, searches or cuts text: values travel as values, and what this program wrote for people is never
+read again. Those who read text are formats, wire, units and plan files, the reader of old results, and the files of READS_TEXT, each
+with its reason.
+
     check_layers.py REPOSITORY      exit 1 and one line a fault
     check_layers.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
 """
@@ -32,6 +36,86 @@ CONSTANTS = (  # what is not written outside of tumble/units, and the name to us
     (re.compile(rf"(?<![\w.])180(?:\.0?)? */ *{PI}|{PI} */ *180(?:\.0?)?(?![\w.])"), "degree or degrees_per_radian"),
     (re.compile(r"(?<![\w.])3600(?:\.0?)?(?![\w.])"), "hour"),
 )
+TEXT = re.compile(r"\b(?:starts_with|ends_with|substr|remove_prefix|remove_suffix|from_chars|find_(?:first|last)(?:_not)?_of|getline|"
+                  r"istringstream|sscanf|strto[dfilu]+|sto(?:[dfil]|ul|ll|ull|ld))\b|(?:::|\.)npos\b|\bstd::regex|\bfind\('")
+ROOMS_OF_TEXT = ("tumble/formats/", "tumble/wire/", "tumble/units/", "tumble/tasks/plan_file/", "tumble/tasks/load_plan.cpp",
+                 "tumble/core/tables/", "tumble/report/legacy/")
+READS_TEXT = {  # why: which files, below tumble/ and apps/
+    "sentences: patterns, their places and the tables of translations are made of text":
+        "tumble/core/finding.cpp tumble/language/said.cpp tumble/language/say.cpp",
+    "settings and options, as people write them":
+        "tumble/core/settings.cpp tumble/methods/imu_channel_calibration/evidence.cpp tumble/methods/imu_ferraris/sections.cpp "
+        "tumble/methods/random_vibration/types.cpp tumble/methods/rlg_lock_in/sweep.cpp tumble/tasks/export.cpp "
+        "tumble/tasks/fleet/limits.cpp tumble/tasks/load_lab.cpp tumble/tasks/sets.cpp tumble/tasks/stopping_rule.cpp",
+    "the text of a plan, which the form changes and leaves its comments as they are":
+        "tumble/tasks/plan_edit.cpp",
+    "the first lines of a file say what it is":
+        "tumble/report/image.cpp tumble/report/image/fault.cpp tumble/serve/result_cache.cpp tumble/tasks/kind_of_file.cpp",
+    "the file of a station: requirements, addresses, dates":
+        "tumble/station/conduct/parts.cpp tumble/station/link/address.cpp tumble/station/link/open.cpp "
+        "tumble/station/requirement.cpp tumble/station/station_file/devices.cpp tumble/station/station_file/read.cpp",
+    "dates and times in ISO 8601":
+        "tumble/core/instant.cpp",
+    "names of channels in files of others say their sensor and their axis":
+        "tumble/checks/units.cpp tumble/core/evidence.cpp tumble/core/roles.cpp tumble/exchange/assembly/noise.cpp "
+        "tumble/reduce/compensation/inputs.cpp tumble/reduce/vibration/data.cpp tumble/report/names.cpp "
+        "tumble/tasks/gather.cpp",
+    "the channel .compensation_sd beside a channel, in a recording that was written before":
+        "tumble/reduce/compensate.cpp tumble/tasks/compensation_report.cpp",
+    "lays out lines, cells, numbers and units for a page or a terminal":
+        "apps/cli/live_block.cpp tumble/exchange/certificate/tables.cpp tumble/exchange/certificate/typography.cpp "
+        "tumble/report/figure/ticks.cpp tumble/report/html/html_parameters.cpp tumble/report/html/html_tables.cpp "
+        "tumble/report/html/html_text.cpp tumble/report/parameter_rows.cpp tumble/report/rounding.cpp tumble/report/text.cpp "
+        "tumble/report/text_table.cpp tumble/report/typeset.cpp tumble/report/utf8.cpp",
+    "writes a file of another program, whose rules are about characters":
+        "tumble/exchange/certificate/xml.cpp tumble/exchange/exports/ardupilot.cpp tumble/exchange/exports/c.cpp "
+        "tumble/exchange/exports/c_code/model.cpp tumble/exchange/exports/export.cpp tumble/exchange/exports/writing/text.cpp "
+        "tumble/report/figure/csv.cpp tumble/report/json_write.cpp tumble/serve/routes/views.cpp",
+    "the rules of certificates: codes of countries, addresses, numbers, the document itself":
+        "tumble/exchange/certificate/countries.cpp tumble/exchange/certificate/dcc_rules.cpp "
+        "tumble/exchange/certificate/details.cpp tumble/exchange/certificate_number.cpp",
+    "bytes, not text: a buffer is taken from its front":
+        "apps/cli/live_output.cpp tumble/archive/storage/packing.cpp tumble/math/state.hpp tumble/pyramid/live_samples.cpp "
+        "tumble/station/conduct/device_line.cpp tumble/station/conduct/flood_watch.cpp tumble/recorder/live_store/chunk.cpp "
+        "tumble/rehearsal/virtual_stream.cpp tumble/rehearsal/virtual_switch.cpp",
+    "what a device answers is searched for what its declaration expects":
+        "tumble/station/conduct/stream_line.cpp tumble/station/executive/devices.cpp",
+    "addresses and statements of databases, characters that they cannot hold":
+        "tumble/archive/archive.cpp tumble/archive/database/database.cpp tumble/archive/database/postgres.cpp "
+        "tumble/archive/deposits/read_result.cpp tumble/archive/schema/migrations.cpp tumble/archive/schema/shape.cpp "
+        "tumble/serve/routes/archive.cpp tumble/serve/routes/archive_charts.cpp",
+    "MODEL/SERIAL and kinds of certificates in the archive":
+        "tumble/archive/history.cpp tumble/serve/routes/archive_certificates.cpp",
+    "HTTP: targets, headers, queries, cookies, types":
+        "tumble/serve/guard.cpp tumble/serve/http/target.cpp tumble/serve/passwords.cpp tumble/serve/routes/plan_files.cpp "
+        "tumble/serve/routes/jobs.cpp tumble/serve/routes/pages.cpp tumble/serve/routes/result_json.cpp",
+    "names of files and folders":
+        "tumble/report/json_read.cpp tumble/serve/folder_paths.cpp tumble/serve/jobs.cpp tumble/serve/jobs/folder_below.cpp "
+        "tumble/serve/routes/recordings.cpp tumble/serve/routes/station.cpp tumble/serve/workbench.cpp "
+        "tumble/tasks/fleet_summary.cpp tumble/tasks/identify.cpp",
+    "lines that our own processes hand to each other, and their small files":
+        "tumble/serve/jobs/process.cpp tumble/serve/recording_cache.cpp tumble/serve/routes/spoken.cpp "
+        "tumble/desk/desk_client.cpp tumble/station/guard.cpp tumble/station/lease/claim.cpp tumble/station/lease/names.cpp "
+        "tumble/desk/run_desk.cpp",
+    "the command line and what is typed":
+        "apps/cli/command_line.cpp apps/cli/completion.cpp apps/cli/password.cpp apps/cli/run.cpp apps/cli/serve.cpp "
+        "apps/cli/standard_input.cpp apps/cli/terminal.cpp apps/cli/typed_lines.cpp",
+    "`rate.2` of the protocol of a controller is the rate of its axis 2":
+        "tumble/rehearsal/virtual_bench.cpp",
+    "results of before, which have no error models":
+        "tumble/report/error_model/legacy.cpp",
+    "two texts of results are compared, except for folders before names of files":
+        "tumble/tasks/recompute.cpp",
+    "the unit that an output has is part of the text of a further unit":
+        "tumble/methods/imu_ferraris/report.cpp",
+    "still to be mended: names of parameters, terms, errors, tables and curves are asked for what they are":
+        "tumble/methods/fog_thermal_bias/fog_thermal_bias.cpp tumble/methods/imu_turntable/report.cpp "
+        "tumble/methods/imu_turntable/task.cpp tumble/report/figure/derived.cpp tumble/report/figure/maps.cpp "
+        "tumble/rigs/error_names.hpp tumble/tasks/plausible.cpp",
+    "still to be mended: sentences are asked for their beginning, or for the name of a file":
+        "tumble/methods/sine_vibration/measure.cpp tumble/models/given/given.cpp tumble/report/in_language.cpp "
+        "tumble/serve/routes/plans.cpp tumble/sim/simulate.cpp tumble/rehearsal/virtual_rig/refusals.cpp",
+}
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "CLI/", "zlib", "bzlib", "lz4", "zstd",
          "sqlite3", "pugixml", "libpq")
@@ -120,7 +204,22 @@ def faults_of_constants(root):
     return faults
 
 
-def check(root):
+def faults_of_text(root, readers):
+    """Files that search or cut text and are not listed, and those that are listed and do not."""
+    reading = {}
+    for path in sorted(p for folder in ("tumble", "apps") for p in (root / folder).rglob("*.[ch]pp")):
+        relative = path.relative_to(root)
+        if relative.as_posix().startswith(ROOMS_OF_TEXT) or path.stem.endswith("_test") or "testing" in relative.parts:
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if found := TEXT.search(LITERAL_OR_COMMENT.sub("", line)):
+                reading.setdefault(relative.as_posix(), f"{relative}:{number}: searches or cuts text ({found[0]})")
+    listed = {file for files in readers.values() for file in files.split()}
+    faults = [f"{fault}: pass values, or give the reason in tests/check_layers.py" for file, fault in reading.items() if file not in listed]
+    return faults + [f"{file}: is in READS_TEXT of tests/check_layers.py, and reads no text" for file in sorted(listed - set(reading))]
+
+
+def check(root, readers=READS_TEXT):
     """All faults of the tree under `root`, as lines 'file:line: what'."""
     layers = (root / "tumble/layers.txt").read_text().split()
     files = sorted(p for p in (root / "tumble").rglob("*") if p.suffix in (".hpp", ".cpp"))
@@ -149,11 +248,11 @@ def check(root):
     for (space, name), places in sorted(types.items()):
         if len(places) > 1:
             faults.append(f"{places[1]}: {space}::{name} is defined at {places[0]} too")
-    return faults + faults_of_constants(root)
+    return faults + faults_of_constants(root) + faults_of_text(root, readers)
 
 
 SOUND = {
-    "tumble/layers.txt": "units\nmath\nmath/noise\ncore\nreduce\nmethods\n",
+    "tumble/layers.txt": "units\nmath\nmath/noise\ncore\nreduce\nmethods\nformats\n",
     "tumble/math/noise/model.hpp": '#include "tumble/math/fit.hpp"\nnamespace tumble {\nstruct Model {\n};\n'
                                    "struct alignas(64) Line {\n};\nstruct alignas(64) Pair {\n};\n}\n",
     "tumble/math/noise/part/deep.hpp": "namespace tumble {\nstruct Model;\n}\nnamespace tumble::part {\nstruct Model {\n};\n}\n",
@@ -169,8 +268,13 @@ SOUND = {
     "tumble/core/constants_test.cpp": "EXPECT_EQ(g, 9.80665);\nconstexpr double degree = 180.0 / M_PI;\n",
     "tumble/core/testing/place.hpp": "namespace tumble::testing {\nconstexpr double g = 9.80665;\n}\n",
     "tumble/core/words.cpp": 'say("3600 s, \\"9.80665"); // 9.80665, M_PI\nx = 13600.0 + 3600.5 + 180.0 / pitch + 1e3600;\n',
+    "tumble/formats/read.cpp": "auto at = text.find(\'x\'); text.substr(at);\n",
+    "tumble/core/listed.cpp": "auto at = text.find(\'x\'); // find(\'\n",
+    "tumble/core/find.cpp": 'auto found = map.find(key); say("substr(", found != map.end());\n',
+    "tumble/core/read_test.cpp": "EXPECT_TRUE(text.starts_with(start));\n",
     "apps/cli/main.cpp": '#include "tumble/core/any.hpp"\n#include "apps/cli/verbs.hpp"\n',
 }
+READERS = {"it may": "tumble/core/listed.cpp"}
 TAMPERED = {  # file, its new text, words of the fault
     "climbs": ("tumble/units/unit.hpp", '#include "tumble/math/fit.hpp"\n', "units stands before math"),
     "climbs from a subfolder": ("tumble/math/a/b.cpp", ' #  include "tumble/core/any.hpp"\n', "math stands before core"),
@@ -200,6 +304,10 @@ TAMPERED = {  # file, its new text, words of the fault
     "radians a degree": ("tumble/core/x.hpp", "namespace tumble {\nconstexpr double d = pi / 180;\n}\n", "degree"),
     "seconds an hour": ("tumble/core/x.cpp", "return seconds / 3600.0;\n", "use hour"),
     "seconds an hour as an integer": ("tumble/core/x.cpp", "return 3600 * hours;\n", "use hour"),
+    "text searched": ("tumble/core/x.cpp", "if (at == text.npos) return;\n", "searches or cuts text (.npos)"),
+    "text cut in a front end": ("apps/cli/x.cpp", "name = text.substr(2);\n", "searches or cuts text (substr)"),
+    "a number read": ("tumble/core/x.hpp", "namespace tumble {\nint n = std::stoi(text);\n}\n", "pass values"),
+    "a listed file that reads no text": ("tumble/core/listed.cpp", "int at = 0;\n", "reads no text"),
     "unlisted module": ("tumble/extra/x.cpp", "\n", "extra is not in"),
     "include of an unlisted module": ("tumble/core/x.cpp", '#include "tumble/extra/x.hpp"\n', "extra is not in"),
 }
@@ -207,8 +315,8 @@ TAMPERED = {  # file, its new text, words of the fault
 
 def self_test():
     with check_tools.tree_of({"tumble/layers.txt": "units\n"}) as root:
-        empty = check(root)
-    failures = check_tools.faults_of_tampering(check, SOUND, TAMPERED)
+        empty = check(root, {})
+    failures = check_tools.faults_of_tampering(lambda root: check(root, READERS), SOUND, TAMPERED)
     if len(empty) != 1 or "no source file" not in empty[0]:
         failures.append(f"a tree without sources gives {empty}")
     return failures

@@ -14,8 +14,8 @@
 #include <set>
 #include <string>
 
-#include "tumble/core/clock.hpp"
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/clock.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/units/error.hpp"

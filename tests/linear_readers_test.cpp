@@ -14,8 +14,8 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/rehearsal/virtual_faults.hpp"
 #include "tumble/report/report.hpp"
-#include "tumble/station/virtual_faults.hpp"
 #include "tumble/tasks/plan_text.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/controller.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/rehearse.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -23,7 +23,9 @@ Estimate rehearsed_result(const Plan& plan, const ScratchFolder& scratch, std::u
   rehearsal.folder = scratch.file("run");
   rehearsal.recording = scratch.file("run.h5");
   std::string notes;
-  rehearsal.company.note = [&](const Note& note, double) { notes += note.kind + ": " + note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) {
+    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+  };
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text << "\n" << notes.substr(0, 2000);
   return identify(plan, {rehearsal.recording}, std::size_t{1} << 30, {});

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/made_station.hpp"
-#include "tumble/station/rehearse.hpp"
-#include "tumble/station/virtual_stream.hpp"
+#include "tumble/rehearsal/made_station.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
+#include "tumble/rehearsal/virtual_stream.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -48,7 +48,9 @@ TEST(RehearsedThreeAxes, EachDoesWhatThePlanSays) {
   std::ofstream(scratch.file("frames.toml")) << frames_for(rehearsal.plan);
   rehearsal.folder = scratch.file("run");
   std::string notes;
-  rehearsal.company.note = [&](const Note& note, double) { notes += note.kind + ": " + note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) {
+    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+  };
   const Rehearsed rehearsed = rehearse(rehearsal);
   ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << notes.substr(0, 2000);
   std::vector<RunRow> ends;
@@ -56,7 +58,7 @@ TEST(RehearsedThreeAxes, EachDoesWhatThePlanSays) {
     if (row.kind == RunRow::Kind::segment_ends) ends.push_back(row);
   ASSERT_EQ(ends.size(), 5u) << "each segment at its first attempt";
   for (const RunRow& row : ends) {
-    EXPECT_EQ(row.ending, "complete") << row.label;
+    EXPECT_EQ(row.ending, RunRow::Ending::complete) << row.label;
     ASSERT_EQ(row.achieved.size(), 3u) << row.label;
     for (const auto& [channel, demanded] : row.demanded)
       EXPECT_NEAR(row.achieved.at(channel), demanded, 0.01 * degree) << row.label << ", " << channel;

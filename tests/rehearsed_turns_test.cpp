@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/rehearse.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {

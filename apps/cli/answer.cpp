@@ -4,8 +4,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/said.hpp"
-#include "tumble/station/run_desk.hpp"
+#include "tumble/desk/run_desk.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -91,11 +92,11 @@ ArchiveAct act_of(const ArchiveOptions& options) {
 
 UnitName unit_name(const std::string& text) {
   if (text.empty()) return {};
-  const auto slash = text.find('/');
-  if (slash == 0 || slash == std::string::npos || slash + 1 == text.size())
+  auto name = key_and_value(text, '/');
+  if (!name || name->first.empty() || name->second.empty())
     throw Error(Error::Kind::bad_input,
                 say("--unit {}: write MODEL/SERIAL, for example --unit triad/0173", Name{text}));
-  return {text.substr(0, slash), text.substr(slash + 1)};
+  return {std::move(name->first), std::move(name->second)};
 }
 
 void note_deposited(const Terminal& terminal, const Deposited& done) {
@@ -112,7 +113,7 @@ void note_deposited(const Terminal& terminal, const Deposited& done) {
   add(done.certificates, "certificate", "certificates");
   const Sentence known = done.known > 0 ? say("; there already: {}", done.known) : Sentence();
   note(terminal, say("archived {}{}", all.empty() ? Sentence("nothing new") : all, known));
-  for (const auto& id : done.result_ids) note(terminal, say("result {}", Name{id.substr(0, 12)}));
+  for (const auto& id : done.result_ids) note(terminal, say("result {}", Name{first_digits(id)}));
 }
 
 std::string utc_now() { return utc(std::chrono::system_clock::now(), "%Y-%m-%dT%H:%M:%SZ"); }

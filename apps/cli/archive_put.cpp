@@ -7,10 +7,11 @@
 #include "archive_views.hpp"
 #include "tumble/archive/notes.hpp"
 #include "tumble/archive/transfer.hpp"
+#include "tumble/desk/archived_run.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/archived_run.hpp"
 #include "tumble/tasks/certificate.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -26,9 +27,9 @@ void add_path(const std::string& path, const ArchiveArguments& arguments, const 
     deposit.files.insert(deposit.files.end(), run.files.begin(), run.files.end());
   } else if (fs::is_directory(path)) {
     problems.push_back(say("{}: is a folder, and not that of a run; give the files in it", Name{path}));
-  } else if (path.ends_with(".json")) {
+  } else if (fs::path(path).extension() == ".json") {
     deposit.results.push_back({.json = read_text_file(path), .file = path, .unit = unit, .ended = arguments.date});
-  } else if (path.ends_with(".html") || path.ends_with(".xml")) {
+  } else if (fs::path(path).extension() == ".html" || fs::path(path).extension() == ".xml") {
     problems.push_back(say("{}: a certificate is archived where it is made: tumble certificate --archive", Name{path}));
   } else {
     deposit.files.push_back({.path = path, .name = fs::path(path).filename().string(), .unit = unit});
@@ -97,7 +98,7 @@ int archive_withdraw(const ArchiveArguments& arguments, const Terminal& terminal
   Archive archive = open_archive(arguments.archive);
   const std::string sha256 = find_result(archive, digits);
   withdraw_result(archive, sha256, act_of(arguments.archive));
-  note(terminal, say("result {} does not count any more", Name{sha256.substr(0, 12)}));
+  note(terminal, say("result {} does not count any more", Name{first_digits(sha256)}));
   return 0;
 }
 

@@ -7,8 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -46,11 +47,11 @@ std::string results_table(const UnitRecord& record, const View& view) {
     method.cells.push_back(result.method);
     verdict.cells.push_back(result.verdict);
     who.cells.push_back(result.who);
-    id.cells.push_back(result.sha256.substr(0, digits));
+    id.cells.push_back(first_digits(result.sha256, digits));
     std::string words = result.simulated ? view.words("simulated") : "";
     if (!result.correction.empty())
       words += (words.empty() ? "" : view.words("semicolon")) +
-               view.words.with("replaced_by", result.replaced_by.substr(0, digits), result.correction);
+               view.words.with("replaced_by", first_digits(result.replaced_by, digits), result.correction);
     note.cells.push_back(words);
   }
   return titled("results", {when, method, verdict, who, id, note}, view);
@@ -63,7 +64,7 @@ std::string files_table(const UnitRecord& record, const View& view) {
     role.cells.push_back(file.role);
     name.cells.push_back(file.name);
     bytes.cells.push_back(fmt::format("{}", file.bytes));
-    id.cells.push_back(file.sha256.substr(0, digits));
+    id.cells.push_back(first_digits(file.sha256, digits));
   }
   return titled("files", {role, name, bytes, id}, view);
 }
@@ -78,7 +79,7 @@ std::string runs_table(const UnitRecord& record, const View& view) {
     slot.cells.push_back(run.slot);
     who.cells.push_back(run.who);
     ending.cells.push_back(run.ending);
-    id.cells.push_back(run.id.substr(0, digits));
+    id.cells.push_back(first_digits(run.id, digits));
   }
   return titled("runs", {started, title, station, slot, who, ending, id}, view);
 }
@@ -91,7 +92,7 @@ std::string certificates_table(const UnitRecord& record, const View& view) {
     format.cells.push_back(one.format);
     issued.cells.push_back(one.issued);
     who.cells.push_back(one.issued_by);
-    result.cells.push_back(one.result.substr(0, digits));
+    result.cells.push_back(first_digits(one.result, digits));
   }
   return titled("certificates", {number, format, issued, who, result}, view);
 }
@@ -102,7 +103,7 @@ std::string signatures_table(const UnitRecord& record, const View& view) {
   for (const auto& one : record.signatures) {
     meaning.cells.push_back(one.meaning);
     kind.cells.push_back(one.kind);
-    id.cells.push_back(one.sha256.substr(0, digits));
+    id.cells.push_back(first_digits(one.sha256, digits));
     when.cells.push_back(one.when);
     who.cells.push_back(one.who);
     reason.cells.push_back(one.why);
@@ -119,7 +120,7 @@ std::string steps_table(const std::vector<ArchivedStep>& steps, std::size_t long
     when.cells.push_back(step.when);
     who.cells.push_back(step.who);
     action.cells.push_back(step.action);
-    subject.cells.push_back(step.subject.substr(0, longest));
+    subject.cells.push_back(first_digits(step.subject, longest));
     reason.cells.push_back(step.reason);
   }
   return titled("events", {number, when, who, action, subject, reason}, view);

@@ -1,12 +1,13 @@
 #include "tumble/tasks/certificate.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "archive_options.hpp"
-#include "tumble/core/text.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/temporary_folder.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -58,7 +59,8 @@ Deposited put_in_archive(Archive& archive, const Certificate& certificate, const
 }
 
 int run(const CertificateArguments& arguments, const Terminal& terminal) {
-  const bool dcc = arguments.format == "dcc" || (arguments.format.empty() && arguments.output.ends_with(".xml"));
+  const bool dcc = arguments.format == "dcc" ||
+                   (arguments.format.empty() && std::filesystem::path(arguments.output).extension() == ".xml");
   check_output("-o", arguments.output, {arguments.result, arguments.lab},
                dcc ? std::vector<std::string>{".xml"} : std::vector<std::string>{".html", ".htm"});
   auto archive = optional_archive(arguments.archive);

@@ -8,12 +8,13 @@
 #include <charconv>
 #include <sstream>
 
-#include "tumble/core/said.hpp"
-#include "tumble/core/section_words.hpp"
-#include "tumble/core/texts.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/section_words.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/version.hpp"
 #include "verbs.hpp"
 
@@ -65,11 +66,8 @@ Sentence set_instead(const CLI::App& app, const std::string& extra) {
 }
 
 std::string seed_problem(const std::string& text) {
-  std::uint64_t value = 0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return fault == std::errc{} && end == text.data() + text.size()
-             ? std::string()
-             : "a whole number from 0 to 18446744073709551615 is expected, not '" + text + "'";
+  const bool whole = as_number<std::uint64_t>(text).has_value();
+  return whole ? std::string() : "a whole number from 0 to 18446744073709551615 is expected, not '" + text + "'";
 }
 
 /// Adds an argument to the verb that takes it.

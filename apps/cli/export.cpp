@@ -9,6 +9,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -21,19 +22,15 @@ struct ExportArguments {
 
 double factor_of(const std::string& text) {
   if (text.empty()) return 1.0;
-  double value = 0.0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc{} || end != text.data() + text.size())
-    throw Error(Error::Kind::bad_input, say("--inflate {}: write a number, such as --inflate 10", Name{text}));
-  return value;
+  if (const auto value = as_number<double>(text)) return *value;
+  throw Error(Error::Kind::bad_input, say("--inflate {}: write a number, such as --inflate 10", Name{text}));
 }
 
 /// "-" and "gyro_y=-" are standard input.
 ExportSource source_of(const std::string& argument) {
-  if (argument != "-" && !argument.ends_with("=-")) return export_source(argument);
-  const std::string axis = argument.substr(0, argument.size() - std::min<std::size_t>(argument.size(), 2));
-  const bool named = axis.empty() || axis.starts_with("gyro_") || axis.starts_with("accelerometer_");
-  return named ? ExportSource{"standard input", read_text_file(readable("-")), axis} : export_source(argument);
+  const auto [axis, file] = axis_and_file(argument);
+  if (file != "-") return export_source(argument);
+  return {"standard input", read_text_file(readable("-")), axis};
 }
 
 int run(const ExportArguments& arguments, const Terminal& terminal) {

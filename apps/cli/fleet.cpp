@@ -14,6 +14,7 @@
 #include "tumble/tasks/fleet_summary.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "verbs.hpp"
 
 extern char** environ;
@@ -85,10 +86,10 @@ Sets limits_of(const FleetArguments& arguments) {
   Sets sets;
   const auto add = [&](const std::vector<std::string>& texts, const char* option, const char* end) {
     for (const auto& text : texts) {
-      const auto equals = text.find('=');
-      if (equals == std::string::npos || equals == 0)
+      const auto named = key_and_value(text);
+      if (!named || named->first.empty())
         throw Error(Error::Kind::bad_input, say("{} {}: write {} PARAMETER=VALUE", option, Name{text}, option));
-      sets.emplace_back(text.substr(0, equals) + "." + end, text.substr(equals + 1));
+      sets.emplace_back(named->first + "." + end, named->second);
     }
   };
   add(arguments.least, "--min", "min");
@@ -102,7 +103,7 @@ int summary(const FleetArguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty() && arguments.output != "-")
     check_output("-o", arguments.output, arguments.what, {".json", ".html", ".htm"});
   const Estimate estimate = summarise_fleet(arguments.what.front(), arguments.parameters, limits_of(arguments));
-  if (arguments.output.ends_with(".json"))
+  if (std::filesystem::path(arguments.output).extension() == ".json")
     write_output(terminal, arguments.output, to_json(estimate));
   else if (!arguments.output.empty() && arguments.output != "-")
     write_output(terminal, arguments.output, to_html(estimate, {.language = terminal.language}));

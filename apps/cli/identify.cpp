@@ -30,9 +30,9 @@ bool is_method(const std::string& word) {
 
 /// A recording first and then the method, or the plan.
 void refuse_another_order(const std::string& what, const std::vector<std::string>& recordings) {
-  if (what.ends_with(".toml") || is_method(what)) return;
+  if (std::filesystem::path(what).extension() == ".toml" || is_method(what)) return;
   for (const auto& word : recordings)
-    if (is_method(word) || word.ends_with(".toml"))
+    if (is_method(word) || std::filesystem::path(word).extension() == ".toml")
       throw Error(Error::Kind::bad_input, say("the plan or the method comes first, then the recordings: tumble "
                                               "identify {} {}",
                                               Name{word}, Name{what}));

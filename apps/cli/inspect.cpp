@@ -7,9 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -20,10 +21,7 @@ using tumble::Inspection;
 
 /// In the unit, as the shortest decimal that converts back: 20.04 degC, not 20.04000000000002.
 Json number(double value_si, const Unit& unit) {
-  double value = 0.0;
-  const auto text = format_in(value_si, unit);
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return std::isfinite(value_si) ? Json(value) : Json();
+  return std::isfinite(value_si) ? Json(as_number<double>(format_in(value_si, unit)).value_or(NAN)) : Json();
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }

@@ -2,10 +2,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/tasks/catalogue.hpp"
 #include "tumble/units/error.hpp"
@@ -160,7 +161,7 @@ int run(const ListArguments& arguments, const Terminal& terminal) {
     print(arguments.json ? entries.dump(2) + "\n" : lines(entries, words));
     return 0;
   }
-  const bool own = arguments.kind == "controllers" && arguments.name.ends_with(".toml");
+  const bool own = arguments.kind == "controllers" && std::filesystem::path(arguments.name).extension() == ".toml";
   const auto entry = own ? Json::parse(controller_json(arguments.name)) : find(entries, arguments.kind, arguments.name);
   print(arguments.json ? entry.dump(2) + "\n" : page(entry, words, terminal.width));
   return 0;

@@ -13,8 +13,8 @@
 #include <mutex>
 #include <utility>
 
-#include "tumble/core/said.hpp"
-#include "tumble/station/quiet_thread.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/recorder/quiet_thread.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {

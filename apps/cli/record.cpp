@@ -8,7 +8,7 @@
 
 #include "live_block.hpp"
 #include "live_output.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/recorder_session.hpp"

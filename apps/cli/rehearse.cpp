@@ -1,4 +1,4 @@
-#include "tumble/station/rehearse.hpp"
+#include "tumble/rehearsal/rehearse.hpp"
 
 #include <fmt/format.h>
 
@@ -10,9 +10,9 @@
 
 #include "archive_options.hpp"
 #include "run_display.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/desk/archived_run.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/archived_run.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"

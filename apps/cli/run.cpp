@@ -10,19 +10,20 @@
 #include "archive_options.hpp"
 #include "live_output.hpp"
 #include "run_display.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/desk/archived_run.hpp"
+#include "tumble/desk/run_plan.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
-#include "tumble/station/archived_run.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/recorder/recorder_read.hpp"
+#include "tumble/rehearsal/served_rig.hpp"
 #include "tumble/station/guard.hpp"
-#include "tumble/station/recorder_read.hpp"
 #include "tumble/station/run_folder.hpp"
-#include "tumble/station/run_plan.hpp"
-#include "tumble/station/served_rig.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "typed_lines.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -65,11 +66,11 @@ std::string today() {
 std::map<std::string, std::string> units_of(const std::vector<std::string>& texts) {
   std::map<std::string, std::string> units;
   for (const auto& text : texts) {
-    const auto equals = text.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    const auto unit = key_and_value(text);
+    if (!unit || unit->first.empty() || unit->second.empty())
       throw Error(Error::Kind::bad_input, say("--unit {}: write SLOT=SERIAL, for example --unit a=0173", Name{text}));
-    if (!units.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
-      throw Error(Error::Kind::bad_input, say("--unit: slot '{}' has two units", text.substr(0, equals)));
+    if (!units.insert(*unit).second)
+      throw Error(Error::Kind::bad_input, say("--unit: slot '{}' has two units", unit->first));
   }
   return units;
 }
@@ -274,9 +275,9 @@ int resume(const ResumeArguments& arguments, const Terminal& terminal) {
   run.resume = true;
   run.folder = arguments.run;
   run.plan = tumble::load_plan((folder / "plan.toml").string(), {});
-  const auto facts = visit_store(arguments.run, [](const StoreItem&) {}).facts;
-  for (const auto& [fact, value] : facts)
-    if (fact.starts_with("unit ")) run.units[fact.substr(5)] = value;
+  const StoreContent content = visit_store(arguments.run, [](const StoreItem&) {});
+  const auto& facts = content.facts;
+  run.units = content.units;
   const bool named = !arguments.station.empty();
   if (!named && !facts.contains("station_file"))
     throw Error(Error::Kind::bad_input,

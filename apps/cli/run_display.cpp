@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/unit.hpp"
 
@@ -75,8 +75,8 @@ void RunDisplay::show(const RunView& view) {
 }
 
 std::string note_line(const Note& note, double time, Language language) {
-  if (is_everyday(note.kind, note.text)) return "";
-  const std::string kind = padded(said_in(language, note.kind), 10, TextColumn::Align::left);
+  if (is_everyday(note.kind, note.phase)) return "";
+  const std::string kind = padded(said_in(language, std::string(name(note.kind))), 10, TextColumn::Align::left);
   return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, said_in(language, note.text));
 }
 

@@ -4,8 +4,8 @@
 
 #include "live_block.hpp"
 #include "terminal.hpp"
+#include "tumble/desk/run_texts.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/run_texts.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::cli {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "tumble/station/recorder_read.hpp"
+#include "tumble/recorder/recorder_read.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {

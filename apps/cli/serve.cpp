@@ -26,6 +26,7 @@
 #include "tumble/serve/workbench.hpp"
 #include "tumble/tasks/plan_text.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -73,7 +74,7 @@ fs::path state_folder(const fs::path& folder) {
   for (const fs::path& place : {place_of_user("XDG_STATE_HOME", ".local/state"), temporary_place("tumble-state")}) {
     if (place.empty() || lies_below(with_links_followed(place), folder)) continue;
     if (made(place).empty() || made(place / "workbenches").empty()) continue;
-    return own_folder(place / "workbenches" / sha256_of(folder.string()).substr(0, digits));
+    return own_folder(place / "workbenches" / first_digits(sha256_of(folder.string()), digits));
   }
   return {};
 }
@@ -83,9 +84,7 @@ double now() { return std::chrono::duration<double>(std::chrono::system_clock::n
 double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 unsigned port_of(const std::string& text) {
-  unsigned port = 0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (fault == std::errc{} && end == text.data() + text.size() && port <= 65535) return port;
+  if (const auto port = as_number<unsigned>(text); port && *port <= 65535) return *port;
   throw Error(Error::Kind::bad_input,
               say("--port {}: a number from 0 to 65535 is expected; 0 chooses a free port", Name{text}));
 }

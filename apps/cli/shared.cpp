@@ -10,6 +10,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/kind_of_file.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -41,12 +42,13 @@ tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector
   for (const auto& topic : topics) sets.emplace_back("topic", topic);
   Problems problems;
   for (const auto& text : texts) {
-    const auto equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos)
-      problems.push_back(equals == 0 ? say("--set {}: write --set key=value", Name{text})
-                                     : say("--set {0}: write --set {0}=VALUE, without a blank", Name{text}));
+    auto set = key_and_value(text);
+    if (!set)
+      problems.push_back(say("--set {0}: write --set {0}=VALUE, without a blank", Name{text}));
+    else if (set->first.empty())
+      problems.push_back(say("--set {}: write --set key=value", Name{text}));
     else
-      sets.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+      sets.push_back(std::move(*set));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return sets;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/station/link_wires.hpp"
 #include "tumble/station/talk_to.hpp"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <thread>
 
+#include "tumble/desk/run_desk.hpp"
 #include "tumble/station/guard.hpp"
 #include "tumble/station/lease.hpp"
-#include "tumble/station/run_desk.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 

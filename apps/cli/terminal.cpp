@@ -13,7 +13,7 @@
 #include <cstring>
 
 #include "live_output.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 

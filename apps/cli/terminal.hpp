@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/error.hpp"
 

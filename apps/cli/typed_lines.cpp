@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tumble/station/quiet_thread.hpp"
+#include "tumble/recorder/quiet_thread.hpp"
 
 namespace tumble::cli {
 namespace {

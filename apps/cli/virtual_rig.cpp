@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/station/serve_bench.hpp"
+#include "tumble/rehearsal/serve_bench.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"

@@ -1,6 +1,10 @@
 // A route of one's own: the verdicts of a result, for a page that shows nothing else.
 
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {
@@ -27,7 +31,7 @@ HttpResponse verdicts(Context& context, const HttpRequest& request) {
   for (const Verdict& verdict : estimate->verdicts)
     verdicts.push_back({{"parameter", verdict.parameter},
                         {"value", measured_text(*estimate, verdict.parameter, language)},
-                        {"limit", verdict.limit},
+                        {"limit", limit_text(verdict.limit)},
                         {"outcome", word_of(verdict.outcome)}});
   return json_response({{"name", name}, {"method", estimate->method}, {"verdicts", verdicts}});
 }

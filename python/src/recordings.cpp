@@ -15,7 +15,7 @@
 
 #include "bindings.hpp"
 #include "tumble/checks/check.hpp"
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/report/report.hpp"
 
 namespace tumble::python {

@@ -1,5 +1,3 @@
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,6 +8,7 @@
 #include "tumble/archive/deposits/sources.hpp"
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/schema/opened.hpp"
+#include "tumble/archive/statistics/over_units.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -25,15 +24,6 @@ using database::Row;
                  [&](const Row& row) { known.push_back(database::text(row, 0)); });
   throw Error(Error::Kind::bad_input,
               say("no result of the archive has the parameter '{}'{}", parameter, did_you_mean(parameter, known)));
-}
-
-[[noreturn]] void refuse_empty(const std::string& parameter, const std::string& model, const UnitName& unit) {
-  throw Error(Error::Kind::bad_input,
-              !unit.serial.empty() ? say("no result of the unit {}/{} that counts has the parameter '{}'",
-                                         Name{unit.model}, Name{unit.serial}, parameter)
-              : model.empty()
-                  ? say("no result of the archive that counts has the parameter '{}'", parameter)
-                  : say("no result of the model {} that counts has the parameter '{}'", Name{model}, parameter));
 }
 
 std::vector<std::pair<std::int64_t, UnitName>> names_of_units(database::Database& database, const std::string& model,
@@ -56,38 +46,13 @@ std::unordered_set<std::int64_t> replaced_results(database::Database& database) 
   return replaced;
 }
 
-/// Results whose units are compared: all of few, of many those in which each unit has the parameter first and last.
-std::vector<std::int64_t> looked_at(const ParameterOverUnits& over) {
-  constexpr std::size_t few = 2000;
-  std::unordered_map<std::int64_t, std::int64_t> last;
-  std::vector<std::int64_t> results;
-  for (const auto& value : over.values) {
-    if (over.values.size() <= few || !last.contains(value.unit)) results.push_back(value.result);
-    last[value.unit] = value.result;
-  }
-  for (const auto& [unit, result] : last) results.push_back(result);
-  return results;
-}
-
-[[noreturn]] void refuse_dimensions(const ParameterOverUnits& over, const std::map<std::string, std::int64_t>& shown) {
-  std::vector<std::string> where;
-  for (const auto& [unit, result] : shown) {
-    const auto value = std::ranges::find(over.values, result, &ChartValue::result);
-    const auto of = std::ranges::find(over.units, value->unit, [](const auto& one) { return one.first; });
-    where.push_back(fmt::format("[{}] of {}/{}", unit, of->second.model, of->second.serial));
-  }
-  throw Error(Error::Kind::bad_input,
-              say("'{}' is not the same quantity in all results: {}; --model or --unit chooses some of them",
-                  over.parameter, fmt::join(where, ", ")));
-}
-
-/// The unit that people are shown. Throws where units differ in dimension. `name || ''`: the rows are found by their
+/// The unit that people are shown. `name || ''`: the rows are found by their
 /// results; by the index of the name each question would read all values of the parameter.
 Unit shown_unit(database::Database& database, const ParameterOverUnits& over) {
   constexpr std::size_t together = 500;
   std::string marks = "?";
   for (std::size_t i = 1; i < together; ++i) marks += ", ?";
-  const auto results = looked_at(over);
+  const auto results = statistics::compared_results(over);
   std::map<std::string, std::int64_t> shown;
   for (std::size_t begin = 0; begin < results.size(); begin += together) {
     Row values;
@@ -98,10 +63,7 @@ Unit shown_unit(database::Database& database, const ParameterOverUnits& over) {
                        ") AND name || '' = ? GROUP BY shown_unit",
                    values, [&](const Row& row) { shown.emplace(database::text(row, 0), database::integer(row, 1)); });
   }
-  const Unit unit = Unit::parse(shown.begin()->first);
-  for (const auto& [other, result] : shown)
-    if (Unit::parse(other).dimension() != unit.dimension()) refuse_dimensions(over, shown);
-  return unit;
+  return statistics::shown_unit(over, shown);
 }
 
 /// A result of an archive of version 1 says its sources in its text alone.
@@ -155,7 +117,7 @@ ParameterOverUnits parameter_over_units(const Archive& archive, const std::strin
     over.parameter = parameter;
     over.units = names_of_units(database, model, unit);
     read_values(database, unit, model.empty() && unit.serial.empty(), over);
-    if (over.values.empty()) refuse_empty(parameter, model, unit);
+    statistics::require_values(over, model, unit);
     for (auto& value : over.values)
       if (std::isnan(value.private_sd) && std::isfinite(value.sd)) complete(archive, parameter, value);
     over.shown = shown_unit(database, over);

@@ -9,6 +9,7 @@
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -65,17 +66,17 @@ void check_correction(ReadResult& result, database::Database& database, const Ar
   const auto rows = database.ask("SELECT unit FROM results WHERE id = ?", {id});
   if (rows.empty())
     problems.push_back(
-        say("{}: the result {} that it replaces is not in the archive", Name{file}, Name{old.substr(0, 12)}));
+        say("{}: the result {} that it replaces is not in the archive", Name{file}, Name{first_digits(old)}));
   else if (database::integer(rows[0], 0) != schema::number_of(deposits::sha256_of_unit(result.unit)))
     problems.push_back(
-        say("{}: the result {} that it replaces is of another unit", Name{file}, Name{old.substr(0, 12)}));
+        say("{}: the result {} that it replaces is of another unit", Name{file}, Name{first_digits(old)}));
   const auto earlier = database.ask("SELECT replaced_by FROM corrections WHERE result = ?", {id});
   if (!earlier.empty() && database::integer(earlier[0], 0) != schema::number_of(result.sha256))
-    problems.push_back(say("{}: the result {} was replaced already", Name{file}, Name{old.substr(0, 12)}));
+    problems.push_back(say("{}: the result {} was replaced already", Name{file}, Name{first_digits(old)}));
   const auto later = database.ask("SELECT 1 FROM corrections WHERE result = ?", {schema::number_of(result.sha256)});
   if (earlier.empty() && !later.empty())
     problems.push_back(say("{}: this result was replaced or withdrawn itself, and cannot replace {}", Name{file},
-                           Name{old.substr(0, 12)}));
+                           Name{first_digits(old)}));
   result.corrects = id;
 }
 
@@ -110,7 +111,7 @@ CheckedDeposit checked(const Deposit& deposit, database::Database& database, con
     const bool with = std::ranges::find(all.results, certificate.result, &ReadResult::sha256) != all.results.end();
     if (!with && database.ask("SELECT 1 FROM results WHERE id = ?", {schema::number_of(certificate.result)}).empty())
       problems.push_back(say("{}: its result {} is not in the archive: put it in first", Name{certificate.path},
-                             Name{certificate.result.substr(0, 12)}));
+                             Name{first_digits(certificate.result)}));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return all;

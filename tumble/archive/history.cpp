@@ -11,6 +11,7 @@
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -100,7 +101,7 @@ void runs_and_steps(database::Database& database, std::int64_t id, UnitRecord& r
 constexpr std::size_t fewest_digits = 6;
 
 void require_digits(const std::string& digits) {
-  const bool hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  const bool hex = is_hex(digits);
   if (digits.size() < fewest_digits || !hex)
     throw Error(Error::Kind::bad_input,
                 say("'{}' names no result: give the first digits of its SHA-256, {} or more, as `tumble archive "
@@ -223,7 +224,7 @@ std::string result_text(const Archive& archive, const std::string& sha256) {
   return schema::guarded(archive.address(), [&] {
     const auto rows = database_of(archive).ask("SELECT packed FROM results WHERE id = ?", {schema::number_of(sha256)});
     if (rows.empty()) throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", sha256));
-    const Sentence what = say("result {}", Name{sha256.substr(0, 12)});
+    const Sentence what = say("result {}", Name{first_digits(sha256)});
     std::string json = storage::unpacked(database::bytes(rows[0], 0), what);
     if (sha256_of(json) != sha256)
       throw Error(Error::Kind::bad_file, say("{}: its bytes have changed since it was archived", what));

@@ -13,6 +13,7 @@
 #include "tumble/core/instant.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -94,7 +95,7 @@ void put_note(Archive& archive, const ArchiveNote& note, const ArchiveAct& act) 
   schema::guarded(archive.address(), [&] {
     const std::string chain = chain_about(archive, note.about);
     const auto when = parse_iso_time(note.when.empty() ? act.when : note.when);
-    const std::string happened = iso_time(when.value_or(0)).substr(0, 19) + "Z";
+    const std::string happened = iso_second(when.value_or(0));
     auto& database = schema::opened(archive).database;
     database.transact([&] {
       schema::Change change(database, act.who, act.when);
@@ -114,11 +115,11 @@ void withdraw_result(Archive& archive, const std::string& sha256, const ArchiveA
     database.transact([&] {
       if (!database.ask("SELECT 1 FROM corrections WHERE result = ?", {id}).empty())
         throw Error(Error::Kind::bad_input,
-                    say("the result {} was replaced or withdrawn already", Name{sha256.substr(0, 12)}));
+                    say("the result {} was replaced or withdrawn already", Name{first_digits(sha256)}));
       const auto unit =
           database.ask("SELECT u.model, u.serial FROM results r JOIN units u ON u.id = r.unit WHERE r.id = ?", {id});
       if (unit.empty())
-        throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", sha256.substr(0, 12)));
+        throw Error(Error::Kind::bad_input, say("the archive has no result '{}'", first_digits(sha256)));
       schema::Change change(database, act.who, act.when);
       change.append(schema::chain_of_unit(database::text(unit[0], 0), database::text(unit[0], 1)),
                     {"correction", sha256, act.why, {}},
@@ -146,7 +147,7 @@ std::vector<DueUnit> due_units(const Archive& archive, const std::string& until)
           if (interval == intervals.end() || (out != service.end() && out->second == "retired")) return;
           const std::int64_t last = database::integer(row, 2);
           const double length = parse_si(interval->second, Unit::parse("s"));
-          const auto day = [](std::int64_t moment) { return iso_time(moment * nanoseconds).substr(0, 10); };
+          const auto day = [](std::int64_t moment) { return iso_day(moment * nanoseconds); };
           const DueUnit one{unit, day(last), day(last + static_cast<std::int64_t>(length))};
           if (one.due <= until) due.push_back(one);
         });

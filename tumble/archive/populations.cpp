@@ -8,10 +8,12 @@
 
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/schema/opened.hpp"
+#include "tumble/core/instant.hpp"
 #include "tumble/core/tables/document.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -74,7 +76,7 @@ std::vector<Candidate> candidates(database::Database& database, const Population
 }
 
 Estimate read(const Archive& archive, const Candidate& one) {
-  return estimate_from_json(result_text(archive, one.sha256), "result " + one.sha256.substr(0, 12));
+  return estimate_from_json(result_text(archive, one.sha256), "result " + first_digits(one.sha256));
 }
 
 /// The rig that carried a test out: its equipment as the plan names it, else the station, else the kind of rig.
@@ -147,8 +149,9 @@ Estimate components_of(const Archive& archive, const PopulationQuery& query, con
         continue;
       }
       const auto rig = rig_of(estimate, one.station);
-      results.push_back(
-          {one.serial, one.sha256, one.ended.substr(0, 10), rig, static_cast<double>(one.moment), std::move(estimate)});
+      const auto ended = parse_iso_time(one.ended);
+      results.push_back({one.serial, one.sha256, ended ? iso_day(*ended) : "", rig, static_cast<double>(one.moment),
+                         std::move(estimate)});
     }
     return components_of_results(query.model, parameter, std::move(results), std::move(left_out));
   });

@@ -12,6 +12,7 @@
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -23,9 +24,9 @@ constexpr const char* action_of_signature = "signature";
 
 /// "approved certificate" of the detail of an event.
 void read_detail(const std::string& detail, Signature& signature) {
-  const auto blank = detail.find(' ');
-  signature.meaning = detail.substr(0, blank);
-  if (blank != std::string::npos) signature.kind = detail.substr(blank + 1);
+  const auto both = key_and_value(detail, ' ');
+  signature.meaning = both ? both->first : detail;
+  if (both) signature.kind = both->second;
 }
 
 /// Reads what was signed. Throws Error::bad_file where it is not what it was.
@@ -55,7 +56,7 @@ const std::vector<std::string>& signature_meanings() {
 }
 
 SignedThing find_signable(const Archive& archive, const std::string& digits) {
-  if (digits.size() < 6 || digits.find_first_not_of("0123456789abcdef") != std::string::npos) return {};
+  if (digits.size() < 6 || !is_hex(digits)) return {};
   return schema::guarded(archive.address(), [&] {
     auto& database = schema::opened(archive).database;
     SignedThing thing;
@@ -88,7 +89,7 @@ void sign(Archive& archive, const std::string& digits, const std::string& meanin
   if (act.who.empty()) problems.emplace_back("a signature is of a person: the name is missing");
   if (act.why.empty()) problems.emplace_back("a signature has a reason: say why");
   if (thing.kind.empty())
-    problems.push_back(say("the archive has no result or certificate '{}'", digits.substr(0, 12)));
+    problems.push_back(say("the archive has no result or certificate '{}'", first_digits(digits)));
   if (!thing.withdrawn.empty())
     problems.push_back(say("it does not count any more, and cannot be signed: {}", Name{thing.withdrawn}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

@@ -4,11 +4,13 @@
 #include <string>
 
 #include "tumble/archive/deposit.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/population/control_chart.hpp"
 
-/// Statistics over the results of an archive. Each answer is an Estimate, so that every front end shows, draws and
-/// writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the tables hold.
+/// Answers of many results together, of an archive or of a folder. Each is an Estimate, so that every front end shows,
+/// draws and writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the
+/// tables hold.
 namespace tumble {
 
 /// Selection of results: of one parameter, of one unit or of all units of a model.
@@ -33,6 +35,8 @@ struct ChartRequest {
 /// Throws    Error::bad_input where no result has the parameter; Error::bad_data for fewer than four points
 /// See       docs/equations (8.20), (8.21)
 Estimate chart_of_archive(const Archive& archive, const ChartRequest& request);
+/// A chart of results, from wherever they come, of the parameter and the units of the request.
+Estimate chart_of_results(PastResults results, const ChartRequest& request);
 
 /// Limits of a parameter [SI]; infinite: no limit.
 struct ParameterLimits {
@@ -68,5 +72,7 @@ struct SummaryRequest {
 /// Throws    Error::bad_input where no result has the parameter; Error::bad_data for fewer than three units
 /// See       docs/equations (8.3)-(8.9), (8.26)-(8.30)
 Estimate summary_of_model(const Archive& archive, const SummaryRequest& request);
+/// A summary of results, from wherever they come, of the parameter and the model of the request.
+Estimate summary_of_results(PastResults results, const SummaryRequest& request);
 
 }  // namespace tumble

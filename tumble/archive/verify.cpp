@@ -11,6 +11,7 @@
 #include "tumble/archive/schema/opened.hpp"
 #include "tumble/archive/storage/packing.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -75,7 +76,7 @@ class Verification {
   void contents_of(const schema::Shape& shape, const Row& row) try {
     if (&shape == &schema::results) {
       ++check_.results;
-      const Sentence what = say("result {}", Name{text(row, 1).substr(0, 12)});
+      const Sentence what = say("result {}", Name{first_digits(text(row, 1))});
       if (sha256_of(storage::unpacked(database::bytes(row, shape.columns.size() - 1), what)) != text(row, 1))
         complain(say("{}: its bytes have changed since it was archived", what));
     } else if (&shape == &schema::files || &shape == &schema::certificates) {
@@ -104,7 +105,7 @@ std::vector<std::string> shared_numbers_of(database::Database& database) {
       "COUNT(DISTINCT result) > 1)",
       {}, [&](const Row& row) {
         sharing[text(row, 0)].insert(
-            fmt::format("{}/{} (result {})", text(row, 1), text(row, 2), text(row, 3).substr(0, 12)));
+            fmt::format("{}/{} (result {})", text(row, 1), text(row, 2), first_digits(text(row, 3))));
       });
   for (const auto& [number, results] : sharing)
     all.push_back(say("certificate number '{}' stands on certificates of {} results: {}", number, results.size(),

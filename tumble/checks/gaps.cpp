@@ -3,7 +3,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/timelines.hpp"
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 namespace tumble::checks::gaps {
 

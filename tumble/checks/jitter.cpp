@@ -1,6 +1,6 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 namespace tumble::checks::jitter {
 

@@ -10,7 +10,7 @@
 #include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/checks/support/turns.hpp"
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/parallel.hpp"
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 
 namespace tumble::checks::schedule_mismatch {
 

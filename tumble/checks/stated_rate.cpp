@@ -4,7 +4,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
 #include "tumble/checks/support/timelines.hpp"
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 namespace tumble {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {

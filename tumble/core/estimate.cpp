@@ -11,26 +11,6 @@ const FindingValue* find_value(const Finding& finding, std::string_view name) {
   return value == finding.values.end() ? nullptr : &*value;
 }
 
-/// Whether one of the channels that stand in `where`, between commas, has a parameter of that name.
-bool is_of_one(std::string_view where, std::string_view term, std::string_view name) {
-  while (!where.empty()) {
-    const std::string_view channel = where.substr(0, where.find(", "));
-    if (name.size() == channel.size() + 1 + term.size() && name.starts_with(channel) && name.ends_with(term))
-      return true;
-    where.remove_prefix(std::min(where.size(), channel.size() + 2));
-  }
-  return false;
-}
-
-/// Whether the finding is about a parameter of that name.
-bool is_about(const Finding& finding, std::string_view name) {
-  for (const char* key : {"parameter", "term"})
-    if (const auto* value = find_value(finding, key))
-      if (const auto* text = std::get_if<std::string>(&value->value))
-        return *text == name || is_of_one(finding.where, *text, name);
-  return false;
-}
-
 }  // namespace
 
 double Contribution::variance(std::size_t parameter) const {
@@ -57,8 +37,7 @@ const Parameter* find_parameter(const Estimate& estimate, std::string_view name)
 std::optional<UpperLimit> find_upper_limit(const Estimate& estimate, std::string_view name) {
   if (find_parameter(estimate, name) != nullptr) return {};
   for (const Finding& finding : estimate.findings) {
-    const bool limits = finding.code.ends_with("not_significant") || finding.code == "noise_term_may_be_another";
-    if (!limits || !is_about(finding, name)) continue;
+    if (std::ranges::find(finding.hidden, name, &HiddenParameter::name) == finding.hidden.end()) continue;
     const auto* limit = find_value(finding, "limit");
     if (limit != nullptr && std::holds_alternative<double>(limit->value))
       return UpperLimit{std::get<double>(limit->value), limit->unit};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "tumble/core/error_model.hpp"
 #include "tumble/core/finding.hpp"
+#include "tumble/core/limit.hpp"
 #include "tumble/core/prior.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/math/matrix.hpp"
@@ -35,6 +37,7 @@ struct Parameter {
   };
   /// The value is that of the parameter plus the sum of weight times term.
   std::vector<Contained> contains = {};
+  std::vector<std::string> channels = {};  ///< whose samples give it; empty: all of the test
 };
 
 /// One line of the uncertainty budget: independent errors of unit variance, and what each of them does to every
@@ -92,7 +95,7 @@ struct Verdict {
   enum class Outcome { pass, fail, undecided };  ///< undecided: the limit lies inside the 95 % interval
   std::string parameter;
   Outcome outcome = Outcome::undecided;
-  std::string limit;  ///< "<= 0.02 deg/h"
+  Limit limit = {};
 };
 
 /// All that an answer depends on: two tests that differ have different provenances.
@@ -111,6 +114,8 @@ struct Provenance {
   std::map<std::string, std::string> settings;           ///< of the method, resolved
   std::map<std::string, std::string> command_line = {};  ///< the values of `--set`, by key
   std::optional<unsigned long long> seed;                ///< of the simulation that made the data, where one did
+  /// Bytes of samples above which a recording is worked through in blocks, where one was.
+  std::optional<std::uintmax_t> memory = {};
 };
 
 /// Result of a method: parameters with a full covariance, and everything a reader needs to judge them.

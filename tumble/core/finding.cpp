@@ -8,9 +8,9 @@
 #include <variant>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
-#include "tumble/core/say.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/say.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -194,6 +194,10 @@ Sentence said_of(const Finding& finding) try {
   return said.text() == finding.message ? said : Sentence(finding.message.c_str());
 } catch (const Error&) {  // of a method of one's own, whose sentence no table has
   return Sentence(finding.message.c_str());
+}
+
+bool is_about_limit(const Finding& finding) {
+  return finding.code == "limit_without_parameter" || finding.code == "limit_near_parameter";
 }
 
 Problems errors_among(const Findings& findings) {

@@ -58,6 +58,12 @@ struct Occurrences {
   Place first, worst;
 };
 
+/// A parameter that the data do not show: the result has no value of it.
+struct HiddenParameter {
+  std::string name;
+  std::string channel = {};  ///< whose samples do not show it; empty: all of the test
+};
+
 /// A problem of the data, or a weakness of the answer. Not an error: the work was carried out.
 ///
 /// The code names the problem, the values give its size; the sentence is made from these by text/en.toml, so that
@@ -70,6 +76,8 @@ struct Finding {
   std::string where;    ///< channel, run, time, file: empty where it concerns the whole
   std::vector<FindingValue> values;
   Occurrences occurrences;
+  std::vector<std::size_t> about = {};       ///< indices of the parameters that it concerns; empty: all
+  std::vector<HiddenParameter> hidden = {};  ///< parameters that are below the value `limit` (95 %)
 
   Finding() = default;
   Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place = "",
@@ -105,6 +113,9 @@ std::string filled(const std::string& sentence, const Finding& finding);
 
 /// The message of a finding as a sentence of its pattern and its values.
 Sentence said_of(const Finding& finding);
+
+/// Whether it speaks of a limit of the plan, and not of the data or the answer.
+bool is_about_limit(const Finding& finding);
 
 /// The errors among them as the problems of a refusal: "where: message".
 Problems errors_among(const Findings& findings);

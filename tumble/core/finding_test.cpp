@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
@@ -137,6 +138,18 @@ TEST(Finding, ErrorsAreTheProblemsOfARefusal) {
                           {Severity::error, "no_samples", {}}};
   EXPECT_EQ(texts_of(errors_among(findings)),
             (std::vector<std::string>{"b: the channel has no samples", "the channel has no samples"}));
+}
+
+TEST(Finding, AsTheReasonOfARefusalIsTranslated) {
+  const Finding finding(Finding::Severity::error, "frames_uncertain", {{"declaration", "imu_x"}}, "x.raw");
+  EXPECT_EQ(in_language(Language::chinese, errors_among({finding}).at(0)),
+            "x.raw：" + message_in(Language::chinese, finding));
+  EXPECT_EQ(errors_among({finding}).at(0).text(), "x.raw: " + finding.message);
+}
+
+TEST(Finding, ItsCountLosesItsNounInChinese) {
+  const Finding finding(Finding::Severity::error, "frames_lost", {{"byte", 7}, {"lost", 3}}, "", {.count = 1});
+  EXPECT_EQ(in_language(Language::chinese, said_of(finding)), message_in(Language::chinese, finding));
 }
 
 }  // namespace

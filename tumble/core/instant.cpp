@@ -38,19 +38,29 @@ std::optional<std::int64_t> fraction_of(std::string_view text) {
 
 }  // namespace
 
+std::string iso_day(std::int64_t time) {
+  using namespace std::chrono;
+  const year_month_day date(floor<days>(Nanoseconds{nanoseconds(time)}));
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
+                     static_cast<unsigned>(date.day()));
+}
+
 std::string iso_time(std::int64_t time) {
   using namespace std::chrono;
   const Nanoseconds instant{nanoseconds(time)};
-  const auto day = floor<days>(instant);
-  const year_month_day date(day);
-  const hh_mm_ss clock{instant - day};
-  std::string text =
-      fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:09}", static_cast<int>(date.year()),
-                  static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()), clock.hours().count(),
-                  clock.minutes().count(), clock.seconds().count(), clock.subseconds().count());
-  while (text.ends_with('0')) text.pop_back();
-  if (text.ends_with('.')) text.pop_back();
-  return text;
+  const hh_mm_ss clock{instant - floor<days>(instant)};
+  std::string text = fmt::format("{}T{:02}:{:02}:{:02}", iso_day(time), clock.hours().count(), clock.minutes().count(),
+                                 clock.seconds().count());
+  auto fraction = clock.subseconds().count();
+  if (fraction == 0) return text;
+  int digits = 9;
+  for (; fraction % 10 == 0; fraction /= 10) --digits;
+  return text + fmt::format(".{:0{}}", fraction, digits);
+}
+
+std::string iso_second(std::int64_t time) {
+  return iso_time(std::chrono::floor<seconds>(Nanoseconds{nanoseconds(time)}).time_since_epoch().count() * second) +
+         "Z";
 }
 
 std::optional<std::int64_t> parse_iso_time(std::string_view text) {

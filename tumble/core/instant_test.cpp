@@ -15,6 +15,14 @@ TEST(Instant, IsWrittenAndReadBack) {
   EXPECT_EQ(parse_iso_time("2023-11-14T22:13:20Z"), 1'700'000'000 * second);
 }
 
+TEST(Instant, IsWrittenToTheSecondAndToTheDay) {
+  const std::int64_t time = 951'782'400 * second;
+  EXPECT_EQ(iso_second(time + 999'999'999), "2000-02-29T00:00:00Z");
+  EXPECT_EQ(iso_second(-1), "1969-12-31T23:59:59Z");
+  EXPECT_EQ(iso_day(time - 1), "2000-02-28");
+  EXPECT_EQ(iso_time(time + 120'000'000), "2000-02-29T00:00:00.12");
+}
+
 TEST(Instant, IsNotReadFromOtherTexts) {
   for (const char* text :
        {"", "Z", "2023-11-14", "2023-11-14T22:13", "2023-11-14 22:13:20", "2023-02-29T00:00:00", "2023-13-01T00:00:00",

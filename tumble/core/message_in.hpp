@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 
 namespace tumble {
 

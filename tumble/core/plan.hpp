@@ -65,8 +65,8 @@ struct RecordingEntry {
   std::size_t skip = 0;                             ///< of a text file: lines before the header
 };
 
-/// A limit on a parameter. The bounds are as written; the unit is checked against the parameter when judged.
-struct Limit {
+/// A limit on a parameter as it was written; the unit is checked against the parameter when judged.
+struct LimitEntry {
   std::string parameter;
   std::optional<Quantity> min, max;
   std::string where;
@@ -94,7 +94,7 @@ struct Plan {
   Calibration calibration = {};
   PriorChoice prior = {};
   Settings settings;  ///< resolved against the method's options
-  std::vector<Limit> limits;
+  std::vector<LimitEntry> limits;
   Settings truth;              ///< resolved against the model's options, for simulate and predict
   std::vector<Beside> beside;  ///< further instruments, to be simulated
 };

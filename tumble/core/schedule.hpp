@@ -39,6 +39,7 @@ struct Segment {
   double duration = 0.0;  ///< [s]
   int run = 1;            ///< which power-up
   std::map<std::string, Motion> axes;
+  bool approach = false;  ///< only brings the rig to where the next segment begins: no sample of it is needed
 };
 
 using Schedule = std::vector<Segment>;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -26,10 +26,7 @@ const auto& value_in(const Map& values, std::string_view name) {
 std::optional<int> whole_number(std::string_view text) {
   text = trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
-  int value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return as_number<int>(text);
 }
 
 [[noreturn]] void refuse(Sentence problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/trials.hpp"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/text.hpp"
 #include "tumble/exchange/decision.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {
@@ -90,7 +90,8 @@ const std::vector<std::string>& certificate_places();
 
 /// A statement of conformity on one limit of the plan.
 struct Statement {
-  std::string parameter, limit;      ///< limit as the plan's verdict says it: "<= 0.02 deg/h"
+  std::string parameter;
+  Limit limit;                       ///< of the plan's verdict
   std::optional<std::size_t> index;  ///< of the parameter; absent: the data do not show it
   Tolerance tolerance;               ///< [SI]
   std::optional<Decision> decision;  ///< [SI]; absent where the result has no value of it

@@ -6,6 +6,7 @@ namespace tumble {
 
 bool SqliteRefusal::full() const { return code == SQLITE_FULL; }
 bool SqliteRefusal::busy() const { return code == SQLITE_BUSY || code == SQLITE_LOCKED; }
+bool SqliteRefusal::input_output() const { return code == SQLITE_IOERR; }
 bool SqliteRefusal::no_database() const { return code == SQLITE_NOTADB || code == SQLITE_CORRUPT; }
 
 void refuse_sqlite(sqlite3* handle, int code) {

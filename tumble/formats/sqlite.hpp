@@ -14,8 +14,9 @@ namespace tumble {
 struct SqliteRefusal {
   int code = 0;  ///< of SQLite, without its extension
   std::string text;
-  bool full() const;  ///< there is no room
-  bool busy() const;  ///< another process has it
+  bool full() const;          ///< there is no room
+  bool busy() const;          ///< another process has it
+  bool input_output() const;  ///< the disk did not do what it was asked for
   bool no_database() const;
 };
 

@@ -6,13 +6,17 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/prior_rows.hpp"
 #include "tumble/reduce/with_prior.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
 
 constexpr std::size_t many_units = 10;
 
-std::string serial_of(const std::string& input) { return input.substr(input.find('/') + 1); }
+std::string serial_of(const std::string& input) {
+  const auto unit = key_and_value(input, '/');
+  return unit ? unit->second : input;
+}
 
 /// A parameter of the population, or a sum of several, as a result shows it.
 struct ShownRow {
@@ -73,7 +77,7 @@ ShownRow narrowest(const Estimate& result, const PriorUse& use) {
 }
 
 /// Three digits: these are for people.
-double rounded_to_three(double value) { return std::isfinite(value) ? std::stod(fmt::format("{:.3g}", value)) : value; }
+double rounded_to_three(double value) { return rounded_to_digits(value, 3); }
 
 }  // namespace
 

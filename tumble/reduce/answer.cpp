@@ -200,6 +200,8 @@ void append(Estimate& sum, const Estimate& part) {
   sum.fit.chi_square += part.fit.chi_square;
   sum.fit.condition = std::max(sum.fit.condition, part.fit.condition);
   follow(sum.findings, part.findings);
+  for (std::size_t f = sum.findings.size() - part.findings.size(); f < sum.findings.size(); ++f)
+    for (std::size_t& index : sum.findings[f].about) index += before;
   follow(sum.tables, part.tables);
   follow(sum.curves, part.curves);
 }
@@ -227,6 +229,11 @@ void remove_parameter(Estimate& estimate, std::size_t index) {
     line.factor = std::move(rest);
   }
   complete(estimate);
+  std::erase_if(estimate.findings, [index](const Finding& one) { return one.about == std::vector{index}; });
+  for (Finding& finding : estimate.findings) {
+    std::erase(finding.about, index);
+    for (std::size_t& other : finding.about) other -= other > index ? 1 : 0;
+  }
 }
 
 }  // namespace tumble

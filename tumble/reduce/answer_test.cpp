@@ -119,6 +119,25 @@ TEST(Answer, AParameterComesAndGoesWithItsRow) {
   EXPECT_EQ(estimate.parameters[1].name, "threshold");
 }
 
+// A finding concerns parameters by their indices: these change with the parameters before.
+TEST(Answer, FindingsFollowTheirParameters) {
+  Estimate sum = worked(""), part = worked("");
+  const auto about = [](std::vector<std::size_t> indices) {
+    Finding finding;
+    finding.about = std::move(indices);
+    return finding;
+  };
+  for (std::size_t i = 0; i < part.parameters.size(); ++i) part.parameters[i].name += " of the part";
+  part.findings = {about({0, 1}), about({0}), about({})};
+  append(sum, part);
+  ASSERT_EQ(sum.findings.size(), 3u);
+  EXPECT_EQ(sum.findings[0].about, (std::vector<std::size_t>{2, 3}));
+  remove_parameter(sum, 2);
+  ASSERT_EQ(sum.findings.size(), 2u) << "the one about this parameter alone";
+  EXPECT_EQ(sum.findings[0].about, std::vector<std::size_t>{2});
+  EXPECT_TRUE(sum.findings[1].about.empty());
+}
+
 TEST(Answer, ACovarianceThatIsNoneIsADefect) {
   EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] {
     from_covariance("noise", columns(2, {1.0, 1.1, 1.1, 1.0}));

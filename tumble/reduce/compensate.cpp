@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/roles.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/compensation/before_after.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"

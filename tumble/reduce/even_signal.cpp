@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/clocks/clock.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/say.hpp"
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <limits>
 
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 
 namespace tumble {
 namespace {

@@ -10,9 +10,9 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/core/marks.hpp"
-#include "tumble/core/stamp_slack.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 
 namespace tumble {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <tuple>
 
-#include "tumble/core/said.hpp"
-#include "tumble/core/texts.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/report/names.hpp"
 
 namespace tumble {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/report/figure.hpp"
 
 namespace tumble {

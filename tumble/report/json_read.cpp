@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -9,6 +10,7 @@
 #include "tumble/core/budget.hpp"
 #include "tumble/report/error_model/json.hpp"
 #include "tumble/report/json_node.hpp"
+#include "tumble/report/legacy/legacy.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 
@@ -260,12 +262,49 @@ Finding finding_of(const Node& node) {
   finding.occurrences.worst = place_of(node.optional("worst"));
   if (const Node values = node.optional("values"); !values.absent())
     for (const auto& name : values.names()) finding.values.push_back(value_of(name, values[name.c_str()]));
+  for (const auto& hidden : node.optional("hidden").elements())
+    finding.hidden.push_back({hidden["name"].text(), hidden["channel"].text()});
+  if (finding.hidden.empty()) finding.hidden = legacy::hidden_by(finding);
   return finding;
+}
+
+/// Finding of a result: which of its parameters it concerns.
+Finding finding_of(const Node& node, const std::vector<Parameter>& parameters) {
+  Finding finding = finding_of(node);
+  const Node about = node.optional("about");
+  if (about.absent() && finding.severity == Finding::Severity::error)
+    finding.about = legacy::about_of(finding, parameters);
+  for (const Node& index : about.elements()) {
+    finding.about.push_back(static_cast<std::size_t>(index.whole()));
+    if (finding.about.back() >= parameters.size()) index.complain("the result has no such parameter");
+  }
+  return finding;
+}
+
+std::optional<Bound> bound_of(const Node& node) {
+  if (node.absent()) return std::nullopt;
+  const Unit unit = unit_of(node["unit"]);
+  const double value = unit.to_si(node["value"].number(NAN));
+  if (!std::isfinite(value)) node["value"].complain("a finite number is expected");
+  return Bound{value, unit};
+}
+
+/// A result of before has its limits as texts alone.
+Limit limit_of(const Node& node) {
+  const Limit limit{bound_of(node.optional("lower")), bound_of(node.optional("upper"))};
+  if (limit.lower || limit.upper) return limit;
+  const std::string text = node["limit"].text();
+  try {
+    return text.empty() ? limit : legacy::limit_of(text);
+  } catch (const Error& error) {
+    node["limit"].complain(reason_of(error));
+    return limit;
+  }
 }
 
 Verdict verdict_of(const Node& node) {
   return {node["parameter"].text(),
-          static_cast<Verdict::Outcome>(node["outcome"].one_of({"pass", "fail", "undecided"})), node["limit"].text()};
+          static_cast<Verdict::Outcome>(node["outcome"].one_of({"pass", "fail", "undecided"})), limit_of(node)};
 }
 
 Provenance provenance_of(const Node& node) {
@@ -282,6 +321,7 @@ Provenance provenance_of(const Node& node) {
   for (auto& [key, text] : node.optional("command_line").members()) provenance.command_line[key] = text;
   const auto seed = node.optional("seed");
   if (!seed.absent()) provenance.seed = seed.whole();
+  if (const auto memory = node.optional("memory"); !memory.absent()) provenance.memory = memory.whole();
   return provenance;
 }
 
@@ -334,9 +374,11 @@ Estimate estimate_of(const Node& top) {
   for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
   for (const auto& node : top["curves"].elements()) estimate.curves.push_back(curve_of(node));
   estimate.fit = fit_of(top["fit"]);
-  for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node));
+  for (const auto& node : top["findings"].elements())
+    estimate.findings.push_back(finding_of(node, estimate.parameters));
   for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
   estimate.provenance = provenance_of(top["provenance"]);
+  if (!estimate.provenance.memory) estimate.provenance.memory = legacy::memory_of(estimate.findings);
   if (const Node models = top.optional("models"); !models.absent())
     estimate.models = error_model::models_of(models, estimate.parameters.size());
   else
@@ -363,7 +405,7 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
-    if (!file.ends_with(".json") && file.find('.') != std::string::npos)
+    if (std::filesystem::path(file).extension() != ".json" && file.find('.') != std::string::npos)
       throw Error{Error::Kind::bad_file, in_file(file, "not JSON: a result of identify is expected here")};
     throw Error{Error::Kind::bad_file,
                 Problem(place_of(text, error.byte, file), "not JSON: no valid value here, or the file ends too early")};

@@ -142,6 +142,26 @@ TEST(ResultJson, FindingHasCodeValuesCountAndPlaces) {
     "values": {"lost": 34, "longest": {"value": 0.31, "unit": "s"}}}])"));
 }
 
+TEST(ResultJson, FindingSaysWhichParametersItConcerns) {
+  Estimate estimate = testing::estimate();
+  estimate.findings.resize(1);
+  estimate.findings[0].about = {2, 5};
+  estimate.findings[0].hidden = {{"fog.x.rate_random_walk", "fog.x"}, {"hysteresis"}};
+  estimate.provenance.memory = 8'000'000;
+  auto json = nlohmann::json::parse(to_json(estimate));
+  const auto read = estimate_from_json(json.dump(), "result.json");
+  EXPECT_EQ(read.findings[0].about, estimate.findings[0].about);
+  ASSERT_EQ(read.findings[0].hidden.size(), 2u);
+  EXPECT_EQ(read.findings[0].hidden[0].name, "fog.x.rate_random_walk");
+  EXPECT_EQ(read.findings[0].hidden[0].channel, "fog.x");
+  EXPECT_EQ(read.findings[0].hidden[1].name, "hysteresis");
+  EXPECT_EQ(read.provenance.memory, 8'000'000u);
+  json["findings"][0]["about"][1] = estimate.parameters.size();
+  const auto problems = problems_of(json.dump());
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0], "result.json: findings[0].about[1]: the result has no such parameter");
+}
+
 TEST(ResultJson, FindingOfAnEarlierVersionHasOnlyASentence) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["findings"] =

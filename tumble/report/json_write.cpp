@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/error_model/json.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
@@ -222,11 +223,26 @@ Json finding_json(const Finding& finding) {
   return json;
 }
 
+/// A finding of a result: which parameters it concerns, and which are below its limit.
+Json finding_of_result_json(const Finding& finding) {
+  Json json = finding_json(finding);
+  if (!finding.about.empty() || finding.severity == Finding::Severity::error) json["about"] = finding.about;
+  for (const HiddenParameter& hidden : finding.hidden)
+    json["hidden"].push_back(Json{{"name", hidden.name}, {"channel", hidden.channel}});
+  return json;
+}
+
+Json bound_json(const Bound& bound) { return {{"value", finite(written_value(bound))}, {"unit", bound.unit.text()}}; }
+
+/// The text of the limit is for readers of before, which have no ends.
 Json verdict_json(const Verdict& verdict) {
   constexpr std::array words{"pass", "fail", "undecided"};
-  return {{"parameter", verdict.parameter},
-          {"outcome", words[static_cast<std::size_t>(verdict.outcome)]},
-          {"limit", verdict.limit}};
+  Json json{{"parameter", verdict.parameter},
+            {"outcome", words[static_cast<std::size_t>(verdict.outcome)]},
+            {"limit", limit_text(verdict.limit)}};
+  if (verdict.limit.lower) json["lower"] = bound_json(*verdict.limit.lower);
+  if (verdict.limit.upper) json["upper"] = bound_json(*verdict.limit.upper);
+  return json;
 }
 
 Json object_of(const std::map<std::string, std::string>& texts) {
@@ -240,11 +256,13 @@ Json provenance_json(const Provenance& provenance) {
   const auto plan = [](const Provenance::PlanFile& p) {
     return Json{{"file", p.file}, {"sha256", p.sha256}, {"text", p.text ? Json(*p.text) : Json(nullptr)}};
   };
-  return {{"inputs", array_of(provenance.inputs, input)},
-          {"plans", array_of(provenance.plans, plan)},
-          {"settings", object_of(provenance.settings)},
-          {"command_line", object_of(provenance.command_line)},
-          {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
+  Json json{{"inputs", array_of(provenance.inputs, input)},
+            {"plans", array_of(provenance.plans, plan)},
+            {"settings", object_of(provenance.settings)},
+            {"command_line", object_of(provenance.command_line)},
+            {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
+  if (provenance.memory) json["memory"] = *provenance.memory;
+  return json;
 }
 
 Json facts_json(const PopulationFacts& facts) {
@@ -293,7 +311,7 @@ Json whole(const Estimate& estimate) {
               {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
               {"chi_square", finite(fit.chi_square)},
               {"condition", finite(fit.condition)}}},
-            {"findings", array_of(estimate.findings, finding_json)},
+            {"findings", array_of(estimate.findings, finding_of_result_json)},
             {"verdicts", array_of(estimate.verdicts, verdict_json)},
             {"provenance", provenance_json(estimate.provenance)}};
   if (estimate.population) json["population"] = facts_json(*estimate.population);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "tumble/core/said.hpp"
-#include "tumble/core/texts.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/texts.hpp"
 
 namespace tumble {
 namespace {

@@ -21,9 +21,9 @@ void write_value(double value, double sd, ParameterRow& row) {
     row.sd = split_at_point(mantissa(sd, rounding));
     return;
   }
-  const auto sign = row.text.find(" ± ");
-  row.value = split_at_point(row.text.substr(0, sign));
-  if (sign != std::string::npos) row.sd = split_at_point(row.text.substr(sign + std::string_view(" ± ").size()));
+  const auto halves = value_and_sd(value, sd);
+  row.value = split_at_point(halves.value);
+  row.sd = split_at_point(halves.sd);
 }
 
 void write_interval(const Estimate& estimate, std::size_t i, double value, double sd, ParameterRow& row) {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 
 namespace tumble {
 

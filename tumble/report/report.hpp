@@ -4,7 +4,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/recording.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 
 namespace tumble {
 

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/utf8.hpp"
@@ -80,13 +80,11 @@ std::string general(double value, int digits) {
 }
 
 std::string with_uncertainty(double value, double sd) {
-  if (std::isnan(value)) return "unknown";
-  if (std::isnan(sd) || sd < 0.0) return general(value) + " ± unknown";
-  if (std::isinf(sd)) return general(value) + " ± unbounded";
   const auto rounding = rounding_for(value, sd);
-  if (!rounding.significant) return fmt::format("{} ± {}", general(value, sd == 0.0 ? 6 : 15), general(sd, 2));
-  const auto pair = fmt::format("{} ± {}", mantissa(value, rounding), mantissa(sd, rounding));
-  return rounding.exponent == 0 ? pair : fmt::format("({}){}", pair, suffix(rounding.exponent));
+  if (rounding.significant && rounding.exponent != 0)
+    return fmt::format("({} ± {}){}", mantissa(value, rounding), mantissa(sd, rounding), suffix(rounding.exponent));
+  const auto halves = value_and_sd(value, sd);
+  return halves.sd.empty() ? halves.value : halves.value + " ± " + halves.sd;
 }
 
 std::vector<std::string> lined_up(const std::vector<double>& values, const std::string& pad, const std::string& point) {
@@ -138,14 +136,12 @@ std::string interval_text(const Estimate& estimate, std::size_t index) {
 }
 
 ValueAndSd value_and_sd(double value, double sd) {
-  if (std::isfinite(value) && std::isfinite(sd) && sd >= 0.0)
-    if (const auto rounding = rounding_for(value, sd); rounding.significant)
-      return {rounded(value, rounding), rounded(sd, rounding)};
-  const std::string text = with_uncertainty(value, sd);
-  const std::string_view sign = " ± ";
-  const auto split = text.find(sign);
-  if (split == std::string::npos) return {text, ""};
-  return {text.substr(0, split), text.substr(split + sign.size())};
+  if (std::isnan(value)) return {"unknown", ""};
+  if (std::isnan(sd) || sd < 0.0) return {general(value), "unknown"};
+  if (std::isinf(sd)) return {general(value), "unbounded"};
+  const auto rounding = rounding_for(value, sd);
+  if (!rounding.significant) return {general(value, sd == 0.0 ? 6 : 15), general(sd, 2)};
+  return {rounded(value, rounding), rounded(sd, rounding)};
 }
 
 std::string measured_text(const Estimate& estimate, std::string_view name, Language language) {

@@ -5,9 +5,10 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/in_language.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -179,7 +180,7 @@ std::string verdicts_text(const Estimate& estimate, const Words& words, std::siz
   for (const auto& verdict : estimate.verdicts) {
     outcome.cells.push_back(words(keys[static_cast<std::size_t>(verdict.outcome)]));
     parameter.cells.push_back(printable(verdict.parameter));
-    limit.cells.push_back(printable(verdict.limit));
+    limit.cells.push_back(printable(limit_text(verdict.limit)));
     measured.cells.push_back(measured_text(judged(estimate), verdict.parameter, words.language));
   }
   return "\n" + words("verdicts") + "\n" + text_table({outcome, parameter, limit, measured}, width);

@@ -10,7 +10,7 @@ namespace {
 /// The axes that the rig moves, without how the instrument is mounted and the air about it.
 std::vector<Axis> own_axes(const Plan& plan) {
   auto axes = find_rig(plan.rig_kind).axes();
-  std::erase_if(axes, [](const Axis& axis) { return axis.name.starts_with("mount_") || axis.unit == "degC"; });
+  std::erase_if(axes, [](const Axis& axis) { return is_mount_axis(axis.name) || axis.unit == "degC"; });
   return axes;
 }
 

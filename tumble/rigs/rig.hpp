@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tumble/core/plan.hpp"
@@ -23,6 +24,9 @@ struct Axis {
   std::vector<Motion::Kind> motions;
   std::string description;
 };
+
+/// Whether an axis of that name turns the instrument on its fixture, which a person does between segments.
+bool is_mount_axis(std::string_view axis);
 
 /// One way in which a rig departs from what the plan says. The simulator draws it, the budget of an estimate
 /// differences the rig with respect to it, and a prediction does the same before the test.

@@ -22,6 +22,8 @@ namespace {
 
 }  // namespace
 
+bool is_hidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
+
 bool is_plain_name(std::string_view name) {
   const auto is_control = [](unsigned char byte) { return byte < 0x20 || byte == 0x7f; };
   if (std::ranges::any_of(name, is_control)) return false;
@@ -39,8 +41,7 @@ fs::path inside(const fs::path& root, const std::string& name) {
   const fs::path path(name);
   if (path.is_absolute()) refuse_name(say("'{}': a name inside of the folder is expected", name));
   for (const auto& part : path)
-    if (part.empty() || part.string().starts_with('.'))
-      refuse_name(say("'{}': a part begins with a dot or is empty", name));
+    if (part.empty() || is_hidden(part)) refuse_name(say("'{}': a part begins with a dot or is empty", name));
   std::error_code failed;
   const fs::path whole = fs::canonical(root / path, failed);
   if (failed) throw Error{Error::Kind::bad_file, say("there is no '{}' in the folder", name)};

@@ -11,6 +11,9 @@ namespace tumble {
 /// link.
 std::filesystem::path inside(const std::filesystem::path& root, const std::string& name);
 
+/// Whether the name of a file or a folder begins with a dot: such are not shown.
+bool is_hidden(const std::filesystem::path& path);
+
 /// Whether a name can be shown and sent: UTF-8 without control characters.
 bool is_plain_name(std::string_view name);
 

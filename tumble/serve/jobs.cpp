@@ -10,9 +10,11 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/folder_below.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -73,13 +75,11 @@ Job read_job(const fs::path& file) {
 
 constexpr const char* place_of_jobs = "jobs";
 
-bool is_number(const std::string& name) {
-  return !name.empty() && name.size() <= 9 && name.find_first_not_of("0123456789") == std::string::npos;
-}
+bool is_number(const std::string& name) { return name.size() <= 9 && is_digits(name); }
 
 std::vector<std::string> results_in(const jobs::Descriptor& folder) {
   auto files = jobs::files_in(folder);
-  std::erase_if(files, [](const std::string& name) { return name == "job.json" || name.starts_with('.'); });
+  std::erase_if(files, [](const std::string& name) { return name == "job.json" || is_hidden(name); });
   return files;
 }
 
@@ -121,7 +121,7 @@ std::string Jobs::state_of(const Job& job) const { return (fs::path(options_.sta
 void Jobs::restore() {
   std::error_code failed;
   const auto beyond = [&](const std::string& id) {
-    if (is_number(id)) next_ = std::max<std::uint64_t>(next_, std::stoull(id) + 1);
+    if (is_number(id)) next_ = std::max<std::uint64_t>(next_, as_number<std::uint64_t>(id).value_or(0) + 1);
   };
   for (const auto& entry : fs::directory_iterator(fs::path(options_.root) / place_of_jobs, failed))
     beyond(entry.path().filename().string());

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "tumble/station/recorder.hpp"
-#include "tumble/station/run_desk.hpp"
+#include "tumble/desk/run_desk.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -12,6 +12,7 @@
 
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -65,28 +66,12 @@ std::string key_of(const std::string& password, const std::string& salt, const C
   return key;
 }
 
-std::optional<std::uint64_t> number_in(std::string_view text) {
-  std::uint64_t value = 0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-std::vector<std::string_view> parts_of(std::string_view text) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const auto colon = text.find(':');
-    parts.push_back(text.substr(0, colon));
-    if (colon == std::string_view::npos) return parts;
-    text.remove_prefix(colon + 1);
-  }
-}
-
 /// Costs are limited: a file that somebody else wrote must not bring the server down.
 std::optional<Hash> parse(const std::string& text) {
-  const auto parts = parts_of(text);
+  const auto parts = list_items(text, ':');
   if (parts.size() != 6 || parts[0] != "scrypt") return std::nullopt;
-  const auto n = number_in(parts[1]), r = number_in(parts[2]), p = number_in(parts[3]);
+  const auto n = as_number<std::uint64_t>(parts[1]), r = as_number<std::uint64_t>(parts[2]),
+             p = as_number<std::uint64_t>(parts[3]);
   const auto salt = unhex(parts[4]), key = unhex(parts[5]);
   if (!n || !r || !p || !salt || !key || salt->size() < shortest_salt || key->size() != key_bytes) return std::nullopt;
   if (*n < 16384 || *n > 1048576 || (*n & (*n - 1)) != 0 || *r != 8 || *p < 1 || *p > 16) return std::nullopt;

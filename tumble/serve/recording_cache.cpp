@@ -12,6 +12,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/pyramid/live_samples.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -45,11 +46,11 @@ std::string key_of_file(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) throw Error{Error::Kind::bad_file, say("'{}' cannot be read", path)};
   return fmt::format("live {} {}", status.st_ino,
-                     sha256_of(fs::absolute(path).lexically_normal().string()).substr(0, 24));
+                     first_digits(sha256_of(fs::absolute(path).lexically_normal().string()), 24));
 }
 
 /// Where the cache says which pyramid a file has: two lines, name of the pyramid and checksum of the file.
-fs::path pointer_of(const fs::path& cache, const std::string& key) { return cache / (key.substr(0, 32) + ".of"); }
+fs::path pointer_of(const fs::path& cache, const std::string& key) { return cache / (first_digits(key, 32) + ".of"); }
 
 struct Names {
   std::string pyramid, checksum;
@@ -159,7 +160,7 @@ std::shared_ptr<const PreparedRecording> RecordingCache::open(const std::string&
       const fs::path file = cache_ / names->pyramid;
       prepared->pyramid = std::make_shared<const Pyramid>(file.string() + ".pyr", opened_when_asked(recording, sets));
       prepared->checksum = names->checksum;
-      prepared->tag = key.substr(0, 32);
+      prepared->tag = first_digits(key, 32);
       std::error_code failed;
       if (fs::exists(file.string() + ".json", failed)) prepared->inspection = read_text_file(file.string() + ".json");
       return prepared;

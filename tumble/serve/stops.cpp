@@ -1,6 +1,6 @@
 #include "tumble/serve/stops.hpp"
 
-#include "tumble/station/run_desk.hpp"
+#include "tumble/desk/run_desk.hpp"
 
 namespace tumble {
 

@@ -8,6 +8,8 @@
 
 #include "tumble/formats/confinement.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 
@@ -27,6 +29,8 @@ Context::Context(const WorkbenchOptions& given)
       jobs({given.program, given.folder.string(), given.state.string(), 2, given.clock}, feed),
       recordings(given.cache, jobs),
       predictions(given.program, 2) {}
+
+Right role_of(const Route& route) { return route.role.value_or(route.method == "GET" ? Right::read : Right::operate); }
 
 }  // namespace routes
 

@@ -4,29 +4,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
-#include <memory>
 #include <set>
 #include <utility>
 
 #include "tumble/station/conduct/channel_values.hpp"
 #include "tumble/station/conduct/device_line.hpp"
 #include "tumble/station/conduct/estimates.hpp"
+#include "tumble/station/conduct/event_queue.hpp"
 #include "tumble/station/conduct/flood_watch.hpp"
 #include "tumble/station/conduct/hearing.hpp"
+#include "tumble/station/conduct/instrument_line.hpp"
+#include "tumble/station/conduct/record_words.hpp"
 #include "tumble/station/conduct/recorders.hpp"
-#include "tumble/station/conduct/row_text.hpp"
 #include "tumble/station/conduct/row_wait.hpp"
-#include "tumble/station/conduct/stream_line.hpp"
 #include "tumble/station/conduct/view.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 namespace tumble {
 namespace {
 
 using conduct::DeviceLine;
-using conduct::StreamLine;
+using conduct::InstrumentLine;
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double values_every = 0.1;    ///< [s] channels are told to the executive
@@ -63,15 +61,14 @@ class Conductor {
       devices_.push_back(
           {DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
     }
-    for (std::size_t i = 0; i < station.instruments.size(); ++i) {
-      streams_.push_back(conduct::recorder_of(station.instruments[i], parts.streams[i], state_.course->units.size() > 1,
-                                              recorder, company.estimates));
-      starts_.emplace_back(
-          parts.streams[i].codec.link, [this, i](std::string_view bytes) { send_to_unit(i, bytes); },
-          station.instruments[i].answer_within);
-    }
     begin_ = wires_.now();
-    hearing_ = {streams_.size(), begin_};
+    for (std::size_t i = 0; i < station.instruments.size(); ++i) {
+      const StationInstrument& instrument = station.instruments[i];
+      auto stream = conduct::recorder_of(instrument, parts.streams[i], state_.course->units.size() > 1, recorder,
+                                         company.estimates);
+      instruments_.emplace_back(instrument, parts.streams[i], std::move(stream),
+                                InstrumentLine::Wire{wires_, devices_.size() + i}, begin_);
+    }
     next_show_ = next_values_ = begin_;
   }
 
@@ -90,9 +87,8 @@ class Conductor {
       }
       if (!end_) look_around();
     }
-    for (const auto& stream : streams_)
-      if (stream) stream->finish();
-    for (const std::string& words : floods_.dropped()) perform(Note{"flood", words});
+    for (InstrumentLine& instrument : instruments_) instrument.finish();
+    for (const std::string& words : floods_.dropped()) perform(Note{EventKind::flood, words});
     if (company_.over) company_.over();
     recorder_.close(wires_.now(), std::string(name(end_->ending)));
     events_of_store_.tell();
@@ -100,16 +96,9 @@ class Conductor {
   }
 
  private:
-  const std::string& slot_of(std::size_t i) const { return state_.course->station.instruments[i].slot; }
-
   void send(std::size_t device, std::string_view bytes) {
     recorder_.raw(devices_[device].link, StoreDirection::sent, wires_.now(), bytes);
     wires_.send(device, bytes);
-  }
-
-  void send_to_unit(std::size_t i, std::string_view bytes) {
-    if (streams_[i]) streams_[i]->sent(wires_.now(), bytes);
-    wires_.send(devices_.size() + i, bytes);
   }
 
   /// [s] when something is due.
@@ -117,53 +106,50 @@ class Conductor {
     double due = std::min(state_.wake.value_or(never), next_values_);
     if (rows_.waits()) due = std::min(due, wires_.now() + row_look);
     for (const Device& device : devices_) due = std::min(due, device.line.next());
-    for (const StreamLine& start : starts_) due = std::min(due, start.next());
+    for (const InstrumentLine& instrument : instruments_) due = std::min(due, instrument.next());
     return due;
   }
 
   void take_all(const std::vector<LinkEvent>& events) {
     for (std::size_t i = 0; i < events.size() && !end_; ++i) {
-      more_ = i + 1 < events.size();
+      events_.expect(i + 1 < events.size());
       happened(events[i]);
     }
-    more_ = false;
+    events_.expect(false);
   }
 
   void happened(const LinkEvent& event) {
-    const Station& station = state_.course->station;
-    if (event.link < devices_.size()) {
-      Device& device = devices_[event.link];
-      const std::string& called = station.devices[event.link].name;
-      if (event.kind == LinkEvent::Kind::lost) {
-        device.line.restart();
-        return take(LinkLost{called, event.reason}, event.time);
-      }
-      if (event.kind == LinkEvent::Kind::up) return take(LinkUp{called}, event.time);
-      const std::string_view bytes = unflooded(event);
-      recorder_.raw(device.link, StoreDirection::received, event.time, bytes);
-      return replied(event.link, device.line.receive(bytes, event.time), event.time);
-    }
+    if (event.link < devices_.size()) return device_says(event);
     const std::size_t i = event.link - devices_.size();
-    if (i >= streams_.size() || !streams_[i]) return;
-    if (event.kind == LinkEvent::Kind::lost) return stream_lost(i, event);
-    if (event.kind == LinkEvent::Kind::up) {
-      streams_[i]->restart();
-      return starts_[i].link_is_up(event.time);
+    if (i < instruments_.size() && instruments_[i].stream()) instrument_says(instruments_[i], event);
+  }
+
+  void device_says(const LinkEvent& event) {
+    Device& device = devices_[event.link];
+    const std::string& called = state_.course->station.devices[event.link].name;
+    if (event.kind == LinkEvent::Kind::lost) {
+      device.line.restart();
+      return take(LinkLost{called, event.reason}, event.time);
     }
-    const std::uint64_t before = streams_[i]->counts().channel_frames;
+    if (event.kind == LinkEvent::Kind::up) return take(LinkUp{called}, event.time);
     const std::string_view bytes = unflooded(event);
-    streams_[i]->receive(event.time, bytes);
-    const bool has_frame = streams_[i]->counts().channel_frames > before;  // bytes alone are no measurement
-    if (has_frame) hearing_.sample(i, event.time);
-    if (starts_[i].receive(bytes, has_frame, event.time)) take(StreamStarted{slot_of(i)}, event.time);
-    if (!watched_.empty()) tell_watched(i, event.time);
+    recorder_.raw(device.link, StoreDirection::received, event.time, bytes);
+    replied(event.link, device.line.receive(bytes, event.time), event.time);
+  }
+
+  void instrument_says(InstrumentLine& instrument, const LinkEvent& event) {
+    if (event.kind == LinkEvent::Kind::lost) return stream_lost(instrument, event);
+    if (event.kind == LinkEvent::Kind::up) return instrument.link_is_up(event.time);
+    if (instrument.receive(unflooded(event), event.time)) take(StreamStarted{instrument.slot()}, event.time);
+    if (!watched_.empty()) tell_watched(instrument, event.time);
   }
 
   /// A unit that is switched off between two power-ups takes its link with it: whether it is back is decided when it is
   /// recorded.
-  void stream_lost(std::size_t i, const LinkEvent& event) {
-    if (state_.recording) return take(UnitFailed{slot_of(i), event.reason}, event.time);
-    perform(Note{"link", fmt::format("the stream of the unit in slot {} has ended: {}", slot_of(i), event.reason)});
+  void stream_lost(const InstrumentLine& instrument, const LinkEvent& event) {
+    if (state_.recording) return take(UnitFailed{instrument.slot(), event.reason}, event.time);
+    perform(Note{EventKind::link,
+                 fmt::format("the stream of the unit in slot {} has ended: {}", instrument.slot(), event.reason)});
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
@@ -203,12 +189,11 @@ class Conductor {
           now, state_.recording, [&](EstimateNow estimate) { take(std::move(estimate), now); },
           [&](const Note& note) { perform(note); });
     }
-    if (unjudged_ || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
+    if (events_.is_unjudged() || (state_.wake && now >= *state_.wake)) take(Tick{}, now);
     events_of_store_.tell();
     if (company_.show && now >= next_show_) {
       conduct::show_to_company([&] { company_.show(view(now)); });
-      for (const auto& stream : streams_)
-        if (stream) stream->begin_bar();
+      for (InstrumentLine& instrument : instruments_) instrument.begin_bar();
       next_show_ = now + company_.show_every;
     }
   }
@@ -217,8 +202,8 @@ class Conductor {
     for (std::size_t d = 0; d < devices_.size(); ++d) {
       replied(d, devices_[d].line.at(now), now);
       if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
-        perform(Note{"reply", fmt::format("{}: {} more lines that nobody asked for",
-                                          state_.course->station.devices[d].name, untold)});
+        perform(Note{EventKind::reply, fmt::format("{}: {} more lines that nobody asked for",
+                                                   state_.course->station.devices[d].name, untold)});
     }
   }
 
@@ -233,43 +218,40 @@ class Conductor {
 
   /// Commands of instruments that were not answered are sent again.
   void look_at_starts(double now) {
-    for (std::size_t i = 0; i < starts_.size(); ++i)
-      if (const std::string missing = starts_[i].at(now); !missing.empty())
-        perform(Note{"stream", fmt::format("slot {}: {}", slot_of(i), missing)});
+    for (InstrumentLine& instrument : instruments_)
+      if (const std::string missing = instrument.at(now); !missing.empty())
+        perform(Note{EventKind::stream, fmt::format("slot {}: {}", instrument.slot(), missing)});
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
   void look_for_silence(double now) {
-    if (!state_.recording) return;
-    for (std::size_t i = 0; i < streams_.size(); ++i) {
-      if (!streams_[i] || !state_.recording) continue;
-      const StationInstrument& instrument = state_.course->station.instruments[i];
-      const double silence = hearing_.silence(i, now);
-      if (silence <= silence_of(instrument)) continue;
-      hearing_.give_up(i);  // it is said once
-      take(UnitFailed{instrument.slot, fmt::format("no sample was received for {:.3g} s", silence)}, now);
+    for (InstrumentLine& instrument : instruments_) {
+      const double silence = state_.recording ? instrument.silence(hearing_, now) : 0.0;
+      if (silence == 0.0) continue;
+      instrument.give_up();  // it is said once
+      take(UnitFailed{instrument.slot(), fmt::format("no sample was received for {:.3g} s", silence)}, now);
     }
   }
 
   /// The executive takes a segment that has ended for complete, and the run may end before a silence is too long.
   void say_silence(const std::string& segment, double now) {
-    for (std::size_t i = 0; i < streams_.size(); ++i)
-      if (const auto text = streams_[i] ? hearing_.missing(i, streams_[i]->rate(), now) : ""; !text.empty())
-        perform(Note{"stream", fmt::format("slot {}: {} of segment '{}'", slot_of(i), text, segment)});
+    for (const InstrumentLine& instrument : instruments_)
+      if (const auto text = instrument.missing(hearing_, now); !text.empty())
+        perform(Note{EventKind::stream, fmt::format("slot {}: {} of segment '{}'", instrument.slot(), text, segment)});
   }
 
   /// What interlocks and settle rules look at is told as soon as it has arrived.
-  void tell_watched(std::size_t i, double time) {
+  void tell_watched(const InstrumentLine& instrument, double time) {
     ChannelValues values;
-    conduct::add_values(slot_of(i), *streams_[i], &watched_, values);
+    conduct::add_values(instrument.slot(), *instrument.stream(), &watched_, values);
     if (!values.values.empty()) take(std::move(values), time);
   }
 
   void tell_values(double now) {
     next_values_ = now + values_every;
     ChannelValues values;
-    for (std::size_t i = 0; i < streams_.size(); ++i)
-      if (streams_[i]) conduct::add_values(slot_of(i), *streams_[i], nullptr, values);
+    for (const InstrumentLine& instrument : instruments_)
+      if (instrument.stream()) conduct::add_values(instrument.slot(), *instrument.stream(), nullptr, values);
     if (!values.values.empty()) take(std::move(values), now);
   }
 
@@ -277,32 +259,20 @@ class Conductor {
 
   /// Runs one event through the executive and performs its actions. A refusal is queued and handled next.
   void take(decltype(RunEvent::what) what, double time) {
-    events_.push_back({time, std::move(what), more_});
-    unjudged_ = more_;
-    if (busy_) return;
-    busy_ = true;
-    while (!events_.empty()) {
-      const RunEvent event = std::move(events_.front());
-      events_.pop_front();
+    events_.put(std::move(what), time);
+    events_.drain([this](const RunEvent& event) {
       std::vector<RunAction> actions;
       state_ = step(std::move(state_), event, actions);
       if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
       by_hand_ = state_.by_hand;
       for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
-    }
-    busy_ = false;
+    });
   }
 
   /// What people see of the channels is that of one segment.
   void begin_segment(const std::string& label, double time) {
     estimates_.begin(label, time);
-    for (const auto& stream : streams_)
-      if (stream) stream->begin_noise();
-  }
-
-  void note_step(const JournalRow& row) {
-    recorder_.journal(row);
-    estimates_.journal(row);
+    for (InstrumentLine& instrument : instruments_) instrument.begin_noise();
   }
 
   void perform(const Ask& ask) {
@@ -314,40 +284,39 @@ class Conductor {
   }
   void perform(const RecordSwitch& record) {
     const double now = wires_.now();
-    note_step(conduct::step_of(record, now));
+    const RunRow row = conduct::row_of(record, now);
+    recorder_.journal(now, row);
+    estimates_.journal(now, row);
     if (!record.on) return say_silence(record.label, now);
     hearing_.records(record.run, now);
     begin_segment(record.label, now);
-    tell({"records", conduct::words_of(record, state_.course->schedule.size())});
+    tell({EventKind::records, conduct::words_of(record, state_.course->schedule.size())});
   }
   void perform(const JournalEntry& entry) {
     const RunRow& row = entry.row;
     const double now = wires_.now();
-    if (const auto step = conduct::step_of(row, now)) note_step(*step);
-    // Last: a segment that a resumed run takes as complete has its marks, wherever the store was cut.
-    const std::uint64_t sequence = events_of_store_.record({now, "journal", {}, row.label, conduct::text_of(row)});
+    estimates_.journal(now, row);
+    const std::uint64_t sequence = events_of_store_.record(now, row);
     if (state_.awaits_rows)
       rows_.wrote(sequence);
     else
       recorder_.flush();
   }
   void perform(const StreamSwitch& stream) {
-    const auto& all = state_.course->station.instruments;
-    const auto found = std::ranges::find(all, stream.slot, &StationInstrument::slot);
-    if (found == all.end()) return;
-    StreamLine& start = starts_[static_cast<std::size_t>(found - all.begin())];
+    const auto found = std::ranges::find(instruments_, stream.slot, &InstrumentLine::slot);
+    if (found == instruments_.end()) return;
     hearing_.switched();
-    stream.on ? start.start(wires_.now()) : start.stop();
+    stream.on ? found->start(wires_.now()) : found->stop();
   }
   void perform(const Prompt& prompt) {
-    events_of_store_.record({wires_.now(), "prompt", {}, prompt.text, {}});
+    events_of_store_.record({wires_.now(), EventKind::prompt, {}, prompt.text, {}});
     prompt_ = prompt;
     if (company_.ask) conduct::show_to_company([&] { company_.ask(prompt); });
   }
   void perform(const PromptClosed&) { prompt_.reset(); }
   void perform(const WakeAt&) {}  // the state has it
   void perform(const Note& note) {
-    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}});
+    events_of_store_.record({wires_.now(), note.kind, {}, note.text, {}, note.phase});
     tell(note);
   }
   void tell(const Note& note) {
@@ -363,24 +332,22 @@ class Conductor {
   const RunCompany& company_;
   conduct::Estimates estimates_;
   std::vector<Device> devices_;
-  std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
-  std::vector<StreamLine> starts_;                            ///< by instrument: what starts its stream
-  std::set<std::string> watched_;                             ///< channels of interlocks and settle rules
-  conduct::Hearing hearing_{0, 0.0};
+  std::vector<InstrumentLine> instruments_;
+  std::set<std::string> watched_;  ///< channels of interlocks and settle rules
+  conduct::Hearing hearing_;
   conduct::Floods floods_;
   conduct::RowWait rows_;  ///< of the journal
-  std::deque<RunEvent> events_;
+  conduct::EventQueue events_;
   conduct::ToldEvents events_of_store_;
   std::map<std::string, double> by_hand_;
   std::optional<Prompt> prompt_;
   std::optional<RunEnd> end_;
   double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
-  bool busy_ = false, store_failed_ = false;
-  bool more_ = false, unjudged_ = false;  ///< more has arrived; nobody has looked since whether a device is silent
+  bool store_failed_ = false;
 };
 
 RunView Conductor::view(double now) const {
-  RunView view = conduct::view_of(state_, streams_, now - begin_, now - state_.recording_began);
+  RunView view = conduct::view_of(state_, instruments_, now - begin_, now - state_.recording_began);
   view.estimates = estimates_.view();
   view.prompt = prompt_;
   const Acknowledged on_disk = recorder_.acknowledged();

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "tumble/recorder/live_estimates.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/station/executive.hpp"
-#include "tumble/station/live_estimates.hpp"
-#include "tumble/station/recorder.hpp"
 #include "tumble/station/wires.hpp"
 #include "tumble/wire/controller.hpp"
 #include "tumble/wire/frames.hpp"
@@ -83,6 +83,8 @@ struct RunCompany {
   std::function<void(const Note& note, double time)> note = {};
   /// The events of the store, in order, once they are on the disk; `sequence` is 0 where the recording has stopped.
   std::function<void(std::uint64_t sequence, const StoreEvent& event)> event = {};
+  /// The rows of the journal in the same order, each with its time [s] in the store.
+  std::function<void(std::uint64_t sequence, double time, const RunRow& row)> row = {};
   std::function<void(const RunView&)> show = {};
   double show_every = 0.5;  ///< [s] of the station's clock
   /// [s of the station's clock] that the disk may take for a row of the journal. What would move the rig waits for it,

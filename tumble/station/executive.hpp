@@ -11,41 +11,17 @@
 #include <vector>
 
 #include "tumble/core/schedule.hpp"
+#include "tumble/recorder/run_row.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/wire/controller.hpp"
 
 namespace tumble {
 
-/// States of the executive. docs/station.md says when each is entered.
-enum class RunPhase {
-  idle,
-  preparing,
-  ready,
-  moving,
-  settling,
-  dwelling,
-  recording,
-  between,
-  finishing,
-  complete,
-  holding,
-  pausing,
-  paused,
-  stopping,
-  aborting,
-  safe,
-  faulted
-};
-std::string_view name(RunPhase phase);
-const std::vector<RunPhase>& all_phases();
 /// Whether the executive may go from one state to the other: the table of docs/station.md.
 bool may_follow(RunPhase from, RunPhase to);
 /// complete, safe, faulted: nothing follows.
 bool is_end(RunPhase phase);
-
-enum class RunEnding { complete, aborted, stopped, failed, error, faulted };
-std::string_view name(RunEnding ending);
 
 struct UnitUnderTest {
   std::string slot, serial;
@@ -61,33 +37,6 @@ struct Course {
   double prompt_deadline = 600.0;                  ///< [s]
   double prepare_deadline = 120.0;                 ///< [s] for all devices and channels together
 };
-
-/// A row of the journal. What moves the rig is sent when the rows before it are on the disk: the shell waits for the
-/// disk with each row, or says RowsStored and goes on looking at the rig (`awaits_rows`).
-struct RunRow {
-  enum class Kind {
-    power_up,        ///< the unit is switched on for `run`; what earlier attempts of this run recorded no longer counts
-    segment_begins,  ///< before the first motion of an attempt
-    segment_ends,    ///< "complete", or why not: "failed", "held", "paused", "stopped", "aborted"
-    unit_out,        ///< `label` is its slot
-    run_ends
-  };
-  Kind kind = Kind::segment_begins;
-  double time = 0.0;        ///< [s]
-  std::size_t segment = 0;  ///< index in the schedule
-  int run = 1;
-  int attempt = 0;
-  std::string label = {}, ending = {}, reason = {};
-  std::map<std::string, double> demanded = {},
-                                achieved = {};  ///< [SI] by channel: "table.rate"; achieved: the mean read
-  std::string rule = {};                        ///< the stopping rule
-  double at_least = 0.0;                        ///< [s] of recording before which it is not looked at
-  std::optional<double> reached = {};           ///< [s] of recording after which it was reached
-  bool operator==(const RunRow&) const = default;
-};
-
-/// The attempt of each segment that counts, by segment; a segment without one is absent.
-std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal);
 
 // What happens.
 struct Tick {};
@@ -159,6 +108,8 @@ struct RecordSwitch {
   std::string label;
   int run = 1, attempt = 1;
 };
+/// A row of the journal. What moves the rig is sent when the rows before it are on the disk: the shell waits for the
+/// disk with each row, or says RowsStored and goes on looking at the rig (`awaits_rows`).
 struct JournalEntry {
   RunRow row;
 };
@@ -174,6 +125,7 @@ struct Prompt {
   std::string standard;              ///< the choice that is offered
   double deadline = 0.0;             ///< [s]
   std::string at_deadline = "hold";  ///< what happens then: axes come to rest, and the question stays open
+  std::string failed_segment = {};   ///< label of the segment that has failed; empty: the question is part of the plan
 };
 struct PromptClosed {
   int id = 0;
@@ -182,8 +134,9 @@ struct WakeAt {
   double time = 0.0;  ///< [s] a Tick is wanted; replaces the one before
 };
 struct Note {
-  std::string kind;  ///< "phase", "refused", "timeout", "interlock", "link", "answer", "safe", "unit", ...
+  EventKind kind = EventKind::notice;
   std::string text;
+  std::optional<RunPhase> phase = {};  ///< that is entered
 };
 struct RunEnd {
   RunEnding ending = RunEnding::complete;

@@ -1,6 +1,7 @@
 // Links that are lost, silent or late, and what is sent again.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/station/testing/executive_bench.hpp"
@@ -87,7 +88,7 @@ TEST(Executive, TakesItsOwnSleepForNoSilenceOfTheDevices) {
     bench.run(began);
     bench.sleep(began + 100.0);
     EXPECT_EQ(bench.run(10000.0), RunEnding::complete) << began;
-    const auto late = std::ranges::find(bench.notes, "late", &Note::kind);
+    const auto late = std::ranges::find(bench.notes, EventKind::late, &Note::kind);
     ASSERT_NE(late, bench.notes.end());
     EXPECT_TRUE(late->text.find(" for 99.9 s") != std::string::npos ||
                 late->text.find(" for 100 s") != std::string::npos)

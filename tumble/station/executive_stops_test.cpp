@@ -36,7 +36,7 @@ TEST(Executive, AsksAPersonWhenAChamberIsTooSlow) {
   EXPECT_EQ(bench.prompts[0].at_deadline, "hold");
   const auto ends = rows_of_kind(bench, RunRow::Kind::segment_ends);
   ASSERT_EQ(ends.size(), 3u);
-  EXPECT_EQ(ends[0].ending, "failed");
+  EXPECT_EQ(ends[0].ending, RunRow::Ending::failed);
   EXPECT_EQ(ends[2].attempt, 3);
 }
 
@@ -170,8 +170,8 @@ TEST(Executive, RefusesAnswersThatAreLateOrNotOffered) {
   EXPECT_EQ(after.phase, RunPhase::safe);
   ASSERT_EQ(actions.size(), 1u);
   EXPECT_EQ(std::get<Note>(actions[0]).text, "Wang: question 1 is closed");
-  const auto refused =
-      std::find_if(bench.notes.begin(), bench.notes.end(), [](const Note& note) { return note.kind == "refused"; });
+  const auto refused = std::find_if(bench.notes.begin(), bench.notes.end(),
+                                    [](const Note& note) { return note.kind == EventKind::refused; });
   ASSERT_NE(refused, bench.notes.end());
   EXPECT_EQ(refused->text, "Li: 'carry on' is no answer to question 1; accepted: repeat, skip, stop");
 }
@@ -199,7 +199,7 @@ TEST(Executive, PausesAtOnceAndRepeatsTheSegment) {
   EXPECT_EQ(bench.true_rate("table"), 0.0);
   EXPECT_EQ(bench.run(1000.0), RunEnding::complete);
   EXPECT_EQ(counted_attempts(bench.rows).at(1), 2);
-  EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::segment_ends)[1].ending, "paused");
+  EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::segment_ends)[1].ending, RunRow::Ending::paused);
 }
 
 TEST(Executive, PausesAtACheckpointWithoutLossOfASegment) {
@@ -220,7 +220,7 @@ TEST(Executive, RunsTheSafeListOnceHoweverOftenItIsToldToStop) {
   EXPECT_EQ(asked_for(bench, "stop").size(), 1u);
   EXPECT_EQ(asked_for(bench, "hold").size(), 1u);
   EXPECT_EQ(bench.true_rate("table"), 0.0);
-  EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::run_ends).back().ending, "stopped");
+  EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::run_ends).back().ending, RunRow::Ending::stopped);
 }
 
 TEST(Executive, SaysToAPersonThatTheRigIsNotSafe) {

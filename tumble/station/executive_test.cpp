@@ -31,7 +31,7 @@ TEST(Executive, CarriesOutASchedule) {
   for (const auto& one : bench.recorded) EXPECT_NEAR(one.end - one.begin, 10.0, 1e-9) << one.what.label;
   const auto ends = rows_of_kind(bench, RunRow::Kind::segment_ends);
   ASSERT_EQ(ends.size(), 4u);
-  EXPECT_EQ(ends[1].ending, "complete");
+  EXPECT_EQ(ends[1].ending, RunRow::Ending::complete);
   EXPECT_NEAR(ends[1].achieved.at("table.rate"), si(20.0, "deg/s"), 1e-12);
   const double turns = (bench.true_position("table") - si(90.0, "deg")) / two_pi;
   EXPECT_NEAR(turns, std::round(turns), 1e-9);

@@ -29,7 +29,7 @@ struct DeclaredInstrument {
 
 DeclaredInstrument instrument_to_record(const RecordRequest& request) {
   const InstrumentChoice choice = parse_instrument(request.instrument);
-  const bool own = choice.name.ends_with(".toml");
+  const bool own = fs::path(choice.name).extension() == ".toml";
   DeclaredInstrument instrument;
   instrument.link = {text_of(request.link),
                      {},
@@ -92,7 +92,7 @@ class Session {
         links_([this] { return now(); }),
         line_(
             instrument_.codec.link, [this](std::string_view bytes) { send(bytes); }, answer_within),
-        disk_(world.fault) {}
+        disk_(world.disk ? *world.disk : own_disk_) {}
 
   RecordOutcome run() {
     check_start(request_, instrument_.codec.link);
@@ -135,7 +135,7 @@ class Session {
 
   /// The time of day beside that of the recording, once a minute.
   void note_wall_clock() {
-    recorder_->event({now(), "clock", {}, world_.wall(), {}});
+    recorder_->event({now(), EventKind::clock, {}, world_.wall(), {}});
     next_wall_clock_ = now() + 60.0;
   }
 
@@ -148,7 +148,7 @@ class Session {
       }
       received_ += event.bytes.size();
       if (event.kind != LinkEvent::Kind::lost) continue;
-      recorder_->event({event.time, "link lost", instrument_.link.name, event.reason, {}});
+      recorder_->event({event.time, EventKind::link_lost, instrument_.link.name, event.reason, {}});
       end("the link was lost: " + event.reason);
     }
     if (const auto failure = recorder_->failure()) end(failure->text);
@@ -264,7 +264,8 @@ class Session {
   Links links_;
   conduct::StreamLine line_;
   std::size_t link_ = 0;
-  Disk disk_;
+  Disk own_disk_;
+  Disk& disk_;
   std::optional<Recorder> recorder_;
   std::optional<InstrumentRecorder> stream_;
   double next_wall_clock_ = 0.0;

@@ -3,9 +3,9 @@
 #include <functional>
 #include <string>
 
+#include "tumble/recorder/recorder_read.hpp"
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/link.hpp"
-#include "tumble/station/recorder_read.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 namespace tumble {
 
@@ -35,7 +35,7 @@ struct RecordWorld {
   std::function<bool()> ended;                       ///< somebody wants it to end
   std::function<void(const RecordView&)> show = {};  ///< about ten times a second
   std::function<void()> sealing = {};                ///< the stream has ended, its file is being made
-  DiskFault fault = {};                              ///< of the disk while it records, for tests
+  Disk* disk = nullptr;                              ///< that it records on; null: one of its own
 };
 
 struct RecordOutcome {

@@ -12,11 +12,15 @@
 
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/station/testing/frame_source.hpp"
+#include "tumble/recorder/testing/faulty_disk.hpp"
+#include "tumble/recorder/testing/frame_source.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+using testing::DiskFault;
+using testing::FaultyDisk;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -156,7 +160,8 @@ TEST(Record, SealsWhatWasAcknowledgedBeforeTheDiskFailedOrWasFull) {
     RecordRequest request = request_for(device, folder);
     request.duration = 20.0;  // the disk ends it long before
     RecordWorld outside = outside_world();
-    outside.fault = {kind, 120, 0};
+    FaultyDisk disk({kind, 120, 0});
+    outside.disk = &disk.disk();
     double on_disk = 0.0;
     outside.show = [&](const RecordView& view) { on_disk = view.on_disk; };
     const RecordOutcome outcome = record(request, outside);

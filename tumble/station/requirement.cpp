@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {

@@ -79,7 +79,7 @@ void note_facts(Recorder& recorder, const Plan& plan, const Course& course, cons
     recorder.set("station_file", std::filesystem::absolute(course.station.file).string());
   recorder.set("station_sha256", course.station.sha256);
   recorder.set("operator", who);
-  for (const UnitUnderTest& unit : course.units) recorder.set("unit " + unit.slot, unit.serial);
+  for (const UnitUnderTest& unit : course.units) recorder.set(std::string(unit_fact) + " " + unit.slot, unit.serial);
 }
 
 }  // namespace tumble

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "tumble/core/plan.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/station/executive.hpp"
-#include "tumble/station/recorder.hpp"
 #include "tumble/units/error.hpp"
 
 /// The folder of a run: plan.toml, station.toml, the live store, and after sealing the recording.

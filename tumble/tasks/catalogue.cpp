@@ -8,11 +8,11 @@
 #include <optional>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/core/said.hpp"
-#include "tumble/core/texts.hpp"
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 
 namespace tumble {
 

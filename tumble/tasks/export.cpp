@@ -5,15 +5,20 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
+std::pair<std::string, std::string> axis_and_file(const std::string& argument) {
+  auto named = key_and_value(argument);
+  if (named && (named->first.starts_with("gyro_") || named->first.starts_with("accelerometer_"))) return *named;
+  return {"", argument};
+}
+
 ExportSource export_source(const std::string& argument) {
-  const auto equals = argument.find('=');
-  const std::string before = argument.substr(0, equals == std::string::npos ? 0 : equals);
-  const bool axis = before.starts_with("gyro_") || before.starts_with("accelerometer_");
-  const std::string file = axis ? argument.substr(equals + 1) : argument;
-  return {file, read_text_file(file), axis ? before : ""};
+  auto [axis, file] = axis_and_file(argument);
+  auto text = read_text_file(file);
+  return {std::move(file), std::move(text), std::move(axis)};
 }
 
 std::string export_results(const std::vector<ExportSource>& sources, const ExportWish& wish) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/exchange/calibration.hpp"
@@ -15,6 +16,9 @@ struct ExportSource {
   std::string text;       ///< the result's JSON
   std::string axis = {};  ///< "gyro_y", of a result of a single sensor
 };
+
+/// The axis before a file, and the file: "gyro_y=tumble.json". The axis is empty where none is given.
+std::pair<std::string, std::string> axis_and_file(const std::string& argument);
 
 /// "gyro_y=tumble.json" or "tumble.json", read whole. Throws Error::bad_file.
 ExportSource export_source(const std::string& argument);

@@ -11,11 +11,9 @@
 #include <set>
 #include <sstream>
 
-#include "tumble/archive/deposit.hpp"
-#include "tumble/archive/history.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/temporary_folder.hpp"
 #include "tumble/tasks/fleet/limits.hpp"
 #include "tumble/tasks/fleet/merge.hpp"
 #include "tumble/tasks/fleet/risk.hpp"
@@ -29,8 +27,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using Severity = Finding::Severity;
 
-constexpr std::size_t in_a_transaction = 100, fewest_units = 3;
-/// Of what has no date: the archive of a summary is made anew each time, and ends with it.
+constexpr std::size_t fewest_units = 3;
+/// Of a result whose recordings have no date: it counts as one of this day.
 constexpr const char* no_date = "2000-01-01T00:00:00Z";
 
 /// The folder with the results of a fleet: those of the version that fleet.json names, or the folder itself.
@@ -86,9 +84,11 @@ std::vector<std::string> results_in(const std::string& folder) {
   return files;
 }
 
-/// What is known of all results before they are summarised.
+/// The results of a fleet, each read once.
 struct FleetResults {
   std::string method, model;
+  std::vector<SummarisedResult> results;
+  std::set<std::string> known;  ///< their SHA-256
   std::size_t units = 0;
   std::vector<std::string> parameters;      ///< in the order in which they first occur
   std::vector<std::string> same_recording;  ///< serial numbers whose result has the recording of another one
@@ -101,8 +101,8 @@ std::string inputs_of(const Json& json) {
   return fmt::format("{}", fmt::join(inputs, " "));
 }
 
-/// Reads one result. Nothing where its recording is that of another one.
-std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>& recordings, FleetResults& fleet) try {
+/// Reads one result, unless its recording is that of another one.
+void take(const std::string& file, std::set<std::string>& recordings, FleetResults& fleet, Problems& problems) try {
   std::string text = read_text_file(file);
   const Json json = Json::parse(text);
   const auto method = json.at("method").get<std::string>();
@@ -120,28 +120,25 @@ std::optional<ResultDeposit> take(const std::string& file, std::set<std::string>
                 say("{}: has no serial number: tumble fleet run takes it from the file's name", Name{file}));
   if (const auto inputs = inputs_of(json); !inputs.empty() && !recordings.insert(inputs).second) {
     fleet.same_recording.push_back(unit.serial);
-    return std::nullopt;
+    return;
   }
   for (const auto& parameter : json.at("parameters")) {
     const auto name = parameter.at("name").get<std::string>();
     if (std::ranges::find(fleet.parameters, name) == fleet.parameters.end()) fleet.parameters.push_back(name);
   }
   ++fleet.units;
-  return ResultDeposit{.json = std::move(text), .file = file, .unit = unit};
+  auto summary = summary_of_result({.json = std::move(text), .file = file, .unit = unit}, no_date, problems);
+  if (fleet.known.insert(summary.sha256).second) fleet.results.push_back(std::move(summary));
 } catch (const Json::exception&) {
   throw Error(Error::Kind::bad_file, say("{}: is not a result of tumble identify", Name{file}));
 }
 
-FleetResults put_into(Archive& archive, const std::vector<std::string>& files, const ArchiveAct& act) {
+FleetResults read_fleet(const std::vector<std::string>& files) {
   FleetResults fleet;
   std::set<std::string> recordings;
-  Deposit deposit;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (auto result = take(files[i], recordings, fleet)) deposit.results.push_back(std::move(*result));
-    if (deposit.results.size() < in_a_transaction && i + 1 < files.size()) continue;
-    put_in(archive, deposit, act);
-    deposit.results.clear();
-  }
+  Problems problems;
+  for (const auto& file : files) take(file, recordings, fleet, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return fleet;
 }
 
@@ -168,12 +165,7 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
   if (files.empty())
     throw Error(Error::Kind::bad_input,
                 say("{}: holds no results: tumble fleet run PLAN RECORDINGS -o FOLDER makes them", Name{folder}));
-  const TemporaryFolder temporary;
-  const std::string address = (temporary.path() / "fleet.db").string();
-  const ArchiveAct act{.who = "fleet summary", .when = no_date, .why = {}};
-  make_archive(address, "", act);
-  Archive archive(address, no_date);
-  const FleetResults found = put_into(archive, files, act);
+  const FleetResults found = read_fleet(files);
   const auto names = chosen(found, parameters, limits);
   Estimate all;
   all.method = "fleet_summary";
@@ -185,9 +177,9 @@ Estimate summarise_fleet(const std::string& folder, const std::vector<std::strin
                                            Name{folder}, found.units, fewest_units));
   fleet::Overview overview;
   for (const auto& name : names) try {
-      const Unit shown = parameter_over_units(archive, name, found.model).shown;
-      const ParameterLimits both = fleet::limits_in(limits, name, shown);
-      fleet::add_parameter(archive, {name, found.model, both}, overview, all);
+      const PastResults results = past_results(found.results, name, found.model);
+      const ParameterLimits both = fleet::limits_in(limits, name, results.over.shown);
+      fleet::add_parameter(results, {name, found.model, both}, overview, all);
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_data) throw;
       all.findings.push_back({Severity::info, "parameter_not_summarised", {{"reason", error.problems.front()}}, name});

@@ -6,8 +6,8 @@
 #include <limits>
 #include <set>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/roles.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/conflicts.hpp"
 #include "tumble/tasks/calibration.hpp"

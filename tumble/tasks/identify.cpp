@@ -18,6 +18,7 @@
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -97,11 +98,8 @@ void add_origin(const Evidence& evidence, Provenance& provenance) {
     for (const auto& role : find_method(evidence.plan.method).roles())
       if (const auto* channel = channel_for(evidence, recording, role.name))
         provenance.settings["channels." + role.name] = channel->name;
-    if (const auto seed = recording.meta.find("seed"); seed != recording.meta.end()) {
-      unsigned long long value = 0;
-      const auto& text = seed->second;
-      if (std::from_chars(text.data(), text.data() + text.size(), value).ec == std::errc()) provenance.seed = value;
-    }
+    if (const auto seed = recording.meta.find("seed"); seed != recording.meta.end())
+      if (const auto value = as_number<unsigned long long>(seed->second)) provenance.seed = *value;
   }
 }
 
@@ -153,8 +151,10 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
   estimate.findings.push_back(
       {Finding::Severity::info, "processed_in_blocks", {{"size", streamed.bytes}, {"memory", memory}}, streamed.file});
+  estimate.provenance.memory = memory;
   add_prior(plan, estimate);
-  estimate.verdicts = judge(plan.limits, judged(estimate), estimate.findings);
+  settle_findings(estimate);
+  estimate.verdicts = judge(plan.limits, estimate);
   return estimate;
 }
 
@@ -169,7 +169,8 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
   for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
   complete(evidence, extents, estimate);
   add_prior(evidence.plan, estimate);
-  estimate.verdicts = judge(evidence.plan.limits, judged(estimate), estimate.findings);
+  settle_findings(estimate);
+  estimate.verdicts = judge(evidence.plan.limits, estimate);
   return estimate;
 }
 
@@ -218,7 +219,8 @@ Estimate identify_pieces(const Plan& plan, const std::vector<RecordPiece>& piece
   for (auto& finding : lay_out(pieces).findings) estimate.findings.push_back(std::move(finding));
   estimate.title =
       plan.title.empty() ? fmt::format("{} of {} files, one record", plan.method, pieces.size()) : plan.title;
-  estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
+  settle_findings(estimate);
+  estimate.verdicts = judge(plan.limits, estimate);
   return estimate;
 }
 

@@ -1,8 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <limits>
-
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/tasks/plausible.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -12,15 +11,12 @@
 namespace tumble {
 namespace {
 
-std::string written(const Quantity& bound) {
-  const auto number = fmt::format("{}", bound.value);
-  return bound.bare ? number : number + " " + bound.unit.text();
+std::optional<Bound> bound_of(const std::optional<Quantity>& written) {
+  if (!written) return std::nullopt;
+  return Bound{written->unit.to_si(written->value), written->unit};
 }
 
-std::string written(const Limit& limit) {
-  if (limit.min && limit.max) return fmt::format("{} to {}", written(*limit.min), written(*limit.max));
-  return limit.min ? ">= " + written(*limit.min) : "<= " + written(*limit.max);
-}
+Limit limit_of(const LimitEntry& entry) { return {bound_of(entry.min), bound_of(entry.max)}; }
 
 /// What is wrong with a bound, or empty.
 std::string misfit(const Quantity& bound, const std::string& parameter, const Unit& unit) {
@@ -34,61 +30,62 @@ std::string misfit(const Quantity& bound, const std::string& parameter, const Un
 Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter& parameter) {
   const auto index = static_cast<std::size_t>(&parameter - estimate.parameters.data());
   const auto interval = interval95(estimate, index);
-  const double infinity = std::numeric_limits<double>::infinity();
-  const double lowest = limit.min ? limit.min->unit.to_si(limit.min->value) : -infinity;
-  const double highest = limit.max ? limit.max->unit.to_si(limit.max->value) : infinity;
   auto outcome = Verdict::Outcome::undecided;
-  if (interval.lower >= lowest && interval.upper <= highest) outcome = Verdict::Outcome::pass;
-  if (interval.upper < lowest || interval.lower > highest) outcome = Verdict::Outcome::fail;
-  return {parameter.name, outcome, written(limit)};
+  if (interval.lower >= limit.lowest() && interval.upper <= limit.highest()) outcome = Verdict::Outcome::pass;
+  if (interval.upper < limit.lowest() || interval.lower > limit.highest()) outcome = Verdict::Outcome::fail;
+  return {parameter.name, outcome, limit};
 }
 
 /// A parameter that the data do not show lies between zero and its upper limit.
-Verdict judge_hidden(const Limit& limit, const UpperLimit& upper) {
-  const auto bound = [&](const std::optional<Quantity>& one) { return one->unit.to_si(one->value); };
+Verdict judge_hidden(const std::string& parameter, const Limit& limit, const UpperLimit& upper) {
   auto outcome = Verdict::Outcome::undecided;
-  if ((!limit.min || bound(limit.min) <= 0.0) && (!limit.max || upper.value <= bound(limit.max)))
-    outcome = Verdict::Outcome::pass;
-  if (limit.min && upper.value < bound(limit.min)) outcome = Verdict::Outcome::fail;
-  return {limit.parameter, outcome, written(limit)};
+  if (limit.lowest() <= 0.0 && upper.value <= limit.highest()) outcome = Verdict::Outcome::pass;
+  if (upper.value < limit.lowest()) outcome = Verdict::Outcome::fail;
+  return {parameter, outcome, limit};
+}
+
+/// A limit on a parameter that the result does not have.
+Finding without_parameter(const LimitEntry& entry, const std::vector<std::string>& names) {
+  const std::string near = nearest(entry.parameter, names);
+  return {Finding::Severity::error,
+          near.empty() ? "limit_without_parameter" : "limit_near_parameter",
+          {{"limit", limit_text(limit_of(entry))},
+           {"parameter", entry.parameter},
+           {"nearest", near},
+           {"parameters", fmt::format("{}", fmt::join(names, ", "))}},
+          entry.where};
 }
 
 }  // namespace
 
-std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate, Findings& findings) {
+std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, Estimate& estimate) {
+  const Estimate& numbers = judged(estimate);
   std::vector<std::string> names;
-  for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
-  const Findings about_answer = findings;  // what is found below is about a limit
+  for (const auto& parameter : numbers.parameters) names.push_back(parameter.name);
   std::vector<Verdict> verdicts;
   Problems problems;
-  for (const auto& limit : limits) {
+  for (const auto& entry : limits) {
     const auto complain = [&](const Sentence& message) {
-      problems.push_back(say("{}{}[[limit]]: {}", Name{limit.where}, limit.where.empty() ? "" : ": ", message));
+      problems.push_back(say("{}{}[[limit]]: {}", Name{entry.where}, entry.where.empty() ? "" : ": ", message));
     };
-    const auto* parameter = find_parameter(estimate, limit.parameter);
-    const auto hidden = find_upper_limit(estimate, limit.parameter);
+    const Limit limit = limit_of(entry);
+    const auto* parameter = find_parameter(numbers, entry.parameter);
+    const auto hidden = find_upper_limit(numbers, entry.parameter);
     if (!parameter && !hidden) {
-      const std::string near = nearest(limit.parameter, names);
-      findings.push_back({Finding::Severity::error,
-                          near.empty() ? "limit_without_parameter" : "limit_near_parameter",
-                          {{"limit", written(limit)},
-                           {"parameter", limit.parameter},
-                           {"nearest", near},
-                           {"parameters", fmt::format("{}", fmt::join(names, ", "))}},
-                          limit.where});
-      verdicts.push_back({limit.parameter, Verdict::Outcome::undecided, written(limit)});
+      estimate.findings.push_back(without_parameter(entry, names));
+      verdicts.push_back({entry.parameter, Verdict::Outcome::undecided, limit});
       continue;
     }
     const auto before = problems.size();
-    for (const auto* bound : {&limit.min, &limit.max})
+    for (const auto* bound : {&entry.min, &entry.max})
       if (*bound)
-        if (const auto problem = misfit(**bound, limit.parameter, parameter ? parameter->unit : hidden->unit);
+        if (const auto problem = misfit(**bound, entry.parameter, parameter ? parameter->unit : hidden->unit);
             !problem.empty())
           complain(problem);
     if (problems.size() > before) continue;
-    verdicts.push_back(parameter ? judge_one(limit, estimate, *parameter) : judge_hidden(limit, *hidden));
-    if (is_undermined(limit.parameter, estimate.parameters, about_answer))
-      verdicts.back().outcome = Verdict::Outcome::undecided;
+    verdicts.push_back(parameter ? judge_one(limit, numbers, *parameter)
+                                 : judge_hidden(entry.parameter, limit, *hidden));
+    if (is_undermined(estimate, entry.parameter)) verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return verdicts;

@@ -55,7 +55,7 @@ bool is_recording(const std::string& path) try {
 FileKind kind_of_file(const std::string& path) try {
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(path, unknown)) return FileKind::unknown;
-  if (path.ends_with(".toml")) return FileKind::plan;
+  if (std::filesystem::path(path).extension() == ".toml") return FileKind::plan;
   const std::string text = begin_of(path);
   const auto line = first_line(text);
   if (line.starts_with('{')) return text.find("\"tumble\"") == text.npos ? FileKind::unknown : FileKind::result;

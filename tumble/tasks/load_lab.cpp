@@ -13,7 +13,7 @@
 #include "tumble/report/utf8.hpp"
 #include "tumble/tasks/certificate.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -109,7 +109,7 @@ Equipment equipment_of(Section& section) {
                 text_in(section, "accepted_out_of_date")};
   if (one.name.empty()) section.missing("name", "\"dividing head\"");
   const auto& hash = one.certificate_sha256;
-  if (!hash.empty() && (hash.size() != 64 || hash.find_first_not_of("0123456789abcdef") != std::string::npos))
+  if (!hash.empty() && (hash.size() != 64 || !is_hex(hash)))
     section.problem_at("certificate_sha256", "64 digits of 0 to 9 and a to f are expected");
   return one;
 }

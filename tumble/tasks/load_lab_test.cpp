@@ -36,7 +36,7 @@ TEST_F(LabFile, OfTheExamplesIsComplete) {
   EXPECT_TRUE(details.laboratory.logo.starts_with("data:image/svg+xml;base64,"));
   Estimate estimate;
   estimate.instrument_model = "gyro", estimate.instrument_serial = "1";
-  estimate.verdicts = {{"bias", Verdict::Outcome::pass, "<= 1 deg/h"}};
+  estimate.verdicts = {{"bias", Verdict::Outcome::pass, {.upper = bound(1.0, "deg/h")}}};
   EXPECT_TRUE(missing_details(details, estimate).empty());
   EXPECT_TRUE(wrong_details(details).empty());
   EXPECT_EQ(iso_date(*details.equipment.at(0).due), "2027-01-31");

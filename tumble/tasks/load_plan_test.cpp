@@ -355,26 +355,27 @@ Estimate estimate_of(double value_deg_h, double sd_deg_h) {
   return estimate;
 }
 
+Verdict verdict_on(const LimitEntry& limit, Estimate estimate) { return judge({limit}, estimate).at(0); }
+
 TEST(Judge, DecidesByThe95PercentInterval) {
-  Findings none;
   using Outcome = Verdict::Outcome;
-  const Limit below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
+  const LimitEntry below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
   // 1.96 sd = 0.0098 deg/h
-  EXPECT_EQ(judge({below}, estimate_of(0.010, 0.005), none)[0].outcome, Outcome::pass);
-  EXPECT_EQ(judge({below}, estimate_of(0.015, 0.005), none)[0].outcome, Outcome::undecided);
-  EXPECT_EQ(judge({below}, estimate_of(0.025, 0.005), none)[0].outcome, Outcome::undecided);
-  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].outcome, Outcome::fail);
-  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].limit, "<= 0.02 deg/h");
-  const Limit both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
-  EXPECT_EQ(judge({both}, estimate_of(0.0, 0.005), none)[0].outcome, Outcome::pass);
-  EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005), none)[0].outcome, Outcome::fail);
+  EXPECT_EQ(verdict_on(below, estimate_of(0.010, 0.005)).outcome, Outcome::pass);
+  EXPECT_EQ(verdict_on(below, estimate_of(0.015, 0.005)).outcome, Outcome::undecided);
+  EXPECT_EQ(verdict_on(below, estimate_of(0.025, 0.005)).outcome, Outcome::undecided);
+  EXPECT_EQ(verdict_on(below, estimate_of(0.030, 0.005)).outcome, Outcome::fail);
+  EXPECT_EQ(verdict_on(below, estimate_of(0.030, 0.005)).limit.highest(), si(0.02, "deg/h"));
+  const LimitEntry both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
+  EXPECT_EQ(verdict_on(both, estimate_of(0.0, 0.005)).outcome, Outcome::pass);
+  EXPECT_EQ(verdict_on(both, estimate_of(-0.04, 0.005)).outcome, Outcome::fail);
 }
 
 TEST(Judge, RefusesLimitsInTheWrongUnit) {
-  Findings none;
-  const std::vector<Limit> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
-                                  {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
-  const auto refused = refusal_of([&] { judge(limits, estimate_of(0, 1), none); });
+  Estimate estimate = estimate_of(0, 1);
+  const std::vector<LimitEntry> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
+                                       {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
+  const auto refused = refusal_of([&] { judge(limits, estimate); });
   ASSERT_EQ(refused.problems.size(), 2u);
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "1 deg/h"}, refused));
   EXPECT_NE(refused.problems[1].text().find("plan.toml:9"), std::string::npos);
@@ -390,9 +391,10 @@ TEST(Judge, AnUpperLimitDecidesToo) {
                                 {"length", 3600.0, "s"},
                                 {"remedy", "a longer record"}},
                                "gyro.x, gyro.y"});
+  estimate.findings.back().hidden = {{"gyro.x.rate_random_walk", "gyro.x"}, {"gyro.y.rate_random_walk", "gyro.y"}};
   const auto outcome = [&](const char* name, const char* min, const char* max) {
-    const auto bound = [](const char* text) { return *text ? std::optional(parse_quantity(text)) : std::nullopt; };
-    return judge({{name, bound(min), bound(max), ""}}, estimate, estimate.findings)[0].outcome;
+    const auto written = [](const char* text) { return *text ? std::optional(parse_quantity(text)) : std::nullopt; };
+    return judge({{name, written(min), written(max), ""}}, estimate)[0].outcome;
   };
   using Outcome = Verdict::Outcome;
   EXPECT_EQ(outcome("gyro.y.rate_random_walk", "", "2.5 deg/h/sqrt(h)"), Outcome::pass);
@@ -405,9 +407,9 @@ TEST(Judge, AnUpperLimitDecidesToo) {
 }
 
 TEST(Judge, LeavesOpenWhatTheResultDoesNotGive) {
-  Findings findings;
-  const auto verdicts =
-      judge({{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"}}, estimate_of(0, 1), findings);
+  Estimate estimate = estimate_of(0, 1);
+  const auto verdicts = judge({{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"}}, estimate);
+  const Findings& findings = estimate.findings;
   ASSERT_EQ(verdicts.size(), 1u);
   EXPECT_EQ(verdicts[0].outcome, Verdict::Outcome::undecided);
   ASSERT_EQ(findings.size(), 1u);

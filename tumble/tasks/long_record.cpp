@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/instant.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/state.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/streamed.hpp"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "tumble/core/say.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/rig.hpp"

@@ -12,6 +12,7 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace plan_edit {
@@ -130,8 +131,6 @@ bool is_blank_or_comment(const std::string& line) {
   const auto first = line.find_first_not_of(" \t\r\n");
   return first == std::string::npos || line[first] == '#';
 }
-
-bool is_blank(const std::string& line) { return line.find_first_not_of(" \t\r\n") == std::string::npos; }
 
 /// The first of the lines of comments that stand right above a header, which is `header` where there are none.
 std::size_t with_comments_above(const Text& text, std::size_t header) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
+#include <vector>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/rigs/capabilities.hpp"
@@ -40,29 +40,19 @@ bool is_about_sign(const Finding& finding) {
 }
 
 /// Findings of a channel on which all parameters depend.
-bool is_about_everything(const Finding& finding) { return finding.code == "temperature_sensor_stuck"; }
-
-/// The parameters that a finding lists in its value `parameters`, a text of names between blanks; empty: none.
-std::string listed(const Finding& finding) {
-  const auto list = std::ranges::find(finding.values, "parameters", &FindingValue::name);
-  const auto* names = list == finding.values.end() ? nullptr : std::get_if<std::string>(&list->value);
-  return names == nullptr || names->empty() ? "" : " " + *names + " ";
+bool is_about_everything(const Finding& finding) {
+  return is_about_sign(finding) || finding.code == "temperature_sensor_stuck";
 }
 
-/// Whether the name of a parameter begins with that of a channel: gyro_x.bias, gyro_x_bias.
-bool is_of_channel(const std::string& parameter, const std::string& channel) {
-  return parameter.size() > channel.size() && parameter.starts_with(channel) &&
-         (parameter[channel.size()] == '.' || parameter[channel.size()] == '_');
-}
-
-/// Whether a finding speaks of the parameter: by its list, or by its place, a parameter or a channel by which
-/// parameters are named. One whose place is neither (a file, a segment, a channel on which all depends, nothing) speaks
-/// of all.
-bool speaks_of(const Finding& finding, const std::string& parameter, const std::vector<Parameter>& all) {
-  if (const auto names = listed(finding); !names.empty()) return names.find(" " + parameter + " ") != std::string::npos;
-  if (finding.where.empty() || finding.where == parameter || is_of_channel(parameter, finding.where)) return true;
-  return std::ranges::none_of(
-      all, [&](const Parameter& one) { return one.name == finding.where || is_of_channel(one.name, finding.where); });
+/// Indices of the parameters that a place concerns: the parameter of that name, or those that the samples of a channel
+/// give. Empty: the place is neither (a file, a segment, a channel on which all depends, nothing).
+std::vector<std::size_t> concerned(const std::string& where, const std::vector<Parameter>& all) {
+  std::vector<std::size_t> indices;
+  const auto is_of = [&](const Parameter& one) { return std::ranges::find(one.channels, where) != one.channels.end(); };
+  const bool channel = std::ranges::any_of(all, is_of);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i].name == where || (channel && (all[i].channels.empty() || is_of(all[i])))) indices.push_back(i);
+  return indices;
 }
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {
@@ -107,15 +97,18 @@ bool is_in_range(double value) {
 /// Values whose squares are beyond the range of numbers, and variances that went there.
 void look_at_range(const Estimate& estimate, Findings& findings) {
   std::string names;
+  std::vector<std::size_t> about;
   Occurrences parameters{0, {}, {}};
   for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
     const Parameter& parameter = estimate.parameters[p];
     if (is_in_range(parameter.value) && std::isfinite(estimate.covariance(p, p))) continue;
     if (parameters.count++ == 0) parameters.first = parameter.name;
     names += (names.empty() ? "" : " ") + parameter.name;
+    about.push_back(p);
   }
   if (parameters.count == 0) return;
   findings.push_back({Severity::error, "out_of_range", {{"parameters", names}}, "", parameters});
+  findings.back().about = std::move(about);
 }
 
 }  // namespace
@@ -183,10 +176,27 @@ Findings ruled_by_site(const Plan& plan, const Estimate& estimate) {
   return findings;
 }
 
-bool is_undermined(const std::string& parameter, const std::vector<Parameter>& all, const Findings& findings) {
-  return std::ranges::any_of(findings, [&](const Finding& one) {
-    return one.severity == Severity::error &&
-           (is_about_sign(one) || is_about_everything(one) || speaks_of(one, parameter, all));
+void settle_findings(Estimate& estimate) {
+  for (Finding& finding : estimate.findings) {
+    if (is_about_everything(finding))
+      finding.about.clear();
+    else if (finding.about.empty())
+      finding.about = concerned(finding.where, estimate.parameters);
+  }
+}
+
+bool is_undermined(const Estimate& estimate, const std::string& parameter) {
+  const auto place = std::ranges::find(estimate.parameters, parameter, &Parameter::name);
+  const auto index = static_cast<std::size_t>(place - estimate.parameters.begin());
+  bool known = place != estimate.parameters.end();
+  std::vector<std::string> hidden_in;  // channels
+  for (const Finding& finding : estimate.findings)
+    for (const HiddenParameter& hidden : finding.hidden)
+      if (hidden.name == parameter) known = true, hidden_in.push_back(hidden.channel);
+  return std::ranges::any_of(estimate.findings, [&](const Finding& one) {
+    if (one.severity != Severity::error || is_about_limit(one)) return false;
+    return !known || one.about.empty() || std::ranges::find(one.about, index) != one.about.end() ||
+           (!one.where.empty() && std::ranges::find(hidden_in, one.where) != hidden_in.end());
   });
 }
 

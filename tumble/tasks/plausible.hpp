@@ -23,11 +23,13 @@ Findings about_site(const Plan& plan);
 /// gravity by the formula. Each is one finding of severity info, with the worst parameter and what would mend it.
 Findings ruled_by_site(const Plan& plan, const Estimate& estimate);
 
-/// Whether an error among the findings takes the ground from under a parameter: one that names it as its place, by the
-/// channel that its name begins with, or in its value `parameters` (names between blanks); a wrong sign anywhere; and
-/// one that names no parameter, by its list or its place: nobody can say which numbers it leaves sound.
-///
-/// Given     all  the parameters of the answer
-bool is_undermined(const std::string& parameter, const std::vector<Parameter>& all, const Findings& findings);
+/// Gives each finding the parameters that it concerns (Finding::about), where whoever made it did not: the parameter
+/// that is its place, or those that its channel gives. A wrong sign anywhere concerns all of them, and so does a finding
+/// whose place is neither: nobody can say which numbers it leaves sound.
+void settle_findings(Estimate& estimate);
+
+/// Whether an error among the settled findings takes the ground from under a parameter of this name, which the data may
+/// hide. Findings about limits of the plan do not. A parameter that only a prior gives is undermined by every error.
+bool is_undermined(const Estimate& estimate, const std::string& parameter);
 
 }  // namespace tumble

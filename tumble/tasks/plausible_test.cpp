@@ -50,8 +50,12 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
     ASSERT_EQ(findings.size(), 1u) << estimate.parameters[0].name;
     EXPECT_EQ(findings[0].code, code);
     EXPECT_EQ(findings[0].severity, Finding::Severity::error);
-    EXPECT_TRUE(is_undermined(estimate.parameters[0].name, estimate.parameters, findings));
-    EXPECT_EQ(is_undermined("bias", estimate.parameters, findings), findings[0].code == "wrong_sign");
+    Estimate answer = estimate;
+    answer.parameters.push_back({"bias", "B", Unit::parse("deg/h"), 0.0, ""});
+    answer.findings = findings;
+    settle_findings(answer);
+    EXPECT_TRUE(is_undermined(answer, estimate.parameters[0].name));
+    EXPECT_EQ(is_undermined(answer, "bias"), findings[0].code == "wrong_sign");
   }
 }
 
@@ -68,8 +72,12 @@ TEST(Plausible, ARadiusUnlikeThatOfThePlanIsAnError) {
   estimate.parameters[0].value = nominal - 4.1 * sd;
   ASSERT_EQ(implausible(estimate, plan).size(), 1u);
   EXPECT_EQ(implausible(estimate, plan)[0].code, "radius_unlike_plan");
-  EXPECT_TRUE(is_undermined("effective_radius", estimate.parameters, implausible(estimate, plan)));
-  EXPECT_FALSE(is_undermined("bias", estimate.parameters, implausible(estimate, plan)));
+  Estimate answer = estimate;
+  answer.parameters.push_back({"bias", "B", Unit::parse("deg/h"), 0.0, ""});
+  answer.findings = implausible(estimate, plan);
+  settle_findings(answer);
+  EXPECT_TRUE(is_undermined(answer, "effective_radius"));
+  EXPECT_FALSE(is_undermined(answer, "bias"));
   estimate.covariance(0, 0) = sd * sd;  // the answer itself is no better known than the plan
   EXPECT_TRUE(implausible(estimate, plan).empty());
 }
@@ -135,39 +143,61 @@ TEST(Plausible, WhatTheSiteRulesIsSaid) {
   EXPECT_TRUE(ruled_by_site(plan, estimate).empty());
 }
 
-// An error names parameters by a list: they are undermined, and a parameter whose name begins alike is not.
-TEST(Plausible, AnErrorUnderminesTheParametersThatItLists) {
-  const Findings findings{{Finding::Severity::error,
-                           "scale_factor_differs_at_rest",
-                           {{"difference", 0.05, "%"},
-                            {"ratio", 10.0},
-                            {"shown", 1.0, "g"},
-                            {"planned", 1.0, "g"},
-                            {"parameters", "S2.gain_10Hz S2.gain_20Hz"}}}};
-  EXPECT_TRUE(is_undermined("S2.gain_10Hz", {}, findings));
-  EXPECT_TRUE(is_undermined("S2.gain_20Hz", {}, findings));
-  EXPECT_FALSE(is_undermined("S2.gain_1", {}, findings));
-  EXPECT_FALSE(is_undermined("gain_20Hz", {}, findings));
-}
-
-// An error that names a channel undermines what is named by it; one that names no parameter undermines all.
-TEST(Plausible, AnErrorThatNamesNoParameterUnderminesAll) {
-  const auto parameter = [](const char* name) { return Parameter{name, "", Unit(), 1.0, ""}; };
-  const std::vector<Parameter> all{parameter("gyro.angle_random_walk"), parameter("gyro_x_bias"), parameter("bias")};
-  const auto undermined = [&](const char* where) {
-    const Findings findings{{Finding::Severity::error, "no_samples", {}, where}};
-    std::vector<bool> out;
-    for (const auto& one : all) out.push_back(is_undermined(one.name, all, findings));
+Estimate with_channels() {
+  const auto parameter = [](const char* name, std::vector<std::string> channels) {
+    Parameter out{name, "", Unit(), 1.0, ""};
+    out.channels = std::move(channels);
     return out;
   };
-  using Each = std::vector<bool>;
-  EXPECT_EQ(undermined("bias"), (Each{false, false, true}));
-  EXPECT_EQ(undermined("gyro_x"), (Each{false, true, false}));
-  EXPECT_EQ(undermined("gyro"), (Each{true, true, false}));
+  Estimate estimate;
+  estimate.parameters = {parameter("gyro.angle_random_walk", {"gyro"}), parameter("gyro_x_bias", {"gyro_x"}),
+                         parameter("bias", {})};
+  return estimate;
+}
+
+using Each = std::vector<bool>;
+
+/// Which parameters an error undermines.
+Each undermined(Finding finding) {
+  Estimate estimate = with_channels();
+  estimate.findings = {std::move(finding)};
+  settle_findings(estimate);
+  Each out;
+  for (const auto& one : estimate.parameters) out.push_back(is_undermined(estimate, one.name));
+  return out;
+}
+
+// An error undermines the parameters that it is about.
+TEST(Plausible, AnErrorUnderminesTheParametersThatItNames) {
+  Finding error{Finding::Severity::error, "no_samples", {}, ""};
+  error.about = {0, 2};
+  EXPECT_EQ(undermined(error), (Each{true, false, true}));
+  error.severity = Finding::Severity::warning;
+  EXPECT_EQ(undermined(error), (Each{false, false, false}));
+  error = {Finding::Severity::error, "wrong_sign", {{"value", 1.0}, {"limit", 2.0}, {"parameter", "bias"}}, "bias"};
+  EXPECT_EQ(undermined(error), (Each{true, true, true})) << "a sign is that of the set-up";
+}
+
+// An error that names a channel undermines what its samples give; one that names no parameter undermines all.
+TEST(Plausible, AnErrorThatNamesNoParameterUnderminesAll) {
+  const auto at = [](const char* where) { return undermined({Finding::Severity::error, "no_samples", {}, where}); };
+  EXPECT_EQ(at("bias"), (Each{false, false, true}));
+  EXPECT_EQ(at("gyro_x"), (Each{false, true, true})) << "all channels give the bias";
+  EXPECT_EQ(at("gyro"), (Each{true, false, true}));
   for (const char* where : {"", "today.csv", "today.csv, gyro", "accelerometer", "hold at 20 degC"})
-    EXPECT_EQ(undermined(where), (Each{true, true, true})) << where;
-  const Findings warning{{Finding::Severity::warning, "no_samples", {}, ""}};
-  EXPECT_FALSE(is_undermined("bias", all, warning));
+    EXPECT_EQ(at(where), (Each{true, true, true})) << where;
+}
+
+// A parameter that the data hide is undermined by what is wrong with the channel that hides it.
+TEST(Plausible, AnErrorUnderminesWhatItsChannelHides) {
+  Estimate estimate = with_channels();
+  estimate.findings = {{Finding::Severity::error, "no_samples", {}, "gyro"},
+                       {Finding::Severity::info, "not_significant", {{"parameter", "b"}, {"limit", 1.0}}}};
+  estimate.findings[1].hidden = {{"gyro.rate_random_walk", "gyro"}, {"gyro_x.rate_random_walk", "gyro_x"}};
+  settle_findings(estimate);
+  EXPECT_TRUE(is_undermined(estimate, "gyro.rate_random_walk"));
+  EXPECT_FALSE(is_undermined(estimate, "gyro_x.rate_random_walk"));
+  EXPECT_TRUE(is_undermined(estimate, "known_to_a_prior_alone"));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -56,7 +57,7 @@ void lay_out(const Archive& archive, const Provenance& provenance, const Workpla
       write_stored(archive, sha256, path);
     else
       missing.push_back(say("'{}' ({}) is not in the archive: put it in with `tumble archive ingest`", name,
-                            Name{sha256.substr(0, 12)}));
+                            Name{first_digits(sha256)}));
   };
   for (const auto& plan : provenance.plans) {
     if (!plan.text) {
@@ -72,18 +73,6 @@ void lay_out(const Archive& archive, const Provenance& provenance, const Workpla
     else
       put(input.file, input.sha256);
   if (!missing.empty()) throw Error(Error::Kind::bad_input, missing);
-}
-
-/// Bytes of samples above which the recording was worked through in blocks.
-std::uintmax_t memory_of(const Estimate& estimate) {
-  for (const auto& finding : estimate.findings)
-    if (finding.code == "processed_in_blocks")
-      for (const auto& value : finding.values)
-        if (value.name == "memory") {
-          if (const auto* whole = std::get_if<long long>(&value.value)) return static_cast<std::uintmax_t>(*whole);
-          if (const auto* real = std::get_if<double>(&value.value)) return static_cast<std::uintmax_t>(*real);
-        }
-  return std::numeric_limits<std::uintmax_t>::max();
 }
 
 Estimate made_again(const Estimate& archived, const Workplace& place, const Progress& progress) {
@@ -104,7 +93,8 @@ Estimate made_again(const Estimate& archived, const Workplace& place, const Prog
       recordings.push_back(place.path_of(input.file));
   const auto named = std::min(plan.recordings.size(), recordings.size());
   recordings.erase(recordings.begin(), recordings.begin() + static_cast<std::ptrdiff_t>(named));
-  Estimate estimate = identify(plan, recordings, memory_of(archived), progress);
+  constexpr auto whole = std::numeric_limits<std::uintmax_t>::max();
+  Estimate estimate = identify(plan, recordings, provenance.memory.value_or(whole), progress);
   estimate.provenance.command_line = provenance.command_line;
   return estimate;
 }
@@ -182,7 +172,7 @@ void compare_values(const Estimate& archived, const Estimate& estimate, Recomput
 Recomputation recompute(const Archive& archive, const std::string& sha256, const std::string& scratch,
                         const Progress& progress) {
   const std::string text = result_text(archive, sha256);
-  const Estimate archived = estimate_from_json(text, "result " + sha256.substr(0, 12));
+  const Estimate archived = estimate_from_json(text, "result " + first_digits(sha256));
   const Workplace place = workplace_for(archived.provenance, fs::canonical(scratch).string());
   lay_out(archive, archived.provenance, place);
   const Estimate estimate = made_again(archived, place, progress);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -27,15 +28,9 @@ std::string_view after(std::string_view key, std::string_view prefix) {
 
 /// "time[s], gyro[deg/s]"
 std::vector<std::string> separate(const std::string& text) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::size_t first = std::min(text.find_first_not_of(' ', begin), end);
-    const std::size_t last = text.find_last_not_of(' ', end - 1) + 1;
-    if (first >= last) throw Error(Error::Kind::bad_input, "a column has no name; write - for a column to skip");
-    parts.push_back(text.substr(first, last - first));
-    begin = end + 1;
-  }
+  auto parts = list_items(text);
+  if (std::ranges::find(parts, "") != parts.end())
+    throw Error(Error::Kind::bad_input, "a column has no name; write - for a column to skip");
   return parts;
 }
 
@@ -140,11 +135,10 @@ std::string parse_date_order(const std::string& text) {
 }
 
 std::size_t parse_skip(const std::string& text) {
-  std::size_t lines = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), lines);
-  if (problem != std::errc() || end != text.data() + text.size() || lines > 100'000)
+  const auto lines = as_number<std::size_t>(text);
+  if (!lines || *lines > 100'000)
     throw Error(Error::Kind::bad_input, say("a number of lines up to 100000 is expected, not '{}'", text));
-  return lines;
+  return *lines;
 }
 
 ChannelChoice parse_choice(const std::string& text) {
@@ -157,13 +151,9 @@ ChannelChoice parse_choice(const std::string& text) {
 
 std::vector<ChannelChoice> parse_choices(const std::string& text) {
   std::vector<ChannelChoice> choices;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::size_t first = text.find_first_not_of(' ', begin), last = text.find_last_not_of(' ', end - 1);
-    if (end == begin || first >= end)
-      throw Error(Error::Kind::bad_input, say("\"{}\" lacks a channel; write \"S1, S2\"", text));
-    choices.push_back(parse_choice(text.substr(first, last - first + 1)));
-    begin = end + 1;
+  for (const std::string& item : list_items(text)) {
+    if (item.empty()) throw Error(Error::Kind::bad_input, say("\"{}\" lacks a channel; write \"S1, S2\"", text));
+    choices.push_back(parse_choice(item));
   }
   return choices;
 }

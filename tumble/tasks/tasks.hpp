@@ -75,8 +75,9 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
 
 /// Pass, fail or undecided for every limit, from the 95 % interval of the parameter (Student's t). A limit on a
 /// parameter that the result does not have, because the evidence does not show it or the name is wrong, is undecided:
-/// `findings` says so. Throws Error::bad_input with every wrong unit.
-std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate, Findings& findings);
+/// a finding says so. Given: the estimate with its findings, settled; its prior where the plan judges by it. Throws
+/// Error::bad_input with every wrong unit.
+std::vector<Verdict> judge(const std::vector<LimitEntry>& limits, Estimate& estimate);
 
 /// From one file and format to another.
 using tumble::convert;

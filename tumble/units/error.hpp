@@ -5,7 +5,7 @@
 #include <system_error>
 #include <vector>
 
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 #include "tumble/units/words.hpp"
 

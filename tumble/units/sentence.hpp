@@ -18,7 +18,7 @@ namespace tumble {
 struct SentenceValue;
 
 /// A sentence for people: its English pattern and its values. The text is made where it is shown, in the language of
-/// the reader (core/said.hpp).
+/// the reader (language/said.hpp).
 struct Sentence {
   std::string pattern;                ///< "cannot read '{}': {}", each value as {}: the key of the translation
   std::vector<SentenceValue> values;  ///< in the order of their places
@@ -145,7 +145,9 @@ SayArgument say_argument(const T& value) {
 }
 
 /// The English pattern of a sentence, checked when it is compiled: as fmt checks it, and each text (std::string) stands
-/// in quotes. A text outside of quotes is a Name, or a Sentence where it has words: else nobody knows which.
+/// in quotes. A text outside of quotes is a Name, or a Sentence where it has words: else nobody knows which. The kind of
+/// a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words
+/// of the program (const char*), a text.
 template <class... Values>
 struct SayPattern {
   std::string_view english;

@@ -41,15 +41,12 @@ struct ControllerPiece {
   enum class Kind { literal, any, word, number, axis };
   enum class Part { whole, sign, magnitude };
   Kind kind = Kind::literal;
-  std::string text;                           ///< the bytes of a literal, the name of a field
-  int axis = 0;                               ///< of {position.2}; 0: the axis of the request
-  Part part = Part::whole;                    ///< of a number: {rate!sign}{rate!abs:.3f deg/s}
-  char type = 'f';                            ///< f e g d X; s: a text of `width` characters
-  bool plus = false, zeros = false;           ///< a plus sign is written; zeros fill the width
-  int width = 0, precision = -1;              ///< characters; digits behind the point
-  int bytes = 0;                              ///< of a binary number, otherwise 0
-  bool big = false, is_signed = false;        ///< of a binary number: order of bytes, two's complement
-  bool is_real = false;                       ///< of a binary number: IEEE 754
+  std::string text;         ///< the bytes of a literal, the name of a field
+  int axis = 0;             ///< of {position.2}; 0: the axis of the request
+  Part part = Part::whole;  ///< of a number: {rate!sign}{rate!abs:.3f deg/s}
+  /// Binary, or decimal (real or integer) or hexadecimal digits; a word is a text of format.width characters, 0: open.
+  FrameNumber number = {.kind = FrameNumber::Kind::real, .bytes = 8, .bits = 64, .form = FrameNumber::Form::decimal};
+  FrameFormat format = {.zeros = false};
   Unit unit = {};                             ///< in which the device speaks
   double factor = 1.0;                        ///< [unit] of one step of a number
   std::optional<std::string> otherwise = {};  ///< what is written where no value is given
@@ -128,10 +125,12 @@ struct ControllerFraming {
       tail;  ///< the first is written, each is accepted; empty: the length follows from the template
 };
 
+/// The checksum behind a body.
 struct ControllerChecksum {
-  enum class Kind { none, sum_hex, xor_hex, sum, exclusive_or, xor_bit7, crc16 };
-  Kind kind = Kind::none;
-  std::string mark;        ///< between the body and the checksum
+  /// Hexadecimal digits; bytes, the lowest first; one byte whose bit 7 is set.
+  enum class Form { digits, bytes, bit7 };
+  std::optional<FrameChecksum> sum = {};  ///< `before` stands between body and checksum; absent: no checksum
+  Form form = Form::bytes;
   bool with_head = false;  ///< the head is part of what is summed
 };
 

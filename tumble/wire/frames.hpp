@@ -100,13 +100,14 @@ struct FrameMask {
   std::vector<int> sizes;  ///< [byte] by bit
 };
 
-/// How a number is written into a cell of a line. Reading does not depend on it.
+/// How a number is written in characters. Reading a cell of a line does not depend on it.
 struct FrameFormat {
   bool plus = false;  ///< positive numbers have a sign
   bool zeros = true;  ///< in front, to the width; else spaces
   int width = 0;      ///< [character] at least
   int decimals = -1;  ///< behind the point; -1: as many as the value has
   bool given = false;
+  char style = 'f';  ///< of decimals: f; e with an exponent; g the shorter of both, with so many digits in all
 };
 
 /// Where the characters of a number are in a line. Its item has the same index.

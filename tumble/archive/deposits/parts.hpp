@@ -35,6 +35,9 @@ Problems problems_of_name(const UnitName& unit);
 /// Reads it. Adds to `problems` what is wrong.
 ReadResult read_result(const ResultDeposit& deposit, Problems& problems);
 
+/// [s] since 1970 at which a result counts: when the test ended, else when it was archived. Given: times in UTC.
+std::int64_t moment_of(const std::string& ended, const std::string& archived);
+
 /// Number of a unit; its row and its first event are appended where it is new.
 std::int64_t unit_row(schema::Change& change, const UnitName& unit);
 /// Each returns whether it was new.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "tumble/archive/deposits/parts.hpp"
@@ -10,6 +11,7 @@
 #include "tumble/exchange/certificate_number.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::deposits {
 
@@ -36,13 +38,6 @@ std::string verdict_of(const Estimate& estimate, const std::string& parameter = 
       worst = verdict.outcome == Outcome::undecided ? "undecided" : "pass";
   }
   return worst;
-}
-
-/// [s] since 1970 at which a result counts: when the test ended, else when it was archived.
-std::int64_t moment_of(const std::string& ended, const std::string& archived) {
-  constexpr std::int64_t second = 1'000'000'000;
-  const auto time = parse_iso_time(ended.empty() ? archived : ended);
-  return time ? *time / second : 0;
 }
 
 std::vector<Row> parameter_rows(const Estimate& estimate, std::int64_t id, std::int64_t unit, std::int64_t moment) {
@@ -90,6 +85,12 @@ Row result_row(const Change& change, const ReadResult& result, std::int64_t unit
 }
 
 }  // namespace
+
+std::int64_t moment_of(const std::string& ended, const std::string& archived) {
+  constexpr std::int64_t second = 1'000'000'000;
+  const auto time = parse_iso_time(ended.empty() ? archived : ended);
+  return time ? *time / second : 0;
+}
 
 std::string sha256_of_unit(const UnitName& unit) { return sha256_of(unit.model + std::string(1, '\0') + unit.serial); }
 
@@ -182,7 +183,7 @@ namespace {
 
 /// What a certificate is written as: "html", "dcc", and "html-zh" for other languages.
 std::string form_of(const CertificateDeposit& certificate) {
-  const std::string format = certificate.path.ends_with(".xml") ? "dcc" : "html";
+  const std::string format = std::filesystem::path(certificate.path).extension() == ".xml" ? "dcc" : "html";
   const bool english = certificate.language.empty() || certificate.language == "en";
   return english ? format : format + "-" + certificate.language;
 }
@@ -209,7 +210,7 @@ Sentence problem_of_number(database::Database& database, const CertificateDeposi
                                                  Name{cell(5).empty() ? "-" : cell(5)},
                                                  Name{cell(4).empty() ? "-" : cell(4)}, Name{cell(8)})
                                            : say("a certificate of {}/{} on the result {}", Name{cell(2)},
-                                                 Name{cell(3)}, Name{cell(1).substr(0, 12)});
+                                                 Name{cell(3)}, Name{first_digits(cell(1))});
         problem =
             say("certificate number '{}' belongs to {} since {} ({}): give this one a number of its own, "
                 "certificate.number. "

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -20,7 +22,7 @@ constexpr std::size_t usual_baseline = 30, short_baseline = 20, fewest_points = 
 
 /// The points of a chart and where they come from.
 struct Charted {
-  ParameterOverUnits over;
+  PastResults past;
   std::vector<Occasion> occasions;
   std::vector<ChartPoint> points;
   ControlChart chart;
@@ -38,8 +40,8 @@ std::string what_is_charted(const ChartRequest& request) {
 
 /// [SI] What changed since the baseline of the errors that all share: root sum of squares, over the errors, of the
 /// factor of the point minus the mean factor of the baseline.
-void take_shared(const Archive& archive, Charted& charted) {
-  const auto errors = shared_errors(archive, charted.over.parameter, charted.occasions);
+void take_shared(Charted& charted) {
+  const auto errors = shared_errors(charted.past, charted.occasions);
   charted.sources = errors.size();
   const Matrix factors = shared_factors(charted.occasions, errors);
   std::vector<double> variance(charted.points.size());
@@ -54,21 +56,18 @@ void take_shared(const Archive& archive, Charted& charted) {
   }
 }
 
-Charted charted(const Archive& archive, const ChartRequest& request, Findings& findings) {
+Charted charted(PastResults results, const ChartRequest& request, Findings& findings) {
   const auto& what = request.what;
-  Charted out{.over = parameter_over_units(archive, what.parameter, what.model, what.unit),
-              .occasions = {},
-              .points = {},
-              .chart = {}};
+  Charted out{.past = std::move(results), .occasions = {}, .points = {}, .chart = {}};
   if (!what.unit.serial.empty())
-    if (const auto adjusted = begin_at_adjustment(archive, out.over); !adjusted.empty())
+    if (const auto adjusted = begin_at_adjustment(out.past); !adjusted.empty())
       findings.push_back({Severity::info, "history_since_adjustment", {{"time", adjusted}}});
-  note_same_recordings(archive, out.over, findings);
+  note_same_recordings(out.past, findings);
   std::size_t unused = 0;
-  out.occasions = occasions_of(out.over, &unused);
+  out.occasions = occasions_of(out.past.over, &unused);
   if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});
   if (what.unit.serial.empty() && !request.every_day)
-    out.occasions = first_of_each_unit(out.occasions, out.over.units.size());
+    out.occasions = first_of_each_unit(out.occasions, out.past.over.units.size());
   const std::size_t count = out.occasions.size();
   const char* const points = what.unit.serial.empty() && !request.every_day ? "units" : "days";
   if (count < fewest_points)
@@ -78,7 +77,7 @@ Charted charted(const Archive& archive, const ChartRequest& request, Findings& f
   out.baseline = request.settings.baseline;
   if (out.baseline == 0) out.baseline = std::clamp<std::size_t>(count / 2, 3, usual_baseline);
   for (const auto& occasion : out.occasions) out.points.push_back({occasion.value, occasion.private_sd, 0.0});
-  if (out.baseline < count) take_shared(archive, out);
+  if (out.baseline < count) take_shared(out);
   ChartSettings settings = request.settings;
   settings.baseline = out.baseline;
   out.chart = control_chart(out.points, settings, chart_limits(settings));
@@ -96,7 +95,7 @@ std::string alarms_of(const ChartState& state) {
 
 /// All that is known of each point, for programs.
 Table points_table(const Charted& charted) {
-  const Unit& unit = charted.over.shown;
+  const Unit& unit = charted.past.over.shown;
   Table table{"chart", "the points in order of time", {}, {}, true};
   for (const char* const name : {"time", "unit"}) table.columns.push_back(column(name));
   for (const char* const name : {"value", "private sd", "shared", "expected", "limit", "EWMA", "EWMA limit"})
@@ -106,9 +105,9 @@ Table points_table(const Charted& charted) {
   for (std::size_t i = 0; i < charted.points.size(); ++i) {
     const auto& state = charted.chart.points[i];
     const auto& occasion = charted.occasions[i];
-    table.rows.push_back({time_of(occasion.moment), name_of(charted.over.units[occasion.unit].second), occasion.value,
-                          occasion.private_sd, charted.points[i].shared, charted.chart.baseline.mean, state.limit,
-                          state.ewma, state.ewma_limit, state.up, state.down,
+    table.rows.push_back({time_of(occasion.moment), name_of(charted.past.over.units[occasion.unit].second),
+                          occasion.value, occasion.private_sd, charted.points[i].shared, charted.chart.baseline.mean,
+                          state.limit, state.ewma, state.ewma_limit, state.up, state.down,
                           std::string(i < charted.baseline ? "yes" : ""), alarms_of(state),
                           fmt::format("{}", fmt::join(state.notes, ", "))});
   }
@@ -116,10 +115,10 @@ Table points_table(const Charted& charted) {
 }
 
 /// For people: the points of a short chart, those with an alarm of a long one.
-Table shown_table(const Archive& archive, const Charted& charted) {
+Table shown_table(const Charted& charted) {
   constexpr std::size_t most = 30, most_alarms = 1000;
   const bool all = charted.points.size() <= most;
-  const Unit& unit = charted.over.shown;
+  const Unit& unit = charted.past.over.shown;
   Table table{all ? "points" : "alarms",
               all ? "the points in order of time" : "points beyond a limit, the first 1000",
               {},
@@ -134,16 +133,16 @@ Table shown_table(const Archive& archive, const Charted& charted) {
     if (table.rows.size() == most_alarms) break;
     const auto& occasion = charted.occasions[i];
     const double expected = charted.chart.baseline.mean;
-    table.rows.push_back({time_of(occasion.moment), name_of(charted.over.units[occasion.unit].second), occasion.value,
-                          expected - state.limit, expected + state.limit, state.ewma, alarm,
-                          sha256_of_result(archive, occasion.result).substr(0, 12)});
+    table.rows.push_back({time_of(occasion.moment), name_of(charted.past.over.units[occasion.unit].second),
+                          occasion.value, expected - state.limit, expected + state.limit, state.ewma, alarm,
+                          first_digits(charted.past.read.sha256(occasion.result))});
   }
   return table;
 }
 
 std::vector<Curve> curves_of(const Charted& charted, Table& links) {
-  const Unit& unit = charted.over.shown;
-  const std::string& name = charted.over.parameter;
+  const Unit& unit = charted.past.over.shown;
+  const std::string& name = charted.past.over.parameter;
   const std::int64_t day = charted.first_day;
   Curve values = curve_over_time("result", "individuals", day, name, unit);
   Curve limits = curve_over_time("expected", "individuals", day, name, unit);
@@ -156,7 +155,8 @@ std::vector<Curve> curves_of(const Charted& charted, Table& links) {
     const auto& state = charted.chart.points[i];
     const double moment = charted.occasions[i].moment, expected = charted.chart.baseline.mean;
     add_point(values, day, moment, charted.points[i].value);
-    add_link(values, name_of(charted.over.units[charted.occasions[i].unit].second), charted.occasions[i].result, links);
+    add_link(values, name_of(charted.past.over.units[charted.occasions[i].unit].second), charted.occasions[i].result,
+             links);
     add_point(limits, day, moment, expected);
     add_band(limits, expected - state.limit, expected + state.limit);
     if (i < charted.baseline) continue;
@@ -193,10 +193,16 @@ void add_findings(const Charted& charted, Findings& findings) {
 }  // namespace
 
 Estimate chart_of_archive(const Archive& archive, const ChartRequest& request) {
+  const auto& what = request.what;
+  const bool of_one_unit = !what.unit.serial.empty();
+  return chart_of_results(past_results(archive, what.parameter, what.model, what.unit, of_one_unit), request);
+}
+
+Estimate chart_of_results(PastResults results, const ChartRequest& request) {
   Estimate estimate = answer_of("archive_chart", what_is_charted(request), request.what);
-  const Charted chart = charted(archive, request, estimate.findings);
+  const Charted chart = charted(std::move(results), request, estimate.findings);
   const auto& spread = chart.chart.baseline;
-  const Unit& unit = chart.over.shown;
+  const Unit& unit = chart.past.over.shown;
   const std::string& name = request.what.parameter;
   state(estimate, {{name + "_expected", "mean of the baseline, without the errors that all results share", unit,
                     spread.mean, spread.mean_sd, spread.mean_lower, spread.mean_upper},
@@ -208,7 +214,7 @@ Estimate chart_of_archive(const Archive& archive, const ChartRequest& request) {
   settings["reference"] = fmt::format("{}", request.settings.reference);
   settings["run_length"] = fmt::format("{}", request.settings.run_length);
   estimate.tables = {points_table(chart)};
-  if (auto table = shown_table(archive, chart); !table.rows.empty()) estimate.tables.push_back(std::move(table));
+  if (auto table = shown_table(chart); !table.rows.empty()) estimate.tables.push_back(std::move(table));
   Table links = links_table(unit);
   estimate.curves = curves_of(chart, links);
   estimate.tables.push_back(std::move(links));

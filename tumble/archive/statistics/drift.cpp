@@ -11,6 +11,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -23,7 +24,7 @@ constexpr double one_day = 24.0 * hour, one_month = 365.25 * one_day / 12.0;
 
 /// The results of one unit since it was last adjusted.
 struct UnitPast {
-  ParameterOverUnits over;
+  PastResults all;
   std::vector<Occasion> occasions;
   std::vector<ArchivedResult> results;  ///< that count and have the parameter
   std::vector<NamedResult> estimates;   ///< the same
@@ -39,7 +40,7 @@ std::string last_adjustment(const UnitRecord& record) {
 }
 
 UnitPast past_of(const Archive& archive, const DriftRequest& request) {
-  UnitPast past{.over = parameter_over_units(archive, request.what.parameter, {}, request.what.unit),
+  UnitPast past{.all = past_results(archive, request.what.parameter, {}, request.what.unit, false),
                 .occasions = {},
                 .results = {},
                 .estimates = {},
@@ -47,15 +48,15 @@ UnitPast past_of(const Archive& archive, const DriftRequest& request) {
   const auto record = unit_record(archive, request.what.unit);
   past.adjusted = last_adjustment(record);
   const double begin = past.adjusted.empty() ? -INFINITY : moment_of_text(past.adjusted);
-  std::erase_if(past.over.values, [&](const ChartValue& value) { return value.moment < begin; });
-  past.occasions = occasions_of(past.over);
+  std::erase_if(past.all.over.values, [&](const ChartValue& value) { return value.moment < begin; });
+  past.occasions = occasions_of(past.all.over);
   for (const auto& result : record.results) {
     if (!result.correction.empty() || moment_of_text(result.ended.empty() ? result.archived : result.ended) < begin)
       continue;
-    auto estimate = estimate_from_json(result_text(archive, result.sha256), "result " + result.sha256.substr(0, 12));
+    auto estimate = estimate_from_json(result_text(archive, result.sha256), "result " + first_digits(result.sha256));
     if (!find_parameter(estimate, request.what.parameter)) continue;
     past.results.push_back(result);
-    past.estimates.push_back({result.sha256.substr(0, 12), std::move(estimate)});
+    past.estimates.push_back({first_digits(result.sha256), std::move(estimate)});
   }
   if (past.occasions.empty())
     throw Error(Error::Kind::bad_input,
@@ -74,7 +75,7 @@ double e_n_between(const UnitPast& past, std::size_t earlier, std::size_t later,
 }
 
 Table history_table(const UnitPast& past, const std::string& parameter) {
-  const Unit& unit = past.over.shown;
+  const Unit& unit = past.all.over.shown;
   const Unit one;
   Table table{"history",
               "results in order of time; E_n beyond 1 is a change that the uncertainties do not explain",
@@ -96,7 +97,7 @@ Table history_table(const UnitPast& past, const std::string& parameter) {
     table.rows.push_back(
         {result.ended.empty() ? result.archived : result.ended, found->value, standard_uncertainty(estimate, index),
          i > 0 ? e_n_between(past, i - 1, i, parameter) : std::nan(""),
-         i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""), result.who, result.sha256.substr(0, 12)});
+         i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""), result.who, first_digits(result.sha256)});
   }
   return table;
 }
@@ -130,8 +131,8 @@ double walk_quantile(const WalkDensity& walks, double probability) {
 }
 
 std::vector<Stated> drift_numbers(const UnitPast& past, const UnitHistory& history, const FleetDrift& fleet) {
-  const std::string& name = past.over.parameter;
-  const Unit rate = unit_by(past.over.shown, "day"), walk = unit_by(past.over.shown, "sqrt(day)");
+  const std::string& name = past.all.over.parameter;
+  const Unit rate = unit_by(past.all.over.shown, "day"), walk = unit_by(past.all.over.shown, "sqrt(day)");
   const auto trend = averaged(fleet.walks, [&](double q) {
     const auto at = drift_rate(history, q);
     return Averaged{at.value, square(at.sd)};
@@ -162,7 +163,7 @@ Table recalibration_table(const UnitPast& past, const RecalibrationInterval& fou
               {{"interval", day}, {"shortest", day}, {"longest", day}, {"offered", day}, {"due", {}}},
               {},
               false};
-  table.rows.push_back({found.interval, found.shortest, found.longest, offered, time_of(last + offered).substr(0, 10)});
+  table.rows.push_back({found.interval, found.shortest, found.longest, offered, day_of(last + offered)});
   return table;
 }
 
@@ -170,8 +171,8 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
                                 const DriftRequest& request, Table& links) {
   constexpr double normal_90 = 1.645;  // two-sided
   constexpr int steps = 40;
-  const Unit& unit = past.over.shown;
-  const std::string& name = past.over.parameter;
+  const Unit& unit = past.all.over.shown;
+  const std::string& name = past.all.over.parameter;
   const std::int64_t day = past.occasions.front().day;
   Curve values = curve_over_time("result of a day", "history", day, name, unit);
   values.points = true, values.band = "± 2 sd, private part";
@@ -218,10 +219,10 @@ void drift_findings(const UnitPast& past, const FleetDrift& fleet, Findings& fin
 
 /// The fleet of the model, whose random walk counts for its units.
 FleetDrift fleet_of(const Archive& archive, const ArchivedSelection& what, SharedBySource& errors) {
-  const auto over = parameter_over_units(archive, what.parameter, what.unit.model);
-  const auto occasions = occasions_of(over);
-  errors = shared_errors(archive, what.parameter, occasions);
-  return drift_of_fleet(occasions, adjustments_of(archive, over), errors);
+  const PastResults past = past_results(archive, what.parameter, what.unit.model);
+  const auto occasions = occasions_of(past.over);
+  errors = shared_errors(past, occasions);
+  return drift_of_fleet(occasions, past.adjusted, errors);
 }
 
 }  // namespace
@@ -231,10 +232,10 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   Estimate estimate =
       answer_of("archive_drift", fmt::format("History of {} of {}", what.parameter, name_of(what.unit)), what);
   const UnitPast past = past_of(archive, request);
-  note_same_recordings(archive, past.over, estimate.findings);
+  note_same_recordings(past.all, estimate.findings);
   estimate.tables.push_back(history_table(past, what.parameter));
   state(estimate, {});
-  estimate.tables.push_back(links_table(past.over.shown));
+  estimate.tables.push_back(links_table(past.all.over.shown));
   if (past.occasions.size() < 2 || past.occasions.back().moment == past.occasions.front().moment) {
     estimate.findings.push_back({Severity::info, "history_too_short", {}});
     estimate.curves = drift_curves(past, nullptr, {}, request, estimate.tables.back());

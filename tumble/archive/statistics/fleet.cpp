@@ -50,7 +50,7 @@ void take_trends(const std::vector<UnitHistory>& histories, FleetDrift& fleet) {
 
 /// The histories of all units, each anew from every adjustment of its unit on.
 std::vector<std::vector<Occasion>> histories_of(const std::vector<Occasion>& occasions,
-                                                const Adjustments& adjustments) {
+                                                const std::vector<std::vector<double>>& adjustments) {
   std::vector<std::vector<Occasion>> last(adjustments.size()), all;
   const auto adjusted = [&](std::size_t unit, double moment) {
     return std::ranges::upper_bound(adjustments[unit], moment) - adjustments[unit].begin();
@@ -79,7 +79,7 @@ UnitHistory history_of(const std::vector<Occasion>& occasions, double origin, do
   return history;
 }
 
-FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const Adjustments& adjustments,
+FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const std::vector<std::vector<double>>& adjustments,
                           const SharedBySource& errors) {
   auto by_unit = histories_of(occasions, adjustments);
   if (by_unit.size() > most_units) by_unit.resize(most_units);

@@ -20,9 +20,9 @@ struct FleetDrift {
 UnitHistory history_of(const std::vector<Occasion>& occasions, double origin, double day_sd,
                        const SharedBySource& errors);
 
-/// From occasions [u] of all units; the history of a unit begins anew with each adjustment. At most 60 histories are
-/// taken. Throws Error::bad_data where no unit has two days.
-FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const Adjustments& adjustments,
+/// From occasions [u] of all units; the history of a unit begins anew with each adjustment [s] since 1970. At most 60
+/// histories are taken. Throws Error::bad_data where no unit has two days.
+FleetDrift drift_of_fleet(const std::vector<Occasion>& occasions, const std::vector<std::vector<double>>& adjustments,
                           const SharedBySource& errors);
 
 }  // namespace tumble::statistics

@@ -5,11 +5,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "tumble/archive/schema/chain.hpp"
-#include "tumble/archive/schema/opened.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/math/square.hpp"
-#include "tumble/report/report.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::statistics {
@@ -63,34 +60,12 @@ std::vector<Occasion> occasions_of(const ParameterOverUnits& over, std::size_t* 
   return occasions;
 }
 
-Adjustments adjustments_of(const Archive& archive, const ParameterOverUnits& over) {
-  std::unordered_map<std::string, std::size_t> unit_of;
-  for (std::size_t i = 0; i < over.units.size(); ++i)
-    unit_of.emplace(schema::chain_of_unit(over.units[i].second.model, over.units[i].second.serial), i);
-  Adjustments adjustments(over.units.size());
-  const auto take_event = [&](const database::Row& row) {
-    if (const auto unit = unit_of.find(database::text(row, 0)); unit != unit_of.end())
-      adjustments[unit->second].push_back(moment_of_text(database::text(row, 1)));
-  };
-  schema::guarded(archive.address(), [&] {
-    auto& database = schema::opened(archive).database;
-    const std::string adjusted = "SELECT chain, detail FROM events WHERE action = 'adjusted'";
-    if (over.units.size() == 1)
-      database.visit(adjusted + " AND chain = ?", {unit_of.begin()->first}, take_event);
-    else
-      database.visit(adjusted, {}, take_event);
-  });
-  for (auto& times : adjustments) std::ranges::sort(times);
-  return adjustments;
-}
-
-std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over) {
-  const auto adjustments = adjustments_of(archive, over);
+std::string begin_at_adjustment(PastResults& past) {
   std::unordered_map<std::int64_t, double> begin;
-  for (std::size_t i = 0; i < over.units.size(); ++i)
-    if (!adjustments[i].empty()) begin.emplace(over.units[i].first, adjustments[i].back());
+  for (std::size_t i = 0; i < past.adjusted.size(); ++i)
+    if (!past.adjusted[i].empty()) begin.emplace(past.over.units[i].first, past.adjusted[i].back());
   double last = -INFINITY;
-  std::erase_if(over.values, [&](const ChartValue& value) {
+  std::erase_if(past.over.values, [&](const ChartValue& value) {
     const auto known = begin.find(value.unit);
     if (known == begin.end() || value.moment >= known->second) return false;
     last = std::max(last, known->second);
@@ -100,10 +75,10 @@ std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over
 }
 
 /// The test of the same recordings ended at the same time: only such results are looked at.
-void note_same_recordings(const Archive& archive, const ParameterOverUnits& over, Findings& findings) {
+void note_same_recordings(const PastResults& past, Findings& findings) {
   std::map<std::pair<std::int64_t, double>, std::vector<std::int64_t>> by_time;
   std::unordered_map<std::int64_t, const ChartValue*> last;
-  for (const auto& value : over.values) {
+  for (const auto& value : past.over.values) {
     const auto* const before = std::exchange(last[value.unit], &value);
     if (!before || before->moment != value.moment) continue;
     auto& results = by_time[{value.unit, value.moment}];
@@ -111,21 +86,11 @@ void note_same_recordings(const Archive& archive, const ParameterOverUnits& over
     results.push_back(value.result);
   }
   std::size_t number = 0;
-  schema::guarded(archive.address(), [&] {
-    auto& database = schema::opened(archive).database;
-    for (const auto& [when, results] : by_time) {
-      std::map<std::string, std::size_t> known;
-      for (const auto result : results) {
-        std::string from;
-        database.visit(
-            "SELECT r.method, i.sha256 FROM inputs i JOIN results r ON r.id = i.result WHERE i.result = ? AND "
-            "i.role = 'recording' ORDER BY i.sha256",
-            {result},
-            [&](const database::Row& row) { from += database::text(row, 0) + " " + database::text(row, 1) + "\n"; });
-        if (!from.empty() && known[from]++ > 0) ++number;
-      }
-    }
-  });
+  for (const auto& [when, results] : by_time) {
+    std::map<std::string, std::size_t> known;
+    for (const auto result : results)
+      if (const auto from = past.read.recordings(result); !from.empty() && known[from]++ > 0) ++number;
+  }
   if (number > 0) findings.push_back({Finding::Severity::warning, "archived_twice", {{"results", number}}});
 }
 
@@ -140,15 +105,13 @@ std::vector<Occasion> first_of_each_unit(const std::vector<Occasion>& occasions,
   return first;
 }
 
-SharedBySource shared_errors(const Archive& archive, const std::string& parameter,
-                             const std::vector<Occasion>& occasions) {
+SharedBySource shared_errors(const PastResults& past, const std::vector<Occasion>& occasions) {
   SharedBySource errors;
   for (const auto& occasion : occasions) {
     if (occasion.sources == 0 || errors.contains(occasion.sources)) continue;
-    const std::string sha256 = sha256_of_result(archive, occasion.result);
-    const Estimate estimate = estimate_from_json(result_text(archive, sha256), "result " + sha256);
+    const Estimate estimate = past.read.estimate(occasion.result);
     auto& found = errors[occasion.sources];
-    if (const auto* parameter_of = find_parameter(estimate, parameter))
+    if (const auto* parameter_of = find_parameter(estimate, past.over.parameter))
       found = deposits::keyed_errors(estimate, static_cast<std::size_t>(parameter_of - estimate.parameters.data()));
   }
   return errors;
@@ -173,19 +136,17 @@ double moment_of_text(const std::string& time) {
 
 std::string time_of(double moment) {
   constexpr std::int64_t second = 1'000'000'000;
-  return iso_time(static_cast<std::int64_t>(moment) * second).substr(0, 19) + "Z";
+  return iso_second(static_cast<std::int64_t>(moment) * second);
 }
 
-std::string date_of(std::int64_t day) { return time_of(static_cast<double>(day) * a_day).substr(0, 10); }
+std::string day_of(double moment) {
+  constexpr std::int64_t second = 1'000'000'000;
+  return iso_day(static_cast<std::int64_t>(moment) * second);
+}
+
+std::string date_of(std::int64_t day) { return day_of(static_cast<double>(day) * a_day); }
 
 std::string name_of(const UnitName& unit) { return unit.model + "/" + unit.serial; }
-
-std::string sha256_of_result(const Archive& archive, std::int64_t result) {
-  return schema::guarded(archive.address(), [&] {
-    const auto rows = schema::opened(archive).database.ask("SELECT sha256 FROM results WHERE id = ?", {result});
-    return rows.empty() ? std::string() : database::text(rows[0], 0);
-  });
-}
 
 Unit unit_by(const Unit& unit, const std::string& by) {
   return Unit::parse((unit.text() == "1" || unit.text().empty() ? "1" : unit.text()) + "/" + by);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tumble/archive/deposits/sources.hpp"
-#include "tumble/archive/history.hpp"
+#include "tumble/archive/past_results.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/math/matrix.hpp"
 
@@ -28,24 +28,19 @@ struct Occasion {
 /// In order of time. Values without a finite value or uncertainty are not used; `unused`, where given, is their number.
 std::vector<Occasion> occasions_of(const ParameterOverUnits& over, std::size_t* unused = nullptr);
 
-/// [s] since 1970, in order: when each unit of ParameterOverUnits::units was adjusted.
-using Adjustments = std::vector<std::vector<double>>;
-Adjustments adjustments_of(const Archive& archive, const ParameterOverUnits& over);
-
 /// Removes the values of each unit from before its last adjustment; the time of the latest one that removed any.
-std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over);
+std::string begin_at_adjustment(PastResults& past);
 
 /// Adds a finding where results were made from the same recordings, by the same method, as another one of the unit:
 /// they are no new evidence, and count.
-void note_same_recordings(const Archive& archive, const ParameterOverUnits& over, Findings& findings);
+void note_same_recordings(const PastResults& past, Findings& findings);
 
 /// The first occasion of each unit, in order of time: a chart of the production.
 std::vector<Occasion> first_of_each_unit(const std::vector<Occasion>& occasions, std::size_t units);
 
 /// The shared errors of each number `sources` among the occasions, from the text of one result that has it.
 using SharedBySource = std::map<std::int64_t, std::vector<deposits::KeyedError>>;
-SharedBySource shared_errors(const Archive& archive, const std::string& parameter,
-                             const std::vector<Occasion>& occasions);
+SharedBySource shared_errors(const PastResults& past, const std::vector<Occasion>& occasions);
 
 /// Factors [n x k] [SI] of the shared errors, a row for each occasion and a column for each error.
 Matrix shared_factors(const std::vector<Occasion>& occasions, const SharedBySource& errors);
@@ -53,10 +48,11 @@ Matrix shared_factors(const std::vector<Occasion>& occasions, const SharedBySour
 /// The first day of an occasion as a date, "2026-03-01"; a moment [s] since 1970 as a time.
 std::string date_of(std::int64_t day);
 std::string time_of(double moment);
+/// The day of a moment [s since 1970]: "2026-11-20".
+std::string day_of(double moment);
 double moment_of_text(const std::string& time);
-/// "model/serial" of a unit; SHA-256 of a result.
+/// "model/serial" of a unit.
 std::string name_of(const UnitName& unit);
-std::string sha256_of_result(const Archive& archive, std::int64_t result);
 
 /// Unit [u], followed by "/day" or another text; the unit 1 is not written.
 Unit unit_by(const Unit& unit, const std::string& by);

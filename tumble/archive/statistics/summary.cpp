@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
@@ -27,7 +28,7 @@ constexpr std::size_t fewest_units = 3, fewest_for_outliers = 5, fewest_for_batc
 
 /// The results of the units of a model.
 struct ModelPast {
-  ParameterOverUnits over;
+  PastResults results;
   std::vector<Occasion> occasions;
   SharedBySource errors;
   std::size_t units = 0;
@@ -35,18 +36,18 @@ struct ModelPast {
 
 bool is_used(const ChartValue& value) { return std::isfinite(value.value) && std::isfinite(value.private_sd); }
 
-ModelPast past_of_model(const Archive& archive, const ArchivedSelection& what, Findings& findings) {
-  ModelPast past{.over = parameter_over_units(archive, what.parameter, what.model), .occasions = {}, .errors = {}};
-  begin_at_adjustment(archive, past.over);
-  note_same_recordings(archive, past.over, findings);
+ModelPast past_of_model(PastResults results, const ArchivedSelection& what, Findings& findings) {
+  ModelPast past{.results = std::move(results), .occasions = {}, .errors = {}};
+  begin_at_adjustment(past.results);
+  note_same_recordings(past.results, findings);
   std::size_t unused = 0;
-  past.occasions = occasions_of(past.over, &unused);
+  past.occasions = occasions_of(past.results.over, &unused);
   if (unused > 0) findings.push_back({Severity::info, "archived_values_not_used", {{"values", unused}}});
-  past.units = first_of_each_unit(past.occasions, past.over.units.size()).size();
+  past.units = first_of_each_unit(past.occasions, past.results.over.units.size()).size();
   if (past.units < fewest_units)
     throw Error(Error::Kind::bad_data, say("a summary of {} needs {} units or more, and the archive has {}",
                                            Name{what.parameter}, fewest_units, past.units));
-  past.errors = shared_errors(archive, what.parameter, past.occasions);
+  past.errors = shared_errors(past.results, past.occasions);
   return past;
 }
 
@@ -61,7 +62,7 @@ Matrix shared_of_values(const ModelPast& past, std::size_t count) {
   const Matrix factors = shared_factors(sets, past.errors);
   Matrix out(count, factors.columns);
   std::size_t i = 0;
-  for (const auto& value : past.over.values) {
+  for (const auto& value : past.results.over.values) {
     if (!is_used(value)) continue;
     if (const auto found = row.find(value.sources); found != row.end())
       for (std::size_t k = 0; k < out.columns; ++k) out(i, k) = factors(found->second, k);
@@ -88,9 +89,9 @@ ManyResults many_results(const ModelPast& past, bool days, bool rigs) {
   std::map<std::int64_t, std::size_t> unit_number, rig_number;
   std::map<std::pair<std::size_t, std::int64_t>, std::size_t> day_number;
   ResultFactor unit{"unit", {}}, day{"day", {}}, rig{"rig", {}};
-  for (std::size_t i = 0; i < past.over.units.size(); ++i) unit_number[past.over.units[i].first] = i;
+  for (std::size_t i = 0; i < past.results.over.units.size(); ++i) unit_number[past.results.over.units[i].first] = i;
   constexpr double seconds = 86400.0;
-  for (const auto& value : past.over.values) {
+  for (const auto& value : past.results.over.values) {
     if (!is_used(value)) continue;
     const auto known = unit_number.find(value.unit);
     results.values.push_back(value.value);
@@ -136,7 +137,7 @@ UnitMeans unit_means(const ModelPast& past, double day_sd) {
   struct Sum {
     double weight = 0.0, value = 0.0, moment = 0.0, plain = 0.0, count = 0.0;
   };
-  std::vector<Sum> sums(past.over.units.size());
+  std::vector<Sum> sums(past.results.over.units.size());
   for (const auto& occasion : past.occasions) {
     auto& sum = sums[occasion.unit];
     const double variance = square(occasion.private_sd) + square(day_sd);
@@ -181,12 +182,12 @@ Table outliers_table(const OutlierUnits& found, const UnitMeans& means, const Mo
               {},
               {},
               false};
-  const Unit& unit = past.over.shown;
+  const Unit& unit = past.results.over.shown;
   table.columns = {column("unit"), column("value", unit), column("sd", unit), column("z", Unit()), column("p", Unit())};
   for (std::size_t i = 0; i < means.values.size(); ++i)
     if (found.outlier[i])
-      table.rows.push_back({name_of(past.over.units[means.unit[i]].second), means.values[i].value, means.values[i].sd,
-                            found.z[i], found.p[i]});
+      table.rows.push_back({name_of(past.results.over.units[means.unit[i]].second), means.values[i].value,
+                            means.values[i].sd, found.z[i], found.p[i]});
   return table;
 }
 
@@ -196,8 +197,8 @@ Table batches_table(const BatchChange& change, const UnitMeans& means, const Uni
                    column("step", unit),          column("sd", unit),         column("p", Unit())};
   const auto count = [](std::size_t number) { return static_cast<double>(number); };
   table.rows.push_back({count(change.after), count(change.earliest), count(change.latest),
-                        time_of(means.moment[std::min(change.after, means.moment.size() - 1)]).substr(0, 10),
-                        change.step, change.step_sd, change.p});
+                        day_of(means.moment[std::min(change.after, means.moment.size() - 1)]), change.step,
+                        change.step_sd, change.p});
   return table;
 }
 
@@ -218,11 +219,11 @@ std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, c
   if (table != tables.end())
     for (const auto& row : table->rows) outliers.insert(std::get<std::string>(row.front()));
   const std::int64_t day = past.occasions.front().day;
-  Curve units = curve_over_time("unit", "units", day, past.over.parameter, past.over.shown);
-  Curve marked = curve_over_time("outlier", "units", day, past.over.parameter, past.over.shown);
+  Curve units = curve_over_time("unit", "units", day, past.results.over.parameter, past.results.over.shown);
+  Curve marked = curve_over_time("outlier", "units", day, past.results.over.parameter, past.results.over.shown);
   units.points = marked.points = true;
   for (std::size_t i = 0; i < means.values.size(); ++i) {
-    const std::string name = name_of(past.over.units[means.unit[i]].second);
+    const std::string name = name_of(past.results.over.units[means.unit[i]].second);
     Curve& curve = outliers.contains(name) ? marked : units;
     add_point(curve, day, means.moment[i], means.values[i].value);
     add_link(curve, name, 0, links);
@@ -233,7 +234,7 @@ std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, c
 /// Factors [n x k] [SI] of the shared errors in the mean of each unit.
 Matrix shared_of_units(const ModelPast& past, const UnitMeans& means) {
   const Matrix factors = shared_factors(past.occasions, past.errors);
-  std::vector<std::size_t> row(past.over.units.size());
+  std::vector<std::size_t> row(past.results.over.units.size());
   for (std::size_t i = 0; i < means.unit.size(); ++i) row[means.unit[i]] = i;
   std::vector<double> days(means.unit.size());
   for (const auto& occasion : past.occasions) days[row[occasion.unit]] += 1.0;
@@ -298,7 +299,7 @@ std::vector<UnitValue> without_shared(const ModelPast& past, const UnitMeans& me
 /// Of the units that belong together, where there are enough to say which.
 void add_population(const ModelPast& past, const UnitMeans& means, const SummaryRequest& request,
                     std::vector<Stated>& numbers, Estimate& estimate) {
-  const auto spread = std::ranges::find(numbers, past.over.parameter + "_unit_sd", &Stated::name);
+  const auto spread = std::ranges::find(numbers, past.results.over.parameter + "_unit_sd", &Stated::name);
   const auto values = without_shared(past, means, spread != numbers.end() ? spread->value : 0.0);
   std::vector<UnitValue> kept = values;
   if (means.values.size() >= fewest_for_outliers) {
@@ -316,7 +317,7 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
       const double shared = shared_variance_of_step(past, means, change.after);
       if (is_significant(change, shared)) {
         change.step_sd = std::hypot(change.step_sd, std::sqrt(shared));
-        estimate.tables.push_back(batches_table(change, means, past.over.shown));
+        estimate.tables.push_back(batches_table(change, means, past.results.over.shown));
         estimate.findings.push_back({Severity::warning, "batch_changed", {{"units", change.after}}});
       }
     }
@@ -324,7 +325,7 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
   const auto& limits = request.limits;
   if (!std::isfinite(limits.lower) && !std::isfinite(limits.upper)) return;
   const auto able = capability_of(kept, {limits.lower, limits.upper}, shared_sd_of_mean(past));
-  const std::string& name = past.over.parameter;
+  const std::string& name = past.results.over.parameter;
   numbers.push_back(
       {name + "_capability", "C_pk of the true values", Unit(), able.index, std::nan(""), able.lower, able.upper});
   numbers.push_back(
@@ -335,8 +336,8 @@ void add_population(const ModelPast& past, const UnitMeans& means, const Summary
 /// units.
 std::vector<Stated> unit_numbers(const ModelPast& past, const UnitMeans& means) {
   constexpr std::size_t fewest_for_rigs = 4;
-  const std::string& name = past.over.parameter;
-  const Unit& unit = past.over.shown;
+  const std::string& name = past.results.over.parameter;
+  const Unit& unit = past.results.over.shown;
   if (past.errors.size() > 1 && means.values.size() >= fewest_for_rigs) {
     ManyResults results;
     for (const auto& one : means.values) results.values.push_back(one.value), results.sds.push_back(one.sd);
@@ -356,17 +357,21 @@ std::vector<Stated> unit_numbers(const ModelPast& past, const UnitMeans& means) 
 }  // namespace
 
 Estimate summary_of_model(const Archive& archive, const SummaryRequest& request) {
+  return summary_of_results(past_results(archive, request.what.parameter, request.what.model), request);
+}
+
+Estimate summary_of_results(PastResults results, const SummaryRequest& request) {
   const auto& what = request.what;
   Estimate estimate = answer_of("archive_summary",
                                 fmt::format("{} of the units of {}", what.parameter,
                                             what.model.empty() ? "all models" : "the model " + what.model),
                                 what);
-  const ModelPast past = past_of_model(archive, what, estimate.findings);
+  const ModelPast past = past_of_model(std::move(results), what, estimate.findings);
   std::vector<Stated> numbers;
   double day_sd = 0.0;
   if (const auto found = components_of(past, estimate.findings)) {
-    numbers = component_numbers(what.parameter, past.over.shown, *found);
-    estimate.tables.push_back(components_table(*found, past.over.shown));
+    numbers = component_numbers(what.parameter, past.results.over.shown, *found);
+    estimate.tables.push_back(components_table(*found, past.results.over.shown));
     for (const auto& one : found->components)
       if (one.name == "day") day_sd = one.sd;
   }
@@ -375,7 +380,7 @@ Estimate summary_of_model(const Archive& archive, const SummaryRequest& request)
   add_population(past, means, request, numbers, estimate);
   state(estimate, numbers);
   estimate.provenance.settings["units"] = fmt::format("{}", past.units);
-  Table links = links_table(past.over.shown);
+  Table links = links_table(past.results.over.shown);
   estimate.curves = units_curves(past, means, estimate.tables, links);
   estimate.tables.push_back(std::move(links));
   if (past.errors.size() > 1)

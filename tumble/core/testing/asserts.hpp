@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/testing/asserts.hpp"
 
 /// For the tests of findings: they ask for the code, the values and the place. The sentence may change without a change

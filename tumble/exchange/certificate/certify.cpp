@@ -6,6 +6,7 @@
 
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/work.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -30,26 +31,16 @@ namespace {
 
 using certificate::measured_of;
 
-/// [SI] One bound; `unit` of the parameter, null where the result does not have it.
-double bound_of(std::string_view text, const Unit* unit) {
-  const Quantity quantity = parse_quantity(text);
-  if (unit != nullptr && quantity.unit.dimension() != unit->dimension())
-    throw Error(
-        Error::Kind::bad_input,
-        say("the limit{} is in {} [{}], the parameter in {} [{}]", Name{std::string(text)}, Name{quantity.unit.text()},
-            Name{name(quantity.unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
-  return quantity.unit.to_si(quantity.value);
-}
-
-/// [SI] The limits that a verdict was judged by: "<= 0.02 deg/h", ">= 1 g", "1 g to 2 g".
-Tolerance tolerance_of(const std::string& limit, const Unit* unit) {
-  if (limit.starts_with("<=")) return {-INFINITY, bound_of(limit.substr(2), unit)};
-  if (limit.starts_with(">=")) return {bound_of(limit.substr(2), unit), INFINITY};
-  const auto to = limit.find(" to ");
-  if (to == std::string::npos) throw Error(Error::Kind::bad_input, say("the limit '{}' cannot be read", limit));
-  const Tolerance limits{bound_of(limit.substr(0, to), unit), bound_of(limit.substr(to + 4), unit)};
+/// [SI] The limit that a verdict was judged by; `unit` of the parameter, null where the result does not have it.
+Tolerance tolerance_of(const Limit& limit, const Unit* unit) {
+  for (const auto* bound : {&limit.lower, &limit.upper})
+    if (*bound && unit != nullptr && (*bound)->unit.dimension() != unit->dimension())
+      throw Error(Error::Kind::bad_input,
+                  say("the limit {} is in {} [{}], the parameter in {} [{}]", Name{bound_text(**bound)},
+                      Name{(*bound)->unit.text()}, Name{name((*bound)->unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
+  const Tolerance limits{limit.lowest(), limit.highest()};
   if (limits.empty())
-    throw Error(Error::Kind::bad_input, say("the limit '{}' has its lower end above its upper end", limit));
+    throw Error(Error::Kind::bad_input, say("the limit '{}' has its lower end above its upper end", limit_text(limit)));
   return limits;
 }
 

@@ -10,6 +10,7 @@
 #include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -89,9 +90,7 @@ Tolerance acceptance_by_risk(const Measured& measured, const Tolerance& toleranc
 }
 
 double number_of(std::string_view text, std::string_view rule, double lowest, double highest, const char* what) {
-  double value = 0.0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (fault == std::errc{} && end == text.data() + text.size() && value >= lowest && value <= highest) return value;
+  if (const auto value = as_number<double>(text); value && *value >= lowest && *value <= highest) return *value;
   throw Error(Error::Kind::bad_input, say("rule '{}': {} is expected, from {:g} to {:g}", rule, what, lowest, highest));
 }
 
@@ -111,16 +110,13 @@ Decision::Outcome outcome_of(const Measured& measured, const Tolerance& toleranc
 }  // namespace
 
 DecisionRule parse_decision_rule(std::string_view text) {
-  const auto colon = text.find(':');
-  const std::string_view word = text.substr(0, colon);
-  const std::string_view amount = colon == text.npos ? std::string_view{} : text.substr(colon + 1);
-  if (word == "guarded")
-    return {Kind::guarded, colon == text.npos ? 1.0
-                                              : number_of(amount, text, -3.0, 3.0,
-                                                          "the guard band in expanded uncertainties, such as "
-                                                          "guarded:0.83")};
-  if (word == "risk" && colon != text.npos)
-    return {Kind::risk, number_of(amount, text, 1e-9, 0.5, "a probability, such as risk:0.025")};
+  const auto with_amount = key_and_value(text, ':');
+  if (with_amount && with_amount->first == "guarded")
+    return {Kind::guarded, number_of(with_amount->second, text, -3.0, 3.0,
+                                     "the guard band in expanded uncertainties, such as guarded:0.83")};
+  if (with_amount && with_amount->first == "risk")
+    return {Kind::risk, number_of(with_amount->second, text, 1e-9, 0.5, "a probability, such as risk:0.025")};
+  if (text == "guarded") return {Kind::guarded, 1.0};
   if (text == "simple") return {Kind::simple, 0.0};
   if (text == "method6") return {Kind::method6, 0.0};
   if (text == "non-binary") return {Kind::non_binary, 1.0};

@@ -5,6 +5,7 @@
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/countries.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -38,8 +39,6 @@ void check_forms(const CertificateDetails& details, Problems& problems) {
           details.file,
           say("{} link: '{}': the address of a page is expected, such as https://example.org", Name{section}, *link)));
 }
-
-bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == text.npos; }
 
 void check_equipment(const CertificateDetails& details, Problems& problems) {
   for (const auto& one : details.equipment) {

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate.hpp"
 #include "tumble/exchange/certificate/page.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/version.hpp"
 

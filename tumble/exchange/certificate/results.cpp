@@ -5,6 +5,7 @@
 #include "tumble/exchange/certificate/work.hpp"
 #include "tumble/exchange/certificate/xml.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/report/limit_text.hpp"
 
 namespace tumble::certificate {
 namespace {
@@ -41,7 +42,7 @@ void write_statement(Xml list, const Statement& statement, const Unit& unit, con
   for (const auto language : languages_of(details)) {
     const std::string of = text_of(language, "certificate", "probability");
     leaf(declaration, "dcc:content",
-         statement.limit + ": " + outcome_in_words(statement.outcome, language) +
+         limit_text(statement.limit) + ": " + outcome_in_words(statement.outcome, language) +
              (statement.decision ? "; " + of + " " + percent(statement.decision->conformance) + " %" : ""));
     mark(declaration.last_child(), "lang", code_of(language));
   }

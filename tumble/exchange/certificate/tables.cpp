@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/exchange/certificate/work.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
@@ -73,8 +74,8 @@ const char* colour_of(Decision::Outcome outcome) {
 }
 
 /// "≤ 0.02 deg/h".
-std::string limit_text(const Statement& statement, const Estimate& estimate, const Words& words) {
-  if (!statement.index) return escaped(statement.limit);
+std::string allowed_text(const Statement& statement, const Estimate& estimate, const Words& words) {
+  if (!statement.index) return escaped(limit_text(statement.limit));
   const Unit& unit = estimate.parameters[*statement.index].unit;
   const auto number = [&](double si) { return typeset_number(general(unit.from_si(si), 10)); };
   const auto [lower, upper] = statement.tolerance;
@@ -110,7 +111,7 @@ std::string statement_row(const Statement& statement, const Estimate& estimate, 
       "<tr><th scope=\"row\">{}{}</th><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
       "<td class=\"outcome {}\">{}</td></tr>\n",
       words.name(statement.parameter, estimate.method), measured_below(statement, estimate, words),
-      limit_text(statement, estimate, words), acceptance_text(statement, estimate),
+      allowed_text(statement, estimate, words), acceptance_text(statement, estimate),
       std::isfinite(ratio) ? fmt::format("{:.3g}", ratio) : "–",
       decision ? escaped(percent(decision->conformance)) + (words.language == Language::chinese ? "%" : " %") : "–",
       colour_of(statement.outcome), outcome_in_words(statement.outcome, words.language));

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/section_words.hpp"
 #include "tumble/exchange/comparison.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/text_table.hpp"

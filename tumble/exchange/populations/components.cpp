@@ -7,9 +7,9 @@
 #include <map>
 
 #include "tumble/core/budget.hpp"
-#include "tumble/core/text.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/math/population/spread.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/prior_rows.hpp"

@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
-#include "tumble/core/text.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/population/outliers.hpp"
@@ -336,7 +336,7 @@ std::string unfit_for_population(const Estimate& estimate) {
   if (estimate.prior) return "result_with_prior";
   for (const auto& finding : estimate.findings) {
     if (finding.code == "budget_without_factors") return "result_without_factors";
-    if (finding.severity == Severity::error && !finding.code.starts_with("limit_")) return "result_in_error";
+    if (finding.severity == Severity::error && !is_about_limit(finding)) return "result_in_error";
   }
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
     if (prior_rows::is_normal(estimate, i)) return {};

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::csv {
 

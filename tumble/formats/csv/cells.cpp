@@ -4,7 +4,7 @@
 #include <cctype>
 
 #include "tumble/formats/csv/number.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::csv {
 
@@ -15,7 +15,7 @@ bool blank(char c) { return c == ' ' || c == '\t'; }
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
-  return tumble::trimmed(text.substr(0, text.find_last_not_of(" \t\r") + 1));
+  return tumble::trimmed(text.substr(0, text.find_last_not_of(" \t\r") + 1), " \t");
 }
 
 std::vector<std::string> cells_of(std::string_view line, char separator) {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/formats/csv/advice.hpp"
 #include "tumble/formats/csv/shape.hpp"
 #include "tumble/formats/file/annotations.hpp"

@@ -4,8 +4,8 @@
 #include <limits>
 #include <optional>
 
+#include "tumble/clocks/strip.hpp"
 #include "tumble/core/channel.hpp"
-#include "tumble/core/strip.hpp"
 
 namespace tumble::file {
 

@@ -9,7 +9,7 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble::frames {

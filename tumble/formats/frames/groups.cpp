@@ -5,7 +5,7 @@
 #include <map>
 #include <tuple>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 
 namespace tumble::frames {
 

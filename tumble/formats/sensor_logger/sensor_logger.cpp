@@ -19,7 +19,7 @@
 #include "tumble/formats/zip/archive.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::sensor_logger {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 
 namespace tumble::accelerometer_four_position {
 

@@ -58,7 +58,10 @@ bool in_both_mounts(const Solution& solution) {
 void withhold_aliases(const Normalised& fit, Estimate& estimate) {
   for (const char* name : {"cross_coupling_ip", "cross_coupling_io"}) {
     const auto meaning = fit.solution.stands_for.find(name);
-    if (meaning == fit.solution.stands_for.end() || meaning->second.find("K_3") == std::string::npos) continue;
+    const auto terms = fit.solution.contains.find(name);
+    if (meaning == fit.solution.stands_for.end() || terms == fit.solution.contains.end()) continue;
+    if (std::ranges::find(terms->second, "third_order_coefficient", &Parameter::Contained::name) == terms->second.end())
+      continue;
     accelerometer::withhold(name, estimate);
     estimate.findings.push_back({Finding::Severity::warning,
                                  "coefficient_mixed_with_third_order",

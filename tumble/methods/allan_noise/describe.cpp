@@ -1,6 +1,7 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,6 +74,7 @@ void add_filter(const ChannelNoise& channel, std::size_t first, Estimate& estima
 std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estimate) {
   const NoiseFit& fit = channel.fit;
   std::vector<Source> sources;
+  const std::size_t before = estimate.parameters.size();
   std::size_t process = 0;
   for (std::size_t t = 0; t < fit.terms.size(); ++t) {
     const FittedTerm& term = fit.terms[t];
@@ -98,6 +100,7 @@ std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estima
         {channel.label + (channel.kind == QuantityKind::other ? ".frequency_drift" : ".rate_ramp"), "R",
          Unit::parse(ramp_unit(channel.kind)), fit.ramp.slope * channel.rate, "straight trend of the bias",
          fit.ramp.degrees_of_freedom});
+  for (std::size_t i = before; i < estimate.parameters.size(); ++i) estimate.parameters[i].channels = {channel.label};
   return sources;
 }
 
@@ -240,7 +243,7 @@ struct HiddenTerm {
   TermWords term;
   Phrase remedy;
   double limit = 0.0, length = 0.0;  ///< [SI] at 95 %, [s] of the record that gives this limit
-  std::string where;
+  std::vector<std::string> channels;
   bool supported = false;  ///< in the set chosen, though other sets explain the record nearly as well without it
   Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
 };
@@ -263,23 +266,26 @@ void add_hidden(const ChannelNoise& channel, std::vector<HiddenTerm>& hidden) {
       entry->limit = limit;
       entry->length = duration(channel);
     }
-    if (entry->where.ends_with(channel.label)) continue;  // another Gauss-Markov process
+    if (!entry->channels.empty() && entry->channels.back() == channel.label) continue;  // another Gauss-Markov process
     ++occurrences.count;
-    entry->where += (entry->where.empty() ? "" : ", ") + channel.label;
+    entry->channels.push_back(channel.label);
   }
 }
 
 Findings findings_of(const std::vector<HiddenTerm>& hidden) {
   Findings findings;
-  for (const HiddenTerm& one : hidden)
+  for (const HiddenTerm& one : hidden) {
     findings.push_back({Severity::info,
                         one.supported ? "noise_term_may_be_another" : "noise_term_not_significant",
                         {{"term", one.term.name},
                          {"limit", one.limit, one.term.unit},
                          {"length", one.length, "s"},
                          {"remedy", one.remedy}},
-                        one.where,
+                        fmt::format("{}", fmt::join(one.channels, ", ")),
                         one.occurrences});
+    for (const std::string& channel : one.channels)
+      findings.back().hidden.push_back({channel + "." + one.term.name, channel});
+  }
   return findings;
 }
 

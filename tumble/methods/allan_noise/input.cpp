@@ -6,8 +6,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::allan_noise {
@@ -26,8 +27,7 @@ std::vector<std::string> listed_words(const std::string& text) {
       word += c;
       continue;
     }
-    const auto first = word.find_first_not_of(' '), last = word.find_last_not_of(' ');
-    if (first != std::string::npos) words.push_back(word.substr(first, last - first + 1));
+    if (!is_blank(word)) words.emplace_back(trimmed(word));
     word.clear();
   }
   return words;
@@ -35,9 +35,7 @@ std::vector<std::string> listed_words(const std::string& text) {
 
 /// [s] A bare number is in seconds. NaN: no time above zero.
 double time_of_word(const std::string& word) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error == std::errc() && end == word.data() + word.size()) return value > 0.0 ? value : std::nan("");
+  if (const auto value = as_number<double>(word)) return *value > 0.0 ? *value : std::nan("");
   try {
     const Quantity quantity = parse_quantity(word);
     if (quantity.unit.dimension() == Unit::parse("s").dimension() && quantity.value > 0.0)

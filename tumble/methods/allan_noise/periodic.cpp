@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/spectrum/sines.hpp"
 #include "tumble/units/constants.hpp"
 

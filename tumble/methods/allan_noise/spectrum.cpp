@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/spectrum/spectral_conversion.hpp"
 #include "tumble/units/error.hpp"
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
-#include "tumble/core/ticks.hpp"
+#include "tumble/clocks/ticks.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"

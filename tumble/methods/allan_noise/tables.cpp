@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {

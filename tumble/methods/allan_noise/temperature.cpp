@@ -6,7 +6,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/input.hpp"

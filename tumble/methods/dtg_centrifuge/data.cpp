@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 

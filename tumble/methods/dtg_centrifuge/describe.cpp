@@ -210,6 +210,7 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
     findings.push_back({Severity::info,
                         "repeatability_not_significant",
                         {{"parameter", prefix + "turn_on_repeatability"}, {"limit", limit, unit}}});
+    findings.back().hidden = {{prefix + "turn_on_repeatability"}};
     return;
   }
   Matrix covariance(1, 1);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/circle.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 #include "tumble/units/constants.hpp"

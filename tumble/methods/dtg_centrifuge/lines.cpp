@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 #include "tumble/units/constants.hpp"

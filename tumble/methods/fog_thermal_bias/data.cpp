@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/sampling_rate.hpp"
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/fog_thermal_bias/departures.hpp"

@@ -89,6 +89,7 @@ void append_turn_on(Estimate& estimate, const LevelFit& levels) {
     estimate.findings.push_back({Finding::Severity::info,
                                  "not_significant",
                                  {{"parameter", "turn_on_repeatability"}, {"limit", limit, "deg/h"}}});
+    estimate.findings.back().hidden = {{"turn_on_repeatability"}};
     return;
   }
   append_sd(estimate,

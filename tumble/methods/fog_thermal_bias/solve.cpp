@@ -8,6 +8,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
@@ -36,7 +37,8 @@ struct Choice {
 
 Choice choice_of(const std::string& word, int lowest, int highest) {
   if (word == "auto") return {lowest, highest};
-  return {std::stoi(word), std::stoi(word)};
+  const int order = as_number<int>(word).value_or(lowest);
+  return {order, order};
 }
 
 std::vector<Candidate> candidates_of(const Settings& settings, const std::vector<Term>& terms, bool gradient_seen) {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/units/constants.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/reduce/rig_effects.hpp"

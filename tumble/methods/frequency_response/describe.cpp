@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/frequency_response/average.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/frequency_response/average.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"

@@ -6,6 +6,7 @@
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::frequency_response {
 namespace {
@@ -179,7 +180,7 @@ std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
   // Different tones with equal labels of three digits get five.
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
     if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > 1.001 * points[i].frequency)
-      for (Point* p : {&points[i], &points[i + 1]}) p->nominal = std::stod(fmt::format("{:.4e}", p->frequency));
+      for (Point* p : {&points[i], &points[i + 1]}) p->nominal = rounded_to_digits(p->frequency, 5);
   std::vector<std::vector<Point>> repeats;
   for (Point& p : points) {
     if (repeats.empty() || repeats.back().front().nominal != p.nominal) repeats.emplace_back();

@@ -6,11 +6,12 @@
 #include <string>
 #include <utility>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::frequency_response {
 namespace {
@@ -24,8 +25,8 @@ std::vector<double> frequencies_between(double low, double high, int per_decade)
   const int first = static_cast<int>(std::floor(std::log10(low))) * per_decade;
   for (int k = first; k < first + 20 * per_decade; ++k) {
     const int within = ((k % per_decade) + per_decade) % per_decade;
-    double f = std::stod(fmt::format("{:.2e}", std::pow(10.0, static_cast<double>(k) / per_decade)));
-    if (per_decade == 10) f = std::stod(fmt::format("{}e{}", r10[within], (k - within) / per_decade));
+    double f = rounded_to_digits(std::pow(10.0, static_cast<double>(k) / per_decade), 3);
+    if (per_decade == 10) f = rounded_to_digits(r10[within] * std::pow(10.0, (k - within) / per_decade), 3);
     if (f > high) break;
     if (f >= low) frequencies.push_back(f);
   }

@@ -186,9 +186,11 @@ void add_from_scatter(Estimate& estimate, const char* name, const char* symbol, 
 void add_size(Estimate& estimate, const Size& size, const char* name, const char* symbol, const char* unit, double dof,
               const std::string& description, bool only_if_significant = false) {
   const bool significant = size.significant && size.value > 0.0 && size.sd > 0.0;
-  if (!significant)
+  if (!significant) {
     estimate.findings.push_back(
         {Severity::info, "not_significant", {{"parameter", name}, {"limit", size.limit, unit}}});
+    estimate.findings.back().hidden = {{name}};
+  }
   if (!significant && (only_if_significant || !(size.limit > 0.0))) return;
   // A size that is not significant may be as large as its limit.
   add_from_scatter(estimate, name, symbol, unit, size.value, significant ? size.sd : 0.5 * (size.limit - size.value),

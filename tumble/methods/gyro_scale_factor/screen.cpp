@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/stretches.hpp"
 

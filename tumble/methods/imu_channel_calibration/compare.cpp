@@ -84,6 +84,7 @@ void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate) {
                                                                : set == 1 ? s
                                                                           : w - s,
                                                                entry.description + what[set]};
+        estimate.parameters[place(pairs.size(), set, p, i)].channels = {role_of(pair.kind, i / per_axis)};
       }
   }
   settle(estimate, lines);

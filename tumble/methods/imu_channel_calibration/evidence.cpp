@@ -88,14 +88,14 @@ Sorted sorted(const Evidence& evidence) {
       whole.plans.push_back(r < evidence.plans.size() ? evidence.plans[r] : nullptr);
     }
   }
+  bool some_alone = false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto role = role_of(Kind::gyro, axis);
+    some_alone = some_alone || out.alone.contains(role);
     out.gyros = out.gyros || out.alone.contains(role) || has(whole, role);
   }
   out.whole = with_marks(whole, [&](const Plan&, const Mark& mark) { return !is_check(evidence.plan, mark); });
   out.check = with_marks(whole, [&](const Plan&, const Mark& mark) { return is_check(evidence.plan, mark); });
-  const bool some_alone =
-      std::ranges::any_of(out.alone, [](const auto& entry) { return entry.first.starts_with("gyro"); });
   if (out.gyros && !some_alone) {
     out.gyros = false;
     out.findings.push_back({Finding::Severity::info, "no_gyro_tested_alone", {}});

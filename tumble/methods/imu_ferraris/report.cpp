@@ -55,6 +55,7 @@ std::vector<Parameter> named_parameters(const Recorded& recorded) {
     const std::size_t i = k % 3;
     const char a = k < 3 ? 'a' : 'g';
     const std::string role = imu::role_of(k < 3 ? Kind::accelerometer : Kind::gyro, i);
+    const std::size_t before = all.size();
     add(role + "_scale_factor", fmt::format("K_{},{}", a, letters[i]), scale_unit(recorded, k),
         "output for a unit along the input axis");
     add(role + "_bias", fmt::format("b_{},{}", a, letters[i]), recorded.unit[k], "output at no input");
@@ -66,6 +67,7 @@ std::vector<Parameter> named_parameters(const Recorded& recorded) {
       add(fmt::format("{}_acceleration_sensitivity_{}", role, letters[j]),
           fmt::format("K_ga,{}{}", letters[i], letters[j]), sensitivity_unit(recorded, k),
           fmt::format("output for specific force along {}", letters[j]));
+    for (std::size_t p = before; p < all.size(); ++p) all[p].channels = {role};
   }
   return all;
 }

@@ -9,11 +9,11 @@
 #include <set>
 
 #include "tumble/core/marks.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::imu_ferraris {
 
@@ -35,19 +35,17 @@ std::string role_of(std::size_t output) {
 /// "x_p=face 1, x_a=face 2": the user's labels to ours.
 std::map<std::string, std::string> renamed(const std::string& text) {
   std::map<std::string, std::string> names;
-  const auto without_blanks = [](std::string_view part) { return std::string(trimmed(part, " ")); };
   const std::vector<std::string> known(labels().begin(), labels().end());
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string pair = text.substr(begin, end - begin);
-    const auto equals = pair.find('=');
-    const auto ours = without_blanks(std::string_view(pair).substr(0, equals));
-    if (equals == std::string::npos || std::ranges::find(known, ours) == known.end())
+  auto pairs = list_items(text);
+  if (pairs.back().empty()) pairs.pop_back();
+  for (const std::string& pair : pairs) {
+    const auto labels_of_section = key_and_value(pair);
+    const std::string ours(trimmed(labels_of_section ? labels_of_section->first : pair));
+    if (!labels_of_section || std::ranges::find(known, ours) == known.end())
       throw Error(Error::Kind::bad_input,
                   say("labels = \"{}\": \"{}\" is no pair as in \"x_p=face 1, x_a=face 2\"{}; sections are {}", text,
-                      without_blanks(pair), did_you_mean(ours, known), fmt::join(known, ", ")));
-    names[without_blanks(std::string_view(pair).substr(equals + 1))] = ours;
-    begin = end + 1;
+                      pair, did_you_mean(ours, known), fmt::join(known, ", ")));
+    names[std::string(trimmed(labels_of_section->second))] = ours;
   }
   return names;
 }

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/clock.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/extremes.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/units/error.hpp"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_multi_position/turning.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -69,6 +69,7 @@ void make_relative(const Channels& of, std::size_t row, Entry& e) {
 void add_channel(const Channels& of, std::size_t row, std::size_t size, std::vector<Entry>& all) {
   const char letter = letters[row];
   const std::string channel = fmt::format("{}_{}", of.kind, letter);
+  const std::size_t before = all.size();
   all.push_back(entry(parameter(channel + "_bias", fmt::format("b_{}{}", of.symbol, letter), of.bias_unit,
                                 of.linear.bias[row], "output for zero input"),
                       *of.index(row, 3), size));
@@ -89,6 +90,7 @@ void add_channel(const Channels& of, std::size_t row, std::size_t size, std::vec
     if (of.counts) make_relative(of, row, e);
     all.push_back(std::move(e));
   }
+  for (std::size_t i = before; i < all.size(); ++i) all[i].parameter.channels = {channel};
 }
 
 void add_sensitivity(const Channels& of, const Matrix3& sensitivity, std::size_t row, std::size_t size,
@@ -100,6 +102,7 @@ void add_sensitivity(const Channels& of, const Matrix3& sensitivity, std::size_t
                               fmt::format("drift with the specific force along {}", other)),
                     gyro_index(row, 4 + column), size);
     if (of.counts) make_relative(of, row, e);
+    e.parameter.channels = {fmt::format("gyro_{}", letter)};
     all.push_back(std::move(e));
   }
 }

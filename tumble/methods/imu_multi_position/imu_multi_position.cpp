@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/method.hpp"

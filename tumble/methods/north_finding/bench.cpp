@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/attempt.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"

@@ -133,17 +133,6 @@ void report_size(const Exposure& exposure, const Data& data, const Measured& uni
                         place_of(exposure, data, unit)});
 }
 
-/// The names of the parameters that rest on the scale factor of a unit: its own that are no pulses, and comparisons.
-std::vector<std::string> resting_on(const vibration::UnitUnderTest& unit, const Estimate& estimate) {
-  std::vector<std::string> names;
-  for (const Parameter& p : estimate.parameters) {
-    const bool counted = unit.pulse > 0.0 && p.name.find("pulse_error_") != std::string::npos;
-    const bool own = p.name.find(unit.prefix) != std::string::npos && !counted;
-    if (own || p.name.find("_over_") != std::string::npos) names.push_back(p.name);
-  }
-  return names;
-}
-
 }  // namespace
 
 Table units_table(const std::vector<Exposure>& exposures, const Data& data, const std::vector<Type>& types,
@@ -240,9 +229,7 @@ void report_rests(const std::vector<Exposure>& exposures, const Data& data, Esti
       log_gain[unit.unit] = std::log(size.ratio);
       uncertainty[unit.unit] = size.uncertainty;
     }
-  std::vector<std::vector<std::string>> parameters;
-  for (const auto& unit : data.units) parameters.push_back(resting_on(unit, estimate));
-  vibration::report_departures(data, log_gain, uncertainty, parameters, estimate.findings);
+  vibration::report_departures(data, log_gain, uncertainty, estimate);
 }
 
 }  // namespace tumble::random_vibration

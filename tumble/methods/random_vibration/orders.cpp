@@ -75,6 +75,7 @@ void append_orders(const std::vector<Exposure>& exposures, const vibration::Data
       third.value += g(1, k) * p.value;
       second.degrees_of_freedom = third.degrees_of_freedom = std::min(second.degrees_of_freedom, p.degrees_of_freedom);
     }
+    second.channels = third.channels = {data.units[unit].name};
     estimate.parameters.push_back(std::move(second));
     estimate.parameters.push_back(std::move(third));
   }

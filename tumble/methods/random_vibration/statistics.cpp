@@ -141,6 +141,7 @@ Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
 void append_unit(const Exposure& exposure, const Data& data, const Measured& unit, std::vector<Statistic>& out) {
   const auto& under_test = data.units[unit.unit];
   const std::string prefix = exposure.prefix + under_test.prefix;
+  const std::size_t before = out.size();
   const char* shown = under_test.pulse > 0.0 ? "pulse" : "mg";
   const Triple t = triple_of(exposure, unit);
   Statistic mean = times(t.mean, unit.per_force), sd = times(t.sd, unit.per_force),
@@ -170,6 +171,7 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
   name(rectification, prefix + "vibration_rectification", "VRC", "ug/g^2",
        fmt::format("K_2 + 3 K_3 a_0 with a_0 = {:+.3f} g", a_0));
   out.push_back(std::move(rectification));
+  for (std::size_t i = before; i < out.size(); ++i) out[i].parameter.channels = {under_test.name};
 }
 
 /// The mean of the units' statistics.

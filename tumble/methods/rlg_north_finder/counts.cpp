@@ -5,13 +5,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "tumble/clocks/sampling_rate.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/core/marks.hpp"
-#include "tumble/core/sampling_rate.hpp"
-#include "tumble/core/stamp_slack.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/stretches.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/core/sampling_rate.hpp"
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_north_finder {

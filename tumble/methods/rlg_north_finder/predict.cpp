@@ -12,6 +12,12 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
+/// 0 to 2 for a rate or a specific force along x to z.
+int axis_of(Input input) {
+  const bool rate = input <= Input::rate_z;
+  return static_cast<int>(input) - static_cast<int>(rate ? Input::rate_x : Input::specific_force_x);
+}
+
 /// Pulses for one SI unit of the indicated quantity over one second: of a long run at a rate of 1.
 double pulses_per_unit(const Participant& instrument, std::size_t output) {
   constexpr std::size_t samples = 1000;
@@ -48,10 +54,9 @@ linear::Truth truths_of_unit(const Participant& instrument, std::size_t number, 
   linear::Truth truth;
   for (const auto& parameter : wanted()) {
     if (parameter.output != which) continue;
-    const std::string name = parameter.name;
-    const int i = name.ends_with("_x") ? 0 : name.ends_with("_y") ? 1 : name.ends_with("_z") ? 2 : own;
-    truth.coefficients[name] = pulses * (name.ends_with(".bias") ? 0.5 * (at(own, 1.0) + at(own, -1.0))
-                                                                 : (at(i, 1.0) - at(i, -1.0)) / (2.0 * size));
+    const int i = parameter.input ? axis_of(*parameter.input) : own;
+    truth.coefficients[parameter.name] =
+        pulses * (parameter.input ? (at(i, 1.0) - at(i, -1.0)) / (2.0 * size) : 0.5 * (at(own, 1.0) + at(own, -1.0)));
   }
   NoiseModel noise = noise_of(instrument.truth, output.noise_prefix);
   for (double* density : {&noise.quantization_noise, &noise.angle_random_walk, &noise.bias_instability,

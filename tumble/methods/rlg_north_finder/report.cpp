@@ -16,7 +16,7 @@ std::vector<std::string> axes_of(const Plan& plan) {
   for (const auto& axis : find_rig(plan.rig_kind).axes()) {
     const bool used =
         std::ranges::any_of(plan.schedule, [&](const Segment& segment) { return segment.axes.contains(axis.name); });
-    if (used && !axis.name.starts_with("mount_") && axis.unit == "deg") axes.push_back(axis.name);
+    if (used && !is_mount_axis(axis.name) && axis.unit == "deg") axes.push_back(axis.name);
   }
   return axes;
 }

@@ -47,6 +47,7 @@ Estimate estimate_from(const std::vector<double>& values, const std::vector<doub
     const Wanted& parameter = wanted()[p];
     estimate.parameters.push_back(
         {parameter.name, parameter.symbol, Unit::parse(parameter.unit), values[p], parameter.description, freedom[p]});
+    estimate.parameters.back().channels = {role_of(parameter.output)};
   }
   settle(estimate, lines);
   gather_small(estimate);

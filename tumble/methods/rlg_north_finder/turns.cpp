@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/marks.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/constants.hpp"

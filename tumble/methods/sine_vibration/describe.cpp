@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/rig_effects.hpp"
@@ -180,8 +180,9 @@ struct Builder {
   std::vector<std::vector<double>> gradients;
 
   void add(const std::string& name, const std::string& symbol, const char* unit, double value,
-           std::vector<double> gradient, const std::string& description) {
+           std::vector<double> gradient, const std::string& description, std::vector<std::string> channels = {}) {
     estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description});
+    estimate.parameters.back().channels = std::move(channels);
     gradients.push_back(std::move(gradient));
   }
 };
@@ -189,7 +190,7 @@ struct Builder {
 void add_rectification(const vibration::Data& data, const Rectification& r, const std::vector<std::size_t>& at,
                        Builder& builder) {
   const Raw& raw = builder.raw;
-  const std::string& prefix = data.units[r.unit].prefix;
+  const std::string &own = data.units[r.unit].name, &prefix = data.units[r.unit].prefix;
   const Unit g = Unit::parse("g");
   std::map<std::string, int> names;
   for (const auto& way : r.ways) {
@@ -200,11 +201,11 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
                                                      : fmt::format("a_0 = {:+.4g} g", g.from_si(way.rest));
     builder.add(prefix + name, "K_v", "ug/g^2", raw.value[at[way.column]],
                 unit_vector(raw.value.size(), at[way.column]),
-                fmt::format("shift of the mean over the mean square of vibration, {}", posture));
+                fmt::format("shift of the mean over the mean square of vibration, {}", posture), {own});
   }
   if (r.quartic)
     builder.add(prefix + "vibration_rectification_quartic", "c", "ug/g^4", raw.value[at[r.quartic_column]],
-                unit_vector(raw.value.size(), at[r.quartic_column]), "shift of the mean per A^4");
+                unit_vector(raw.value.size(), at[r.quartic_column]), "shift of the mean per A^4", {own});
   if (r.ways.size() < 2) return;
   const auto &up = r.ways.front(), &down = r.ways.back();
   const double apart = up.rest - down.rest;
@@ -213,9 +214,9 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
   second[at[up.column]] = -down.rest / apart, second[at[down.column]] = up.rest / apart;
   third[at[up.column]] = 1.0 / (3.0 * apart), third[at[down.column]] = -1.0 / (3.0 * apart);
   builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", dot(second, raw.value), second,
-              "from both directions of the axis");
+              "from both directions of the axis", {own});
   builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", dot(third, raw.value), third,
-              "from both directions of the axis");
+              "from both directions of the axis", {own});
 }
 
 /// Points of one unit at one frequency.
@@ -237,7 +238,7 @@ void add_gains(const vibration::Data& data, const Measured& measured, std::size_
     const double gain = std::exp(log_gain);
     for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
     builder.add(data.units[unit].prefix + "gain_" + frequency_label(frequency), "|G|", "1", gain, std::move(gradient),
-                "of the motion, without the effect of the counting window");
+                "of the motion, without the effect of the counting window", {data.units[unit].name});
   }
 }
 
@@ -284,7 +285,8 @@ void compare_gains(const vibration::Data& data, const Measured& measured, Builde
     for (std::size_t i = 0; i < gradient.size(); ++i)
       gradient[i] = ratio * (means[u].gradient[i] - means[0].gradient[i]);
     builder.add(data.units[u].prefix + "gain_ratio", "G/G_1", "1", ratio, std::move(gradient),
-                "gain over that of " + data.units[0].name + ", mean over the frequencies of both");
+                "gain over that of " + data.units[0].name + ", mean over the frequencies of both",
+                {data.units[u].name, data.units[0].name});
   }
   const double sd = std::sqrt(squares / static_cast<double>(units - 1));
   if (!(sd > 0.0)) return;
@@ -310,7 +312,8 @@ void compare_rectifications(const vibration::Data& data, const std::vector<Recti
       builder.add(data.units[rectified[k].unit].prefix + "rectification_difference" +
                       (rectified[k].ways.size() > 1 ? "_" + way_name(way.rest) : ""),
                   "d K_2", "ug/g^2", raw.value[a] - raw.value[b], std::move(gradient),
-                  "vibration_rectification less that of " + data.units[rectified[0].unit].name);
+                  "vibration_rectification less that of " + data.units[rectified[0].unit].name,
+                  {data.units[rectified[k].unit].name, data.units[rectified[0].unit].name});
     }
 }
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/units/constants.hpp"

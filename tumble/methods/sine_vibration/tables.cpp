@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -208,6 +208,7 @@ void add_repeatability(const std::vector<RunBias>& runs, double between, const W
          "not_significant",
          {{"parameter", "turn_on_repeatability"},
           {"limit", interval_of_sd(std::sqrt(between), dof, 0.9).upper, builder.unit}}});
+    builder.estimate.findings.back().hidden = {{"turn_on_repeatability"}};
     return;
   }
   const double of_between = 2.0 * between * between / dof,

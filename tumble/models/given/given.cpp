@@ -1,7 +1,7 @@
 #include "tumble/models/given/given.hpp"
 
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::given {
 

@@ -1,7 +1,7 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
 #include "tumble/models/given/given.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble::sdof_gyro {

@@ -8,7 +8,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::accelerometer {
 namespace {

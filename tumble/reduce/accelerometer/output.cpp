@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"

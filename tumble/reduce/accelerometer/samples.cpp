@@ -8,7 +8,7 @@
 #include <set>
 
 #include "tumble/core/marks.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/sentence.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/evidence.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/stretches.hpp"
 
 namespace tumble::compensation {

@@ -12,9 +12,9 @@
 #include <set>
 #include <utility>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/roles.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"

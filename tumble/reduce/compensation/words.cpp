@@ -6,7 +6,7 @@
 #include <map>
 
 #include "tumble/reduce/compensation/work.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::compensation {
 namespace {

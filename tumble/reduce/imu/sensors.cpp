@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/clocks/clock.hpp"
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
 

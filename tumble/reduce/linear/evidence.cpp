@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/golden_section.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/rows.hpp"

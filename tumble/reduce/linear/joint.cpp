@@ -14,6 +14,7 @@ namespace {
 
 void append(const Solution& output, Solution& all) {
   all.columns.insert(all.columns.end(), output.columns.begin(), output.columns.end());
+  all.channels.insert(all.channels.end(), output.channels.begin(), output.channels.end());
   all.stands_for.insert(output.stands_for.begin(), output.stands_for.end());
   all.contains.insert(output.contains.begin(), output.contains.end());
   all.observations += output.observations;

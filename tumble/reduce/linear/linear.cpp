@@ -29,7 +29,7 @@ std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, So
   for (std::size_t j = 0; j < problem.columns.size(); ++j)
     if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
       used.push_back(j);
-      solution.columns.push_back(problem.columns[j]);
+      solution.columns.push_back(problem.columns[j]), solution.channels.push_back(problem.role);
       const auto [least, greatest] = std::ranges::minmax(column(rows.design, j));
       solution.least.push_back(least);
       solution.greatest.push_back(greatest);

@@ -84,7 +84,8 @@ struct SegmentSummary {
 };
 
 struct Solution {
-  std::vector<Term> columns;  ///< those used, in the order of MixedFit::parameters
+  std::vector<Term> columns;          ///< those used, in the order of MixedFit::parameters
+  std::vector<std::string> channels;  ///< of each column: the role of its output
   MixedFit fit;
   OutputModel output;                   ///< role, quantity and reading of the output, without terms
   std::vector<double> least, greatest;  ///< of each column's regressor over the data used [SI]

@@ -11,7 +11,7 @@
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/output_model.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::linear {
 namespace {
@@ -163,6 +163,7 @@ Estimate estimate_of(const Solution& solution) {
         {term.name, term.symbol, unit_of(term), fit.parameters[j],
          term.description + (meaning == solution.stands_for.end() ? "" : "; means " + meaning->second),
          degrees_of_freedom(fit, unit)});
+    if (j < solution.channels.size()) estimate.parameters.back().channels = {solution.channels[j]};
     if (const auto found = solution.contains.find(term.name); found != solution.contains.end())
       estimate.parameters.back().contains = found->second;
   }

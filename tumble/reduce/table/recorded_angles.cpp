@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -101,7 +101,7 @@ void replace_angles(const std::vector<Stand>& stands, Plan& plan) {
 void replace_repeatability(const std::vector<Stand>& stands, const std::vector<std::string>& axes, Plan& plan) {
   for (const auto& axis : find_rig(plan.rig_kind).axes())
     for (const auto& segment : plan.schedule)
-      if (!axis.name.starts_with("mount_") && motion_of(segment, axis.name) != nullptr &&
+      if (!is_mount_axis(axis.name) && motion_of(segment, axis.name) != nullptr &&
           std::ranges::find(axes, axis.name) == axes.end())
         return;
   const auto options = find_rig(plan.rig_kind).options();

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/sim/power_up.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/stamp_slack.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/regression/smoothing.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"

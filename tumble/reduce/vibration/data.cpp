@@ -7,9 +7,9 @@
 #include <span>
 #include <tuple>
 
+#include "tumble/clocks/clock.hpp"
+#include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/core/attempt.hpp"
-#include "tumble/core/clock.hpp"
-#include "tumble/core/stamp_slack.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/reduce/vibration/scale.hpp"

@@ -6,6 +6,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/constants.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::vibration {
 
@@ -49,7 +50,7 @@ double spread(const std::vector<double>& values) {
 
 double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x); }
 
-double three_digits(double frequency) { return std::stod(fmt::format("{:.2e}", frequency)); }
+double three_digits(double frequency) { return rounded_to_digits(frequency, 3); }
 
 double raster(double cycles_per_window, double pulses_per_window, double samples) {
   const auto off = [](double turns) { return std::abs(turns - std::round(turns)); };

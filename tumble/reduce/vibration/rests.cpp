@@ -7,7 +7,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble::vibration {
@@ -69,6 +69,26 @@ std::optional<RestDeparture> departure_of(const Rests& rests, double bias_sd, do
   return d;
 }
 
+/// Indices of the parameters that rest on the scale factor of a unit: those of its channel, except pulses, which are
+/// counted.
+std::vector<std::size_t> resting_on(const UnitUnderTest& unit, const Estimate& estimate) {
+  const Dimension pulses = Unit::parse("pulse").dimension();
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
+    const Parameter& p = estimate.parameters[i];
+    const bool counted = unit.pulse > 0.0 && p.unit.dimension() == pulses;
+    const bool own = p.channels.empty() || std::ranges::find(p.channels, unit.name) != p.channels.end();
+    if (own && !counted) indices.push_back(i);
+  }
+  return indices;
+}
+
+std::string names_of(const std::vector<std::size_t>& indices, const Estimate& estimate) {
+  std::string text;
+  for (const std::size_t i : indices) text += (text.empty() ? "" : " ") + estimate.parameters[i].name;
+  return text;
+}
+
 /// What makes rest and plan differ.
 enum class Cause { sign, scale, bias, unknown };
 
@@ -99,16 +119,18 @@ void compare_rests(const Settings& settings, Data& data) {
 }
 
 void report_departures(const Data& data, const std::vector<double>& log_gain, const std::vector<double>& uncertainty,
-                       const std::vector<std::vector<std::string>>& parameters, Findings& findings) {
+                       Estimate& estimate) {
   for (const RestDeparture& d : data.departures) {
     const std::string where = data.units[d.unit].prefix.empty() ? "" : data.units[d.unit].name;
     const double off = (d.shown - d.planned) / d.planned;
+    const auto about = resting_on(data.units[d.unit], estimate);
     const std::vector<FindingValue> values{{"shown", d.shown, "g"},
                                            {"planned", d.planned, "g"},
                                            {"difference", off, "%"},
                                            {"ratio", std::abs(d.shown - d.planned) / d.uncertainty},
-                                           {"parameters", joined(parameters[d.unit], " ")}};
+                                           {"parameters", names_of(about, estimate)}};
     const Cause cause = cause_of(d, log_gain[d.unit], uncertainty[d.unit]);
+    auto& findings = estimate.findings;
     if (cause == Cause::sign)
       findings.push_back({Severity::error, "rest_inverted", values, where});
     else if (cause == Cause::scale)
@@ -117,6 +139,7 @@ void report_departures(const Data& data, const std::vector<double>& log_gain, co
       findings.push_back({Severity::info, "bias_beyond_stated", values, where});
     else
       findings.push_back({Severity::warning, "rest_differs_from_plan", values, where});
+    findings.back().about = about;
   }
 }
 

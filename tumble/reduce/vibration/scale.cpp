@@ -7,7 +7,7 @@
 
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::vibration {
 namespace {
@@ -20,16 +20,14 @@ struct Entry {
 std::vector<Entry> entries_of(const Settings& settings) {
   std::vector<Entry> entries;
   if (!settings.has("scale_factor")) return entries;
-  std::string text = settings.word("scale_factor");
-  while (!trimmed(text).empty()) {
-    const auto comma = text.find(',');
-    const std::string part(trimmed(text.substr(0, comma)));
-    const auto colon = part.find(':');
-    if (colon == std::string::npos)
-      entries.push_back({"", part});
+  auto items = list_items(settings.word("scale_factor"));
+  if (items.back().empty()) items.pop_back();
+  for (const std::string& item : items) {
+    const auto named = key_and_value(item, ':');
+    if (named)
+      entries.push_back({std::string(trimmed(named->first)), std::string(trimmed(named->second))});
     else
-      entries.push_back({std::string(trimmed(part.substr(0, colon))), std::string(trimmed(part.substr(colon + 1)))});
-    text = comma == std::string::npos ? "" : text.substr(comma + 1);
+      entries.push_back({"", item});
   }
   return entries;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
 #include "tumble/core/schedule.hpp"
@@ -105,9 +106,9 @@ AtRest at_rest(const Data& data, const Series& series);
 ///
 /// Given     log_gain     ln of the gain [1] of each unit where its loop does not act; NaN: not known
 ///           uncertainty  of it [1], of each unit
-///           parameters   of each unit: the names of those that rest on its scale factor
+///           estimate     with its parameters: each finding concerns those that rest on the scale factor of its unit
 void report_departures(const Data& data, const std::vector<double>& log_gain, const std::vector<double>& uncertainty,
-                       const std::vector<std::vector<std::string>>& parameters, Findings& findings);
+                       Estimate& estimate);
 
 /// Values that lie far off a smooth fit: lost or added pulses, knocks.
 struct Outliers {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/clocks/clock.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::vibration {

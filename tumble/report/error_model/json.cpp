@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "tumble/core/text.hpp"
+#include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::error_model {

@@ -14,6 +14,7 @@
 #include "tumble/report/figure/maps.hpp"
 #include "tumble/report/markup.hpp"
 #include "tumble/report/names.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 namespace {
@@ -122,10 +123,7 @@ using Json = nlohmann::ordered_json;
 /// Nine significant digits: far below what a screen can show, and half the size of the page.
 Json short_number(double value) {
   if (!std::isfinite(value)) return nullptr;
-  const auto text = fmt::format("{:.9g}", value);
-  double result = value;
-  std::from_chars(text.data(), text.data() + text.size(), result);
-  return result;
+  return rounded_to_digits(value, 9);
 }
 
 Json numbers(const std::vector<double>& values) {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string_view>
 
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/figure/colours.hpp"
 #include "tumble/report/figure/frame.hpp"

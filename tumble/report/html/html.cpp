@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
@@ -80,12 +80,25 @@ std::string title_block(const Estimate& estimate, const std::string& title, cons
          entry(words("fit"), fit_entry(estimate.fit, words)) + "</dl>\n" + summary(estimate, words) + "</header>\n";
 }
 
+/// A section of the page with its anchor; empty: the result has nothing to show in it.
+struct PageSection {
+  const char* id;
+  std::string content;
+};
+
+std::vector<PageSection> sections_of(const Estimate& estimate, const std::vector<Figure>& drawn, const Words& words) {
+  return {{"verdicts", verdicts(estimate, words)},       {"figure", first_figure(drawn, words)},
+          {"parameters", parameters(estimate, words)},   {"with_prior", with_prior(estimate, words)},
+          {"findings", findings(estimate, words)},       {"budget", budget(estimate, words)},
+          {"figures", further_figures(drawn, words)},    {"tables", tables(estimate, words)},
+          {"correlation", correlation(estimate, words)}, {"provenance", provenance(estimate, words)}};
+}
+
 /// Links to the sections that are there.
-std::string navigation(const std::string& sections, const Words& words) {
+std::string navigation(const std::vector<PageSection>& sections, const Words& words) {
   std::string text = "<nav aria-label=\"" + words("sections") + "\">";
-  for (const char* id : {"verdicts", "figure", "parameters", "with_prior", "findings", "budget", "figures", "tables",
-                         "correlation", "provenance"}) {
-    if (sections.find(fmt::format("<section id=\"{}\">", id)) == std::string::npos) continue;
+  for (const auto& [id, content] : sections) {
+    if (content.empty()) continue;
     text += fmt::format("<a href=\"#{}\">{}</a> ", id, words(id == std::string_view("figure") ? "first_figure" : id));
   }
   return text + "</nav>\n";
@@ -109,14 +122,12 @@ std::string to_html(const Estimate& original, const PageOptions& page) {
   const auto& plain_title = page.title.empty() ? own : page.title;
   const auto title = html::escaped(plain_title);
   const html::Words words{page.language, "report"};
-  const auto sections = html::verdicts(estimate, words) + html::first_figure(drawn, words) +
-                        html::parameters(estimate, words) + html::with_prior(estimate, words) +
-                        html::findings(estimate, words) + html::budget(estimate, words) +
-                        html::further_figures(drawn, words) + html::tables(estimate, words) +
-                        html::correlation(estimate, words) + html::provenance(estimate, words);
+  const auto sections = sections_of(estimate, drawn, words);
+  std::string content;
+  for (const auto& section : sections) content += section.content;
   const auto serial = estimate.instrument_serial.empty() ? "" : words("serial") + " " + estimate.instrument_serial;
   return head(title, html::style(plain_title, serial), page.language) + "<body>\n" +
-         title_block(estimate, title, page.logo, words) + navigation(sections, words) + "<main>\n" + sections +
+         title_block(estimate, title, page.logo, words) + navigation(sections, words) + "<main>\n" + content +
          "</main>\n<footer>" + words.with("made_by", version) + "</footer>\n</body>\n</html>\n";
 }
 

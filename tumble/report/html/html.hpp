@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/core/section_words.hpp"
+#include "tumble/language/section_words.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/markup.hpp"
 

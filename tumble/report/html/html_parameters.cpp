@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/parameter_rows.hpp"
 #include "tumble/report/utf8.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::html {
 namespace {
@@ -104,7 +105,7 @@ std::string with_prior(const Estimate& estimate, const Words& words) {
   if (!estimate.prior || !estimate.prior->with_prior) return {};
   const auto& use = *estimate.prior;
   const auto note = words.with("prior_note", std::to_string(use.population->population->units),
-                               escaped(use.population->population->sha256.substr(0, 12))) +
+                               escaped(first_digits(use.population->population->sha256))) +
                     (words.language == Language::chinese ? "" : " ") +
                     words(use.verdicts ? "verdicts_with_prior" : "verdicts_without_prior");
   return section(*use.with_prior, "with_prior", words("with_prior"), note, words);

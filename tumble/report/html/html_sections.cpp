@@ -6,8 +6,9 @@
 #include <map>
 
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/html/html.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 
@@ -28,13 +29,6 @@ std::string verdict_badge(Verdict::Outcome outcome, const Words& words) {
     default:
       return badge("open", "?", words("undecided"));
   }
-}
-
-/// "<= 0.02 deg/h" with the printed sign.
-std::string limit(const std::string& text) {
-  if (text.starts_with("<=")) return "≤" + escaped(text.substr(2));
-  if (text.starts_with(">=")) return "≥" + escaped(text.substr(2));
-  return escaped(text);
 }
 
 std::string finding_badge(Finding::Severity severity, const Words& words) {
@@ -119,7 +113,7 @@ std::string verdicts(const Estimate& whole, const Words& words) {
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
                         verdict_badge(verdict.outcome, words), name_html(verdict.parameter, words, whole.method),
-                        limit(verdict.limit), value);
+                        escaped(limit_in_characters(verdict.limit)), value);
   }
   return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }

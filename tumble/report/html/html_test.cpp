@@ -40,7 +40,7 @@ Estimate hostile_estimate() {
   }
   for (auto& c : e.curves) c.name = c.figure = c.band = c.x.name = c.y.name = hostile;
   for (auto& f : e.findings) f.message = f.where = hostile;
-  for (auto& v : e.verdicts) v.parameter = v.limit = hostile;
+  for (auto& v : e.verdicts) v.parameter = hostile;
   e.provenance.inputs = {{hostile, hostile}};
   e.provenance.settings = {{hostile, hostile}};
   return e;

@@ -241,9 +241,9 @@ inline Estimate estimate() {
   e.findings.push_back(Finding(Severity::warning, "outlier",
                                {{"distance", 31.5, Unit::parse("deg/h")}, {"times", 12.5}}, "fog.x",
                                Occurrences{1, Place(), Place("run 3")}));
-  e.verdicts = {{"bias", Verdict::Outcome::pass, "<= 0.6 deg/h"},
-                {"scale_factor_error", Verdict::Outcome::fail, ">= -50 ppm"},
-                {"input_axis_misalignment", Verdict::Outcome::undecided, "<= 20 arcsec"}};
+  e.verdicts = {{"bias", Verdict::Outcome::pass, {.upper = bound(0.6, "deg/h")}},
+                {"scale_factor_error", Verdict::Outcome::fail, {.lower = bound(-50.0, "ppm")}},
+                {"input_axis_misalignment", Verdict::Outcome::undecided, {.upper = bound(20.0, "arcsec")}}};
   e.provenance.inputs = {{"runs/fog-0117-1.csv", "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"},
                          {"runs/fog-0117-2.csv", "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752"}};
   e.provenance.plans = {

@@ -230,3 +230,11 @@ std::vector<Schedule> runs_of(const Schedule& schedule) {
 }
 
 }  // namespace tumble::chain
+
+namespace tumble {
+
+bool is_mount_axis(std::string_view axis) {
+  return std::ranges::any_of(chain::mounts, [axis](const char* mount) { return mount == axis; });
+}
+
+}  // namespace tumble

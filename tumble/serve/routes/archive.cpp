@@ -15,6 +15,9 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::routes {
@@ -32,7 +35,7 @@ Archive archive_of(const Context& context) {
 
 std::string utc_now(const Context& context) {
   constexpr double nanoseconds = 1e9;
-  return iso_time(static_cast<std::int64_t>(context.options.clock() * nanoseconds)).substr(0, 19) + "Z";
+  return iso_second(static_cast<std::int64_t>(context.options.clock() * nanoseconds));
 }
 
 std::string person_of(const Context& context, const HttpRequest& request) {
@@ -59,7 +62,7 @@ constexpr const char* end_of_time = "9999-12-31";
 /// The day so many seconds from now, UTC.
 std::string day_in(const Context& context, double seconds) {
   constexpr double nanoseconds = 1e9;
-  return iso_time(static_cast<std::int64_t>((context.options.clock() + seconds) * nanoseconds)).substr(0, 10);
+  return iso_day(static_cast<std::int64_t>((context.options.clock() + seconds) * nanoseconds));
 }
 
 HttpResponse units(Context& context, const HttpRequest& request) {

@@ -11,8 +11,12 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/temporary_folder.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/tasks/certificate.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
@@ -48,7 +52,7 @@ Certificate made_from(const Context& context, const HttpRequest& request) {
     const auto sha256 = find_result(archive, digits);
     write_file_atomically(path, result_text(archive, sha256));
     Certificate certificate = certificate_on(path, details);
-    certificate.result_file = sha256.substr(0, 12) + ".json";
+    certificate.result_file = first_digits(sha256) + ".json";
     return certificate;
   }
   const auto file = required(request, "result");
@@ -119,7 +123,7 @@ HttpResponse candidates(Context& context, const HttpRequest&) {
   for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
     const auto& path = place->path();
     const auto name = fs::relative(path, context.options.folder, failed).generic_string();
-    if (path.filename().string().starts_with('.') || place.depth() > 3) place.disable_recursion_pending();
+    if (is_hidden(path) || place.depth() > 3) place.disable_recursion_pending();
     if (place->is_symlink(failed) || !place->is_regular_file(failed) || !is_plain_name(name) ||
         path.filename() == "job.json")
       continue;

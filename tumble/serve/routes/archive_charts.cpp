@@ -6,12 +6,14 @@
 #include "tumble/archive/history.hpp"
 #include "tumble/archive/statistics.hpp"
 #include "tumble/core/message_in.hpp"
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
+#include "tumble/serve/routes/query.hpp"
 
 namespace tumble::routes {
 namespace {

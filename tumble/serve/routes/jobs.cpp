@@ -6,7 +6,10 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 

@@ -1,12 +1,16 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
-#include "tumble/core/texts.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/texts.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -34,13 +38,13 @@ std::string unpacked(std::string_view packed) {
 }
 
 std::string type_of_page(std::string_view name) {
-  if (name.ends_with(".html")) return "text/html; charset=utf-8";
-  if (name.ends_with(".js")) return "text/javascript; charset=utf-8";
-  if (name.ends_with(".css")) return "text/css; charset=utf-8";
+  if (std::filesystem::path(name).extension() == ".html") return "text/html; charset=utf-8";
+  if (std::filesystem::path(name).extension() == ".js") return "text/javascript; charset=utf-8";
+  if (std::filesystem::path(name).extension() == ".css") return "text/css; charset=utf-8";
   return "application/json";
 }
 
-std::string tag_of(std::string_view bytes) { return "\"" + sha256_of(bytes).substr(0, 16) + "\""; }
+std::string tag_of(std::string_view bytes) { return "\"" + first_digits(sha256_of(bytes), 16) + "\""; }
 
 HttpResponse page(const HttpRequest& request, std::string_view name) {
   const auto found = std::ranges::find(assets::pages, name, [](const auto& entry) { return entry.first; });

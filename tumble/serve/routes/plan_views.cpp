@@ -4,9 +4,12 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/tasks/catalogue.hpp"
 #include "tumble/tasks/plan_motion.hpp"

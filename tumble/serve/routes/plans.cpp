@@ -6,19 +6,23 @@
 #include <filesystem>
 #include <mutex>
 
-#include "tumble/core/said.hpp"
 #include "tumble/core/tables/document.hpp"
 #include "tumble/core/tables/section.hpp"
-#include "tumble/core/texts.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/language/said.hpp"
+#include "tumble/language/texts.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/tasks/plan_edit.hpp"
 #include "tumble/tasks/plan_text.hpp"
 #include "tumble/tasks/ready_plans.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::routes {
 
@@ -55,8 +59,7 @@ Json plans_of_folder(const fs::path& folder) {
     if (failed) break;
     const auto& path = place->path();
     const auto name = fs::relative(path, folder, failed).generic_string();
-    if (path.filename().string().starts_with('.') || place.depth() > 3 || name == "jobs")
-      place.disable_recursion_pending();
+    if (is_hidden(path) || place.depth() > 3 || name == "jobs") place.disable_recursion_pending();
     if (path.extension() != ".toml" || place->is_symlink(failed) || !place->is_regular_file(failed) ||
         !is_plain_name(name) || place->file_size(failed) > longest_plan)
       continue;
@@ -193,10 +196,9 @@ HttpResponse edit(Context&, const HttpRequest& request) {
   const auto path = path_in(body);
   const auto value = body.value("value", Json());
   const auto which = [&]() -> PlanList {
-    const bool good = path.size() == 2 && !path[1].empty() && path[1].size() < 7 &&
-                      path[1].find_first_not_of("0123456789") == std::string::npos;
+    const bool good = path.size() == 2 && !path[1].empty() && path[1].size() < 7 && is_digits(path[1]);
     if (!good) throw Error{Error::Kind::bad_input, "'path' must be a list and a number"};
-    return {path[0], std::stoul(path[1])};
+    return {path[0], as_number<std::size_t>(path[1]).value_or(0)};
   };
   std::string changed;
   if (kind == "set")
@@ -269,7 +271,8 @@ std::string named_from_folder(const Context& context, std::string message) {
 
 std::string place_of_plan(const Context& context, const std::string& name) {
   if (name.empty()) return (context.options.folder / "plan.toml").string();
-  if (!name.ends_with(".toml")) throw Error{Error::Kind::bad_input, say("'{}': the name must end in .toml", name)};
+  if (fs::path(name).extension() != ".toml")
+    throw Error{Error::Kind::bad_input, say("'{}': the name must end in .toml", name)};
   const auto slash = name.rfind('/');
   const auto last = slash == std::string::npos ? name : name.substr(slash + 1);
   require_file_name(last);

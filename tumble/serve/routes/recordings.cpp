@@ -5,9 +5,13 @@
 #include <filesystem>
 #include <limits>
 
-#include "tumble/core/said.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/numbers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 
@@ -67,9 +71,9 @@ Listing list_folder(const Context& context) {
     const auto& path = place->path();
     const auto name = fs::relative(path, context.options.folder, failed).generic_string();
     const bool folder = place->is_directory(failed), link = place->is_symlink(failed);
-    if (folder && (link || path.filename().string().starts_with('.') || place.depth() + 1 >= deepest || name == "jobs"))
+    if (folder && (link || is_hidden(path) || place.depth() + 1 >= deepest || name == "jobs"))
       place.disable_recursion_pending();
-    if (path.filename().string().starts_with('.')) continue;
+    if (is_hidden(path)) continue;
     if (!is_plain_name(name)) {
       ++listing.unprintable;
       continue;

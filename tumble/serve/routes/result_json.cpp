@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/names.hpp"
 #include "tumble/report/parameter_rows.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/numbers.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble::routes {
@@ -81,13 +84,6 @@ MeasuredTexts measured_texts(const Estimate& estimate, const std::string& name, 
     return number.before.empty() ? "" : number_in_characters(number.before) + number.after + tail;
   };
   return {text(row.value), text(row.sd)};
-}
-
-/// "≤ 20 ppm"
-std::string limit_in_characters(const std::string& text) {
-  if (text.starts_with("<=")) return "≤" + text.substr(2);
-  if (text.starts_with(">=")) return "≥" + text.substr(2);
-  return text;
 }
 
 Json verdicts_of(const Estimate& estimate, Language language) {

@@ -1,11 +1,14 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/in_language.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/result_json.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
@@ -49,9 +52,8 @@ HttpResponse list_results(Context& context, const HttpRequest& request) {
   for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
     const auto& path = place->path();
     const auto name = fs::relative(path, context.options.folder, failed).generic_string();
-    if (path.filename().string().starts_with('.') || place.depth() + 1 >= deepest_result)
-      place.disable_recursion_pending();
-    if (path.extension() != ".json" || path.filename().string().starts_with('.') || place->is_symlink(failed) ||
+    if (is_hidden(path) || place.depth() + 1 >= deepest_result) place.disable_recursion_pending();
+    if (path.extension() != ".json" || is_hidden(path) || place->is_symlink(failed) ||
         !place->is_regular_file(failed) || !is_plain_name(name))
       continue;
     const auto summary = context.results.summary(path.string());

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {

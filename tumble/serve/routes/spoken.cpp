@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <array>
 
-#include "tumble/core/said.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
 namespace tumble::routes {

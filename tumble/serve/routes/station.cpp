@@ -11,15 +11,18 @@
 #include <filesystem>
 #include <thread>
 
-#include "tumble/core/said.hpp"
+#include "tumble/desk/run_desk.hpp"
+#include "tumble/desk/run_texts.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/jobs/process.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/run_desk.hpp"
 #include "tumble/station/run_folder.hpp"
-#include "tumble/station/run_texts.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/sentence.hpp"
@@ -49,8 +52,7 @@ void walk_folder(const fs::path& root, int deepest, Visit visit) {
   fs::recursive_directory_iterator place(root, fs::directory_options::skip_permission_denied, failed);
   for (; !failed && place != fs::recursive_directory_iterator(); place.increment(failed)) {
     const auto name = fs::relative(place->path(), root, failed).generic_string();
-    if (place->path().filename().string().starts_with('.') || place.depth() >= deepest || name == "jobs")
-      place.disable_recursion_pending();
+    if (is_hidden(place->path()) || place.depth() >= deepest || name == "jobs") place.disable_recursion_pending();
     if (is_plain_name(name) && !place->is_symlink(failed)) visit(*place, name);
   }
 }

@@ -2,13 +2,16 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tumble/desk/run_desk.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/typeset.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/station.hpp"
-#include "tumble/station/run_desk.hpp"
 
 namespace tumble::routes {
 

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "tumble/serve/routes/answers.hpp"
+#include "tumble/serve/routes/numbers.hpp"
+#include "tumble/serve/routes/plan_files.hpp"
+#include "tumble/serve/routes/query.hpp"
 #include "tumble/serve/routes/routes.hpp"
 #include "tumble/units/error.hpp"
 

@@ -3,8 +3,8 @@
 #include <set>
 #include <string>
 
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/executive.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 /// The channels of instruments as the executive gets them: "slot.channel".
 namespace tumble::conduct {

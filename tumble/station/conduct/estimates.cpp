@@ -47,8 +47,8 @@ void Estimates::begin(const std::string& label, double time) {
   noted_ = false;
 }
 
-void Estimates::journal(const JournalRow& row) const {
-  if (live_) live_->journal(row);
+void Estimates::journal(double time, const RunRow& row) const {
+  if (live_) live_->journal(time, row);
 }
 
 void Estimates::look(double now, bool recording, const std::function<void(EstimateNow)>& tell,
@@ -65,7 +65,7 @@ void Estimates::take(const LiveEstimates::Answer& answer, const std::function<vo
   if (!rule() || answer.time < began_ + rule()->at_least) return;
   const std::string problem = answer.estimate ? misfit(*rule(), *answer.estimate) : answer.problem;
   if (!problem.empty()) {
-    if (!noted_) note({"estimate", fmt::format("'{}' cannot be judged yet: {}", rule()->text, problem)});
+    if (!noted_) note({EventKind::estimate, fmt::format("'{}' cannot be judged yet: {}", rule()->text, problem)});
     noted_ = true;
     return;
   }

@@ -17,8 +17,8 @@ class Estimates {
 
   /// A segment is recorded from `time` [s] on.
   void begin(const std::string& label, double time);
-  /// The steps of the run, which become marks.
-  void journal(const JournalRow& row) const;
+  /// The rows of the journal at `time` [s], which become marks.
+  void journal(double time, const RunRow& row) const;
   /// Asks where it is time, `now` [s], while something is recorded, and takes what was answered: `tell` the executive,
   /// `note` it.
   void look(double now, bool recording, const std::function<void(EstimateNow)>& tell,

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace tumble::conduct {
@@ -20,12 +19,10 @@ void Hearing::records(int power_up, double time) {
   begin_ = time;
 }
 
-void Hearing::give_up(std::size_t i) { last_[i] = std::numeric_limits<double>::infinity(); }
+double Hearing::silence(double heard, double now) const { return now - std::max(heard, since_); }
 
-double Hearing::silence(std::size_t i, double now) const { return now - std::max(last_[i], since_); }
-
-std::string Hearing::missing(std::size_t i, double rate, double now) const {
-  const double silent = now - std::max(last_[i], begin_);
+std::string Hearing::missing(double heard, double rate, double now) const {
+  const double silent = now - std::max(heard, begin_);
   if (!(silent > std::max(short_silence, rate > 0.0 ? few_intervals / rate : 0.0))) return {};
   return fmt::format("no sample was received in the last {:.3g} s", silent);
 }

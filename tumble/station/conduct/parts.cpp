@@ -23,7 +23,7 @@ StationParts::Stream stream_of(const Station& station, const StationInstrument& 
   if (instrument.frames.empty()) return stream;
   const InstrumentChoice choice = parse_instrument(instrument.frames);
   stream.variants = choice.variants;
-  if (choice.name.ends_with(".toml")) {
+  if (std::filesystem::path(choice.name).extension() == ".toml") {
     stream.name = beside(station, choice.name);
     stream.text = read_text_file(stream.name);
   } else {

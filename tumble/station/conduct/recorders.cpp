@@ -27,7 +27,14 @@ void show_to_company(const std::function<void()>& show) {
 
 std::uint64_t ToldEvents::record(StoreEvent event) {
   const std::uint64_t sequence = recorder_.event(event);
-  if (company_.event) unheard_.emplace_back(sequence, std::move(event));
+  if (company_.event)
+    unheard_.emplace_back(sequence, [this, sequence, event = std::move(event)] { company_.event(sequence, event); });
+  return sequence;
+}
+
+std::uint64_t ToldEvents::record(double time, const RunRow& row) {
+  const std::uint64_t sequence = recorder_.journal(time, row);
+  if (company_.row) unheard_.emplace_back(sequence, [this, sequence, time, row] { company_.row(sequence, time, row); });
   return sequence;
 }
 
@@ -35,7 +42,7 @@ void ToldEvents::tell() {
   if (unheard_.empty()) return;
   const std::uint64_t on_disk = recorder_.acknowledged().sequence;
   for (; !unheard_.empty() && unheard_.front().first <= on_disk; unheard_.pop_front())
-    show_to_company([&] { company_.event(unheard_.front().first, unheard_.front().second); });
+    show_to_company(unheard_.front().second);
 }
 
 std::uint64_t ToldEvents::told(std::uint64_t on_disk) const {

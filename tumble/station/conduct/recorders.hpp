@@ -2,11 +2,12 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <utility>
 
+#include "tumble/recorder/recorder_stream.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/recorder_stream.hpp"
 
 namespace tumble::conduct {
 
@@ -14,13 +15,15 @@ namespace tumble::conduct {
 std::unique_ptr<InstrumentRecorder> recorder_of(const StationInstrument& instrument, const StationParts::Stream& stream,
                                                 bool several, Recorder& recorder, LiveEstimates* estimates);
 
-/// Events of the store, of which others hear when they are on the disk.
+/// Events of the store and rows of its journal, of which others hear when they are on the disk.
 class ToldEvents {
  public:
   ToldEvents(Recorder& recorder, const RunCompany& company) : recorder_(recorder), company_(company) {}
 
   /// Returned: its number; 0: the recording has stopped.
   std::uint64_t record(StoreEvent event);
+  /// A row of the journal, at `time` [s].
+  std::uint64_t record(double time, const RunRow& row);
   void tell();
   /// The number up to which all events were passed on, of those up to `on_disk`.
   std::uint64_t told(std::uint64_t on_disk) const;
@@ -28,7 +31,7 @@ class ToldEvents {
  private:
   Recorder& recorder_;
   const RunCompany& company_;
-  std::deque<std::pair<std::uint64_t, StoreEvent>> unheard_;  ///< on their way to the disk
+  std::deque<std::pair<std::uint64_t, std::function<void()>>> unheard_;  ///< reports of what goes to the disk
 };
 
 /// Who watches does not end a run: a terminal may be closed, a log may be full.

@@ -4,17 +4,15 @@
 #include <limits>
 #include <utility>
 
+#include "tumble/recorder/recorder_read.hpp"
 #include "tumble/station/carry_out.hpp"
-#include "tumble/station/conduct/row_text.hpp"
-#include "tumble/station/recorder_read.hpp"
 
 namespace tumble {
 
 std::vector<RunRow> journal_of(const std::string& run) {
   std::vector<RunRow> rows;
   visit_store(run, [&](const StoreItem& item) {
-    if (item.kind == StoreItem::Kind::event && item.event->kind == "journal")
-      rows.push_back(conduct::row_of(item.event->json));
+    if (item.journal) rows.push_back(*item.journal);
   });
   return rows;
 }

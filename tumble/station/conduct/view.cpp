@@ -17,8 +17,8 @@ void add_stream(RunView& view, const std::string& slot, const InstrumentRecorder
 
 }  // namespace
 
-RunView view_of(const ExecutiveState& state, const std::vector<std::unique_ptr<InstrumentRecorder>>& streams,
-                double time, double recorded) {
+RunView view_of(const ExecutiveState& state, const std::vector<InstrumentLine>& instruments, double time,
+                double recorded) {
   RunView view;
   const Course& course = *state.course;
   view.time = time;
@@ -37,8 +37,8 @@ RunView view_of(const ExecutiveState& state, const std::vector<std::unique_ptr<I
     view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value,
                          axis.position, axis.rate, axis.temperature});
   }
-  for (std::size_t i = 0; i < streams.size(); ++i)
-    if (streams[i]) add_stream(view, course.station.instruments[i].slot, *streams[i]);
+  for (const InstrumentLine& instrument : instruments)
+    if (instrument.stream()) add_stream(view, instrument.slot(), *instrument.stream());
   return view;
 }
 

@@ -119,7 +119,7 @@ void advance_finishing(Turn& turn) {
     RunRow row;
     row.kind = RunRow::Kind::run_ends;
     row.time = turn.now();
-    row.ending = name(RunEnding::complete);
+    row.ending = RunRow::Ending::complete;
     write_row(turn, std::move(row));
     enter(turn, RunPhase::complete);
     return turn.act(RunEnd{RunEnding::complete, "the plan has been carried out"});
@@ -133,7 +133,7 @@ void begin_pause(Turn& turn) {
   state.pause_wanted = false;
   state.power = Power::idle;
   close_prompt(turn);
-  end_attempt(turn, "paused", "");
+  end_attempt(turn, RunRow::Ending::paused, "");
   enter(turn, RunPhase::pausing);
   drop_requests(turn);
   rest_axes(turn, Purpose::rest);

@@ -65,7 +65,7 @@ void check_identity(Turn& turn, std::size_t device, const ControllerReply& reply
 
 void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request, const std::string& text) {
   const auto& name = turn.station().devices[device].name;
-  turn.note("refused", fmt::format("{} refuses {}: {}", name, request.request.verb, text));
+  turn.note(EventKind::refused, fmt::format("{} refuses {}: {}", name, request.request.verb, text));
   auto& progress = turn.state.devices[device];
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   if (is_poll(request) || request.purpose == Purpose::verify) {
@@ -101,7 +101,8 @@ void take_timeout(Turn& turn, std::size_t device) {
   PendingRequest request = *progress.asked;
   progress.asked.reset();
   const auto& verb = request.request.verb;
-  turn.note("timeout", fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, time_to_answer(setup, verb)));
+  turn.note(EventKind::timeout,
+            fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, time_to_answer(setup, verb)));
   if (is_poll(request)) return;
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   const PendingRequest verify{{setup.can("read") ? "read" : "state", {}, request.request.axis}, Purpose::verify};
@@ -128,7 +129,7 @@ void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
   progress.waiting.clear();
   progress.asked.reset();
   const auto text = fmt::format("the link to {} is lost: {}", turn.station().devices[device].name, reason);
-  turn.note("link", text);
+  turn.note(EventKind::link, text);
   for (std::size_t i = 0; i < turn.state.safe.size(); ++i)
     if (turn.station().safe[i].device == device && !turn.state.safe[i].confirmed) turn.state.safe[i].sent = false;
   if (is_active(turn.state.phase)) begin_safe(turn, RunPhase::stopping, RunEnding::stopped, text);
@@ -197,22 +198,24 @@ void drop_requests(Turn& turn) {
 
 void take_reply(Turn& turn, const DeviceReply& event) {
   const std::size_t device = device_of(turn, event.device);
-  if (device == turn.state.devices.size()) return turn.note("refused", "a reply of an unknown device " + event.device);
+  if (device == turn.state.devices.size())
+    return turn.note(EventKind::refused, "a reply of an unknown device " + event.device);
   auto& progress = turn.state.devices[device];
   const auto& reply = event.reply;
   if (!reply.problem.empty())
-    return turn.note("reply", fmt::format("{}: not an answer: {}", event.device, reply.problem));
+    return turn.note(EventKind::reply, fmt::format("{}: not an answer: {}", event.device, reply.problem));
   if (reply.verb == "notice") {
-    turn.note("notice", fmt::format("{}: {}", event.device, reply.text));
+    turn.note(EventKind::notice, fmt::format("{}: {}", event.device, reply.text));
     return take_words(turn, device, reply);
   }
   if (progress.cut) return;
   if (!progress.asked || progress.asked->request.verb != reply.verb)
-    return turn.note("reply", fmt::format("{}: a reply to {}, which is not awaited", event.device, reply.verb));
+    return turn.note(EventKind::reply,
+                     fmt::format("{}: a reply to {}, which is not awaited", event.device, reply.verb));
   const PendingRequest request = *progress.asked;
   progress.asked.reset();
   progress.heard = turn.now();
-  if (progress.lost) turn.note("link", fmt::format("{} answers again", event.device));
+  if (progress.lost) turn.note(EventKind::link, fmt::format("{} answers again", event.device));
   progress.lost = false;
   if (reply.refused)
     take_refusal(turn, device, request, reply.text);
@@ -231,7 +234,7 @@ void take_up(Turn& turn, const LinkUp& up) {
   auto& progress = turn.state.devices[device];
   progress.lost = progress.cut = false;
   progress.heard = progress.next_poll = turn.now();
-  turn.note("link", fmt::format("the link to {} is up again; the run does not go on by itself", up.device));
+  turn.note(EventKind::link, fmt::format("the link to {} is up again; the run does not go on by itself", up.device));
 }
 
 void check_timeouts(Turn& turn) {
@@ -248,9 +251,10 @@ void check_timeouts(Turn& turn) {
 }
 
 void forgive(Turn& turn, double overslept) {
-  turn.note("late", fmt::format("nobody looked at the rig for {:.3g} s: this program was stopped, or the machine was "
-                                "busy; that time is no silence of the devices",
-                                overslept));
+  turn.note(EventKind::late,
+            fmt::format("nobody looked at the rig for {:.3g} s: this program was stopped, or the machine was "
+                        "busy; that time is no silence of the devices",
+                        overslept));
   for (auto& device : turn.state.devices) {
     device.heard += overslept, device.due += overslept;
     for (auto& one : device.set_points) one.due += overslept;

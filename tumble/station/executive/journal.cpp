@@ -28,19 +28,6 @@ bool is_switched_off(const Station& station) {
 
 }  // namespace
 
-std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal) {
-  std::map<std::size_t, int> attempts;
-  std::map<std::size_t, int> runs;
-  for (const auto& row : journal) {
-    if (row.kind == RunRow::Kind::power_up)
-      std::erase_if(attempts, [&](const auto& entry) { return runs.at(entry.first) == row.run; });
-    if (row.kind != RunRow::Kind::segment_ends || row.ending != "complete") continue;
-    attempts[row.segment] = row.attempt;
-    runs[row.segment] = row.run;
-  }
-  return attempts;
-}
-
 ExecutiveState start_state(std::shared_ptr<const Course> course) {
   ExecutiveState state;
   state.segments.resize(course->schedule.size());

@@ -1,4 +1,6 @@
-#include <array>
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cassert>
 #include <initializer_list>
 
@@ -6,11 +8,6 @@
 
 namespace tumble {
 namespace {
-
-constexpr std::array phase_names{"idle",      "preparing", "ready",     "moving",   "settling", "dwelling",
-                                 "recording", "between",   "finishing", "complete", "holding",  "pausing",
-                                 "paused",    "stopping",  "aborting",  "safe",     "faulted"};
-constexpr std::array ending_names{"complete", "aborted", "stopped", "failed", "error", "faulted"};
 
 /// What may follow, except stopping and aborting, which may follow each state that is not an end.
 std::initializer_list<RunPhase> followers(RunPhase phase) {
@@ -60,10 +57,6 @@ std::initializer_list<RunPhase> followers(RunPhase phase) {
 
 }  // namespace
 
-std::string_view name(RunPhase phase) { return phase_names.at(static_cast<std::size_t>(phase)); }
-
-std::string_view name(RunEnding ending) { return ending_names.at(static_cast<std::size_t>(ending)); }
-
 const std::vector<RunPhase>& all_phases() {
   using enum RunPhase;
   static const std::vector<RunPhase> phases{idle,      preparing, ready,     moving,   settling, dwelling,
@@ -91,7 +84,7 @@ bool has_word(const std::vector<std::string>& list, const std::string& word) {
 
 void enter(Turn& turn, RunPhase phase) {
   assert(may_follow(turn.state.phase, phase));
-  turn.note("phase", std::string(name(turn.state.phase)) + " -> " + std::string(name(phase)));
+  turn.act(Note{EventKind::phase, fmt::format("{} -> {}", name(turn.state.phase), name(phase)), phase});
   turn.state.phase = phase;
   turn.state.entered = turn.now();
 }

@@ -84,15 +84,15 @@ void check_command(Turn& turn, std::size_t index) {
   if (!progress.due || is_resolved(progress)) return;
   if (is_confirmed(turn, command, progress)) {
     progress.confirmed = true;
-    turn.note("safe", fmt::format("{}: {} is confirmed {:.3g} s after the decision", setup.name, command.request.verb,
-                                  turn.now() - turn.state.decided));
+    turn.note(EventKind::safe, fmt::format("{}: {} is confirmed {:.3g} s after the decision", setup.name,
+                                           command.request.verb, turn.now() - turn.state.decided));
   } else if (device.lost && setup.stops_by_itself && command.request.verb == "stop" &&
              turn.reached(device.lost_at + *setup.stops_by_itself)) {
     progress.confirmed = true;
-    turn.note("safe", fmt::format("{}: no link; it has stopped by itself as its maker states", setup.name));
+    turn.note(EventKind::safe, fmt::format("{}: no link; it has stopped by itself as its maker states", setup.name));
   } else if (turn.reached(progress.since + command.within)) {
     progress.overdue = true;
-    turn.note("safe",
+    turn.note(EventKind::safe,
               fmt::format("{}: {} is not confirmed after {:.3g} s", setup.name, command.request.verb, command.within));
   }
 }
@@ -117,12 +117,12 @@ void finish_safe(Turn& turn) {
   const RunEnding ending = failed ? RunEnding::faulted : state.ending;
   const std::string text = failed ? words_of_failure(turn) + " Reason of the stop: " + state.reason : state.reason;
   if (!failed)
-    turn.note("safe",
+    turn.note(EventKind::safe,
               fmt::format("the safe list is confirmed {:.3g} s after the decision", turn.now() - state.decided));
   RunRow row;
   row.kind = RunRow::Kind::run_ends;
   row.time = turn.now();
-  row.ending = name(ending);
+  row.ending = row_ending(ending);
   row.reason = text;
   write_row(turn, std::move(row));
   enter(turn, failed ? RunPhase::faulted : RunPhase::safe);
@@ -134,7 +134,7 @@ void finish_safe(Turn& turn) {
 void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason) {
   auto& state = turn.state;
   if (!may_follow(state.phase, phase))
-    return turn.note("safe", fmt::format("{}: the run is {} already", reason, name(state.phase)));
+    return turn.note(EventKind::safe, fmt::format("{}: the run is {} already", reason, name(state.phase)));
   state.ending = ending;
   state.reason = std::move(reason);
   state.decided = turn.now();
@@ -150,12 +150,12 @@ void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason
   send_waiting(turn);
   stop_streams(turn);
   close_prompt(turn);
-  end_attempt(turn, std::string(name(ending)), state.reason);
+  end_attempt(turn, row_ending(ending), state.reason);
   for (auto& axis : state.axes) {
     axis.ramping = false;
     axis.demand = Demand::none;
   }
-  turn.note("safe", "the rig is brought to its safe state: " + state.reason);
+  turn.note(EventKind::safe, "the rig is brought to its safe state: " + state.reason);
   enter(turn, phase);
 }
 

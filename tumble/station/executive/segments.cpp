@@ -102,7 +102,7 @@ void begin_recording(Turn& turn) {
 void advance_dwelling(Turn& turn) {
   const auto outside = left_tolerance(turn, 1);
   if (!outside.empty()) {
-    turn.note("settle", outside + ": the dwell time begins again");
+    turn.note(EventKind::settle, outside + ": the dwell time begins again");
     if (++turn.state.restarts > most_restarts) return attempt_failed(turn, outside + " again and again");
     enter(turn, RunPhase::settling);
     return restart_settling(turn);
@@ -133,7 +133,7 @@ void advance_recording(Turn& turn) {
     return attempt_failed(turn, outside);
   continue_ramps(turn);
   if (!rule_is_met(turn) && !turn.reached(state.recording_began + turn.segment().duration)) return;
-  end_attempt(turn, "complete", "");
+  end_attempt(turn, RunRow::Ending::complete, "");
   end_ramps(turn);
   progress_of(turn).status = Status::complete;
   state.failed_attempts = 0;
@@ -150,7 +150,7 @@ void next_segment(Turn& turn) {
   if (open == state.segments.end()) return begin_finishing(turn);
   state.segment = static_cast<std::size_t>(open - state.segments.begin());
   if (const auto* hold = broken_hold(turn)) {
-    turn.note("hold", hold->require.text);
+    turn.note(EventKind::hold, hold->require.text);
     state.after_hold = state.phase;
     enter(turn, RunPhase::holding);
     return rest_axes(turn, Purpose::rest);
@@ -171,12 +171,12 @@ void begin_attempt(Turn& turn) {
   enter(turn, RunPhase::moving);
 }
 
-void end_attempt(Turn& turn, const std::string& ending, const std::string& reason) {
+void end_attempt(Turn& turn, RunRow::Ending ending, const std::string& reason) {
   auto& state = turn.state;
   if (!state.attempt_open) return;
   record(turn, false);
   state.attempt_open = false;
-  if (ending != "complete" && begins_power_up(turn)) state.powered_run = 0;
+  if (ending != RunRow::Ending::complete && begins_power_up(turn)) state.powered_run = 0;
   auto row = row_of(turn, RunRow::Kind::segment_ends);
   row.ending = ending;
   row.reason = reason;
@@ -188,9 +188,9 @@ void end_attempt(Turn& turn, const std::string& ending, const std::string& reaso
 
 void attempt_failed(Turn& turn, std::string reason) {
   auto& state = turn.state;
-  end_attempt(turn, "failed", reason);
-  turn.note("attempt", fmt::format("segment '{}', attempt {} failed: {}", turn.segment().label,
-                                   progress_of(turn).attempts, reason));
+  end_attempt(turn, RunRow::Ending::failed, reason);
+  turn.note(EventKind::attempt, fmt::format("segment '{}', attempt {} failed: {}", turn.segment().label,
+                                            progress_of(turn).attempts, reason));
   drop_requests(turn);
   ++state.failed_attempts;
   const auto* axis = strictest_axis(turn);
@@ -200,7 +200,7 @@ void attempt_failed(Turn& turn, std::string reason) {
   if (action == OnFailure::skip) {
     progress_of(turn).status = Status::skipped;
     state.failed_attempts = 0;
-    turn.note("skip", fmt::format("segment '{}' is skipped", turn.segment().label));
+    turn.note(EventKind::skip, fmt::format("segment '{}' is skipped", turn.segment().label));
     return enter(turn, RunPhase::between);
   }
   state.after_hold = RunPhase::moving;

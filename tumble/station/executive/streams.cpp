@@ -49,7 +49,7 @@ void take_started(Turn& turn, const StreamStarted& started) {
     auto& progress = turn.state.streams[i];
     if (turn.station().instruments[i].slot != started.slot || progress.status != Stream::starting) continue;
     progress.status = Stream::on;
-    turn.note("stream", fmt::format("the unit in slot {} delivers since it was started", started.slot));
+    turn.note(EventKind::stream, fmt::format("the unit in slot {} delivers since it was started", started.slot));
   }
 }
 

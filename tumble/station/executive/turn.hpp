@@ -41,7 +41,7 @@ struct Turn {
   void act(T action) {
     actions.emplace_back(std::move(action));
   }
-  void note(const std::string& kind, const std::string& text) { act(Note{kind, text}); }
+  void note(EventKind kind, const std::string& text) { act(Note{kind, text}); }
 };
 
 bool has_word(const std::vector<std::string>& list, const std::string& word);
@@ -131,7 +131,7 @@ void rest_axes(Turn& turn, Purpose purpose);
 void next_segment(Turn& turn);
 void begin_attempt(Turn& turn);
 /// Writes the end of the attempt that is open; nothing where none is.
-void end_attempt(Turn& turn, const std::string& ending, const std::string& reason);
+void end_attempt(Turn& turn, RunRow::Ending ending, const std::string& reason);
 /// The reason is a copy, as for begin_safe.
 void attempt_failed(Turn& turn, std::string reason);
 void advance_segment(Turn& turn);

@@ -10,11 +10,12 @@ namespace {
 void hold_for_answer(Turn& turn) {
   auto& state = turn.state;
   state.prompt->overdue = true;
-  turn.note("prompt", fmt::format("nobody has answered question {}: the rig is held", state.prompt->prompt.id));
+  turn.note(EventKind::prompt,
+            fmt::format("nobody has answered question {}: the rig is held", state.prompt->prompt.id));
   if (state.phase != RunPhase::holding) {
     const bool moving = in_attempt(state.phase);
     state.after_hold = moving ? RunPhase::moving : state.phase;
-    end_attempt(turn, "held", "nobody answered");
+    end_attempt(turn, RunRow::Ending::held, "nobody answered");
     enter(turn, RunPhase::holding);
   }
   drop_requests(turn);
@@ -31,10 +32,10 @@ void begin_hold(Turn& turn, const StationInterlock& hold) {
   auto& state = turn.state;
   const bool repeat = state.phase == RunPhase::moving || state.phase == RunPhase::recording || is_in_motion(turn);
   state.after_hold = repeat ? RunPhase::moving : RunPhase::settling;
-  turn.note("hold", fmt::format("'{}' is not met", hold.require.text));
+  turn.note(EventKind::hold, fmt::format("'{}' is not met", hold.require.text));
   if (repeat) {
     close_prompt(turn);
-    end_attempt(turn, "held", hold.require.text);
+    end_attempt(turn, RunRow::Ending::held, hold.require.text);
     drop_requests(turn);
     for (auto& axis : state.axes) axis.ramping = false;
   }
@@ -63,7 +64,7 @@ void check_interlock(Turn& turn, std::size_t index, bool more) {
   if (!turn.reached(*progress.changing_since + interlock.debounce)) return;
   progress.changing_since.reset();
   progress.met = met;
-  turn.note("interlock", fmt::format("'{}' is {}", interlock.require.text, met ? "met again" : "not met"));
+  turn.note(EventKind::interlock, fmt::format("'{}' is {}", interlock.require.text, met ? "met again" : "not met"));
   if (met) return;
   if (interlock.action == StationInterlock::Action::stop)
     begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
@@ -86,6 +87,7 @@ void open_prompt(Turn& turn, OpenPrompt::About about, const std::string& text, s
   Prompt prompt{++turn.state.prompts, text, std::move(choices)};
   prompt.standard = prompt.choices.front();
   prompt.deadline = turn.now() + turn.course.prompt_deadline;
+  if (about == OpenPrompt::About::failure) prompt.failed_segment = turn.segment().label;
   turn.state.prompt = OpenPrompt{prompt, about};
   turn.act(std::move(prompt));
 }
@@ -99,12 +101,12 @@ void close_prompt(Turn& turn) {
 void take_answer(Turn& turn, const PromptAnswer& answer) {
   auto& state = turn.state;
   if (!state.prompt || state.prompt->prompt.id != answer.prompt)
-    return turn.note("refused", fmt::format("{}: question {} is closed", answer.who, answer.prompt));
+    return turn.note(EventKind::refused, fmt::format("{}: question {} is closed", answer.who, answer.prompt));
   const auto& choices = state.prompt->prompt.choices;
   if (!has_word(choices, answer.choice))
-    return turn.note("refused", fmt::format("{}: '{}' is no answer to question {}; accepted: {}", answer.who,
-                                            answer.choice, answer.prompt, fmt::join(choices, ", ")));
-  turn.note("answer", fmt::format("{}: '{}' to question {}", answer.who, answer.choice, answer.prompt));
+    return turn.note(EventKind::refused, fmt::format("{}: '{}' is no answer to question {}; accepted: {}", answer.who,
+                                                     answer.choice, answer.prompt, fmt::join(choices, ", ")));
+  turn.note(EventKind::answer, fmt::format("{}: '{}' to question {}", answer.who, answer.choice, answer.prompt));
   const auto about = state.prompt->about;
   close_prompt(turn);
   if (answer.choice == "stop")
@@ -143,7 +145,7 @@ void take_order(Turn& turn, const RunOrder& order) {
     return begin_safe(turn, RunPhase::aborting, RunEnding::aborted, who + " has aborted the run");
   if (order.kind == Kind::stop)
     return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, who + " has stopped the run");
-  turn.note("refused", fmt::format("this order cannot be carried out while the run is {}", name(state.phase)));
+  turn.note(EventKind::refused, fmt::format("this order cannot be carried out while the run is {}", name(state.phase)));
 }
 
 void take_unit_failed(Turn& turn, const UnitFailed& failed) {
@@ -153,7 +155,7 @@ void take_unit_failed(Turn& turn, const UnitFailed& failed) {
       std::any_of(units.begin(), units.end(), [&](const auto& unit) { return unit.slot == failed.slot; });
   if (!known || has_word(state.units_out, failed.slot)) return;
   state.units_out.push_back(failed.slot);
-  turn.note("unit", fmt::format("the unit in slot {} drops out: {}", failed.slot, failed.reason));
+  turn.note(EventKind::unit, fmt::format("the unit in slot {} drops out: {}", failed.slot, failed.reason));
   RunRow row;
   row.kind = RunRow::Kind::unit_out;
   row.time = turn.now();

@@ -21,8 +21,9 @@
 #include <utility>
 
 #include "tumble/formats/checksum.hpp"
-#include "tumble/station/recorder.hpp"
+#include "tumble/recorder/recorder.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::lease {
 
@@ -33,7 +34,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view prefix = "tumble-lease/";
 constexpr std::array<const char*, 2> folders{"/run/lock/tumble-leases", "/var/tmp/tumble-leases"};
 
-std::string hash_of(const std::string& name) { return sha256_of(name).substr(0, 32); }
+std::string hash_of(const std::string& name) { return first_digits(sha256_of(name), 32); }
 
 /// A socket with this name, which no file is; -1: somebody has it.
 int socket_named(const std::string& hash) {

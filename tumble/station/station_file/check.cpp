@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -14,6 +15,7 @@
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/wire/instruments.hpp"
 
 namespace tumble {
@@ -181,8 +183,6 @@ void check_rules(Checking& checking) {
   }
 }
 
-bool is_blank(const std::string& text) { return text.find_first_not_of(" \t") == std::string::npos; }
-
 void check_units(Checking& checking) {
   const auto& units = checking.request.units;
   std::vector<std::string> slots;
@@ -207,7 +207,7 @@ void check_units(Checking& checking) {
 double rate_of(const StationInstrument& instrument) {
   if (instrument.rate > 0.0 || instrument.frames.empty()) return instrument.rate;
   const auto choice = parse_instrument(instrument.frames);
-  if (choice.name.ends_with(".toml")) return 0.0;
+  if (std::filesystem::path(choice.name).extension() == ".toml") return 0.0;
   return codec_of(find_instrument(choice.name), choice.variants).rate;
 }
 

@@ -69,7 +69,7 @@ void read_instrument(Section& section, Draft& draft) {
       section.problem_at("slot", say("there are two slots '{}'", instrument.slot));
   try {
     const auto choice = parse_instrument(instrument.frames);
-    if (choice.name.ends_with(".toml")) {
+    if (std::filesystem::path(choice.name).extension() == ".toml") {
       const auto path = file_named_in(draft.folder, choice.name);
       if (!std::filesystem::exists(path)) section.problem_at("frames", say("there is no file {}", Name{path}));
     } else if (!instrument.frames.empty()) {

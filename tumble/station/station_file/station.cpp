@@ -18,7 +18,8 @@ bool StationDevice::may_carry(const std::string& verb, const std::string& value)
 }
 
 Controller controller_of_device(const StationDevice& device, const std::string& folder) {
-  if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
+  if (std::filesystem::path(device.controller).extension() != ".toml")
+    return controller_of(find_controller(device.controller), device.settings);
   const std::string path = file_named_in(folder, device.controller);
   return read_controller(read_text_file(path), path, device.settings);
 }

@@ -1,5 +1,7 @@
 #include "tumble/station/testing/executive_bench.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -13,12 +15,6 @@ namespace {
 using Kind = BenchFault::Kind;
 
 const std::set<std::string> harmless{"stop", "hold", "off", "read", "state", "disable", "release"};
-
-RunPhase phase_of(const std::string& text) {
-  for (const auto phase : all_phases())
-    if (name(phase) == text) return phase;
-  return RunPhase::idle;
-}
 
 double towards(double from, double to, double most) {
   return std::abs(to - from) <= most ? to : from + std::copysign(most, to - from);
@@ -85,10 +81,10 @@ void ExecutiveBench::perform(const std::vector<RunAction>& actions, RunPhase pha
   for (const auto& action : actions) {
     if (const auto* note = std::get_if<Note>(&action)) {
       notes.push_back(*note);
-      if (note->kind != "phase") continue;
-      const auto arrow = note->text.find(" -> ");
-      const RunPhase to = phase_of(note->text.substr(arrow + 4));
-      if (name(phase) != note->text.substr(0, arrow) || !may_follow(phase, to)) faults_of_order.push_back(note->text);
+      if (note->kind != EventKind::phase) continue;
+      const RunPhase to = note->phase.value();
+      if (note->text != fmt::format("{} -> {}", name(phase), name(to)) || !may_follow(phase, to))
+        faults_of_order.push_back(note->text);
       phase = to;
       phase_began.try_emplace(std::string(name(to)), now_);
     } else if (const auto* row = std::get_if<JournalEntry>(&action)) {

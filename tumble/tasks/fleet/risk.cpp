@@ -31,8 +31,7 @@ struct Production {
   Unit shown;
 };
 
-Production production_of(const Archive& archive, const WantedParameter& wanted) {
-  const auto over = parameter_over_units(archive, wanted.name, wanted.model);
+Production production_of(const ParameterOverUnits& over) {
   std::map<std::int64_t, ChartValue> first;
   for (const auto& value : over.values)
     if (std::isfinite(value.value) && std::isfinite(value.private_sd)) first.emplace(value.unit, value);
@@ -175,12 +174,12 @@ void notice(const Findings& findings, const std::string& parameter, Overview& ov
 
 }  // namespace
 
-void add_parameter(const Archive& archive, const WantedParameter& wanted, Overview& overview, Estimate& all) {
+void add_parameter(const PastResults& results, const WantedParameter& wanted, Overview& overview, Estimate& all) {
   const std::string& name = wanted.name;
-  const Estimate summary = summary_of_model(archive, {{name, wanted.model}, wanted.limits});
+  const Estimate summary = summary_of_results(results, {{name, wanted.model}, wanted.limits});
   append(summary, name, all);
   notice(summary.findings, name, overview);
-  const Production production = production_of(archive, wanted);
+  const Production production = production_of(results.over);
   Estimate extra;
   extra.curves = distribution(production, name);
   const bool limited = std::isfinite(wanted.limits.lower) || std::isfinite(wanted.limits.upper);
@@ -190,7 +189,7 @@ void add_parameter(const Archive& archive, const WantedParameter& wanted, Overvi
   }
   append(extra, name, all);
   if (production.units.size() >= fewest_on_chart) {
-    const Estimate chart = chart_of_archive(archive, {.what = {name, wanted.model}});
+    const Estimate chart = chart_of_results(results, {.what = {name, wanted.model}});
     Estimate drawn;
     drawn.curves = chart.curves;
     notice(chart.findings, name, overview);

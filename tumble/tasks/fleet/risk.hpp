@@ -22,8 +22,8 @@ struct Overview {
 };
 
 /// The summary of one parameter, its chart in order of production, its distribution, and with limits the risks.
-/// Throws as summary_of_model().
-void add_parameter(const Archive& archive, const WantedParameter& wanted, Overview& overview, Estimate& all);
+/// `results` are those of the parameter. Throws as summary_of_results().
+void add_parameter(const PastResults& results, const WantedParameter& wanted, Overview& overview, Estimate& all);
 
 /// The overview becomes the first table, and the findings.
 void finish(Overview& overview, Estimate& all);

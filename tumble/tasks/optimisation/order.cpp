@@ -6,6 +6,7 @@
 
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/rigs/rig.hpp"
 
 namespace tumble::optimisation {
 namespace {
@@ -17,7 +18,7 @@ constexpr int drawn_orders = 64;
 
 bool same_mount(const prediction::Candidate& a, const prediction::Candidate& b) {
   for (const auto& [axis, motion] : a.work)
-    if (axis.starts_with("mount_") && b.work.at(axis).value != motion.value) return false;
+    if (is_mount_axis(axis) && b.work.at(axis).value != motion.value) return false;
   return true;
 }
 

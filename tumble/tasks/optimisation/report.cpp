@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tumble/tasks/optimisation/criteria.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::optimisation {
 namespace {
@@ -19,7 +20,7 @@ const Unit one;
 Cell number(double value_si, const Unit& unit = one) {
   if (!std::isfinite(value_si) || value_si == 0.0) return std::string("-");
   const double shown = value_si / unit.factor(), digit = std::pow(10.0, std::floor(std::log10(std::abs(shown))) - 3.0);
-  return std::stod(fmt::format("{:.6g}", std::round(shown / digit) * digit)) * unit.factor();
+  return rounded_to_digits(std::round(shown / digit) * digit, 6) * unit.factor();
 }
 
 double total_of(const Schedule& schedule) {
@@ -92,16 +93,21 @@ Table schedule_table(const Schedule& schedule) {
   return table;
 }
 
+/// Whether a finding says that one approach is not used, which is what approaches are for.
+bool is_about_approach(const Finding& finding, const Schedule& schedule) {
+  if (finding.code != "segment_not_used" || finding.occurrences.count != 1) return false;
+  const auto* label = std::get_if<std::string>(&finding.values.front().value);
+  return label && std::ranges::any_of(
+                      schedule, [&](const Segment& segment) { return segment.approach && segment.label == *label; });
+}
+
 }  // namespace
 
 Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vector<ScheduleRow>& rows,
                    const std::vector<std::string>& terms, const std::vector<double>& reference) {
   Estimate out = *chosen.estimate;
   out.title = (out.title.empty() ? plan.method : out.title) + ": " + chosen.name + " schedule";
-  // Approaches are there to be left out.
-  std::erase_if(out.findings, [](const Finding& finding) {
-    return finding.message.find(" approach' is not used") != std::string::npos;
-  });
+  std::erase_if(out.findings, [&](const Finding& one) { return is_about_approach(one, chosen.schedule); });
   std::erase_if(out.tables, [](const Table& table) { return table.name != "prior"; });
   out.curves.clear();
   auto prior = std::move(out.tables);

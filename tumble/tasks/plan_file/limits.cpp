@@ -25,12 +25,12 @@ std::optional<Quantity> read_bound(Section& section, std::string_view key) {
 
 }  // namespace
 
-std::vector<Limit> read_limits(const toml::array& tables, FileProblems& problems) {
-  std::vector<Limit> limits;
+std::vector<LimitEntry> read_limits(const toml::array& tables, FileProblems& problems) {
+  std::vector<LimitEntry> limits;
   for (const auto& node : tables) {
     const auto& table = *node.as_table();
     Section section(table, "[[limit]]", problems);
-    Limit limit;
+    LimitEntry limit;
     limit.parameter = section.text("parameter").value_or("");
     if (!table.contains("parameter")) section.missing("parameter", "\"bias\"");
     limit.min = read_bound(section, "min");

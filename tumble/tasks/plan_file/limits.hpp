@@ -9,6 +9,6 @@
 namespace tumble::plan_file {
 
 /// The sections [[limit]]. What is wrong is added to `problems`.
-std::vector<Limit> read_limits(const toml::array& tables, tables::FileProblems& problems);
+std::vector<LimitEntry> read_limits(const toml::array& tables, tables::FileProblems& problems);
 
 }  // namespace tumble::plan_file

@@ -128,7 +128,7 @@ std::vector<Places> places(const Plan& plan, const CandidateRange& range, double
   std::vector<Places> out;
   for (const auto& axis : find_rig(plan.rig_kind).axes()) {
     if (std::ranges::find(range.axes, axis.name) == range.axes.end()) continue;
-    const bool mount = axis.name.starts_with("mount_");
+    const bool mount = is_mount_axis(axis.name);
     if (!can(axis, Kind::hold) && !can(axis, Kind::dwell))
       out.push_back({axis, {}});
     else
@@ -350,8 +350,8 @@ Schedule schedule_of(const Plan& plan, const std::vector<Candidate>& all, const 
   const double interval = plan.sample_rate > 0.0 ? 1.0 / plan.sample_rate : 0.0;
   double begin = 0.0;
   // How long a move takes depends on where the one before ended: segment after segment, the last one long.
-  const auto add = [&](const std::string& label, const Motions& axes, double after_move) {
-    run.segments.push_back({label, long_enough + after_move, 1, axes});
+  const auto add = [&](const std::string& label, const Motions& axes, double after_move, bool approach) {
+    run.segments.push_back({label, long_enough + after_move, 1, axes, approach});
     double duration = find_rig(plan.rig_kind).reference(run).settled.back() - begin + after_move;
     if (interval > 0.0) duration = std::max(1.0, std::ceil(duration / interval - 1e-6)) * interval;
     run.segments.back().duration = duration;
@@ -359,8 +359,8 @@ Schedule schedule_of(const Plan& plan, const std::vector<Candidate>& all, const 
   };
   for (std::size_t v = 0; v < visits.size(); ++v) {
     const auto& one = all[visits[v].candidate];
-    if (!one.approach.empty()) add(fmt::format("{:02d} approach", v + 1), one.approach, 0.0);
-    add(fmt::format("{:02d} {}", v + 1, in_words(one.work, plan)), one.work, settling + visits[v].dwell);
+    if (!one.approach.empty()) add(fmt::format("{:02d} approach", v + 1), one.approach, 0.0, true);
+    add(fmt::format("{:02d} {}", v + 1, in_words(one.work, plan)), one.work, settling + visits[v].dwell, false);
   }
   return run.segments;
 }

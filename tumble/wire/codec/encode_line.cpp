@@ -191,7 +191,7 @@ std::string written(const FrameFormat& format, double value) {
   std::string spec = "{:";
   if (format.plus) spec += '+';
   if (format.width > 0) spec += (format.zeros ? "0" : "") + std::to_string(format.width);
-  if (format.decimals >= 0) spec += "." + std::to_string(format.decimals) + "f";
+  if (format.decimals >= 0) spec += "." + std::to_string(format.decimals) + format.style;
   return fmt::format(fmt::runtime(spec + "}"), value);
 }
 

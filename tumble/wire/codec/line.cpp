@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/wire/codec/checksum.hpp"
 #include "tumble/wire/codec/number.hpp"
 

@@ -9,6 +9,7 @@
 #include "tumble/core/tables/section.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/wire/controller.hpp"
+#include "tumble/wire/declaration/draft.hpp"
 
 namespace tumble::controller {
 
@@ -19,16 +20,6 @@ struct Draft {
   double timeout = 1.0, pause = 0.0;  ///< [s] where a command says nothing else
   bool low_word_first = false;        ///< Modbus, where a command says nothing else
 };
-
-/// Runs `parse`; what it throws becomes a problem of the key.
-template <class Parse>
-void guarded(tables::Section& section, std::string_view key, Parse parse) {
-  try {
-    parse();
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at(key, problem);
-  }
-}
 
 /// A whole number, or a text that holds one.
 std::optional<int> number_at(tables::Section& section, std::string_view key, int most);
@@ -41,10 +32,11 @@ double seconds_at(tables::Section& section, std::string_view key, double otherwi
 /// Bytes of a text without fields.
 std::string bytes_at(tables::Section& section, std::string_view key);
 
-FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise);
-
 /// Replaces ${name} in every text of the document by a setting: that of `wanted`, else the default of [setting].
 void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Draft& draft);
+
+/// The CRC of a line of Modbus, over the address of the device too.
+ControllerChecksum modbus_checksum();
 
 void read_frame(tables::Section& root, Draft& draft);
 void read_sayings(tables::Section& root, Draft& draft);

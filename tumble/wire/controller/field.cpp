@@ -1,69 +1,83 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "tumble/units/error.hpp"
 #include "tumble/wire/controller/template.hpp"
+#include "tumble/wire/declaration/format.hpp"
 #include "tumble/wire/declaration/scale.hpp"
 
 namespace tumble::controller {
 
 namespace {
 
+constexpr int most_characters = 64;  ///< of a number or a text
+constexpr int most_decimals = 17, usual_decimals = 6;
+
 [[noreturn]] void refuse_field(std::string_view field, const Sentence& why) {
   throw Error(Error::Kind::bad_input, say("{{{}}}: {}", Name{std::string(field)}, why));
 }
 
-/// The whole number at the begin of `text`, which it is removed from.
-int take_digits(std::string_view& text) {
-  int value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc()) value = 1000;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return value;
-}
-
 /// "i32le": a number in binary.
-bool set_binary(std::string_view format, ControllerPiece& piece) {
+bool set_binary(std::string_view format, FrameNumber& number) {
+  using Kind = FrameNumber::Kind;
   struct Type {
     std::string_view name;
     int bytes;
-    bool is_signed, is_real;
+    Kind kind;
   };
-  constexpr Type types[] = {{"u8", 1, false, false}, {"i8", 1, true, false},   {"u16", 2, false, false},
-                            {"i16", 2, true, false}, {"u32", 4, false, false}, {"i32", 4, true, false},
-                            {"f32", 4, false, true}};
-  piece.big = format.ends_with("be");
-  const auto type = piece.big || format.ends_with("le") ? format.substr(0, format.size() - 2) : format;
+  constexpr Type types[] = {{"u8", 1, Kind::natural},  {"i8", 1, Kind::integer},  {"u16", 2, Kind::natural},
+                            {"i16", 2, Kind::integer}, {"u32", 4, Kind::natural}, {"i32", 4, Kind::integer},
+                            {"f32", 4, Kind::real}};
+  const bool big = format.ends_with("be");
+  const auto type = big || format.ends_with("le") ? format.substr(0, format.size() - 2) : format;
   for (const auto& known : types)
     if (type == known.name && (type != format || known.bytes == 1)) {
-      piece.bytes = known.bytes, piece.is_signed = known.is_signed, piece.is_real = known.is_real;
+      number = {.kind = known.kind, .bytes = known.bytes, .bits = 8 * known.bytes, .big = big};
       return true;
     }
   return false;
 }
 
+/// The number that a letter of a format means: f, e, g, d, X, s for a text.
+std::optional<FrameNumber> number_of_letter(char letter) {
+  using Form = FrameNumber::Form;
+  if (letter == 'f' || letter == 'e' || letter == 'g') return ControllerPiece().number;
+  if (letter == 'd')
+    return FrameNumber{.kind = FrameNumber::Kind::integer, .bytes = 8, .bits = 64, .form = Form::decimal};
+  if (letter == 'X') return FrameNumber{.bytes = 8, .bits = 64, .form = Form::hex};
+  if (letter == 's') return FrameNumber{.form = Form::word};
+  return std::nullopt;
+}
+
+bool is_text(const FrameNumber& number) { return number.form == FrameNumber::Form::word; }
+
+/// Whether a format makes sense for a number of its letter.
+bool is_sound(const FrameNumber& number, const FrameFormat& format) {
+  if (format.width > most_characters || format.decimals > most_decimals) return false;
+  if (number.kind == FrameNumber::Kind::real) return true;
+  if (format.decimals >= 0) return false;
+  if (is_text(number)) return format.width > 0 && !format.zeros && !format.plus;
+  return number.form == FrameNumber::Form::decimal || !format.plus;
+}
+
 /// "+07.3f", "04X", "3s"
-void set_format(std::string_view format, std::string_view field, ControllerPiece& piece) {
-  if (set_binary(format, piece)) return;
-  auto rest = format;
-  const auto take = [&](char c) { return rest.starts_with(c) ? (rest.remove_prefix(1), true) : false; };
-  const auto digits = [&] { return !rest.empty() && rest[0] >= '0' && rest[0] <= '9'; };
-  piece.plus = take('+');
-  piece.zeros = take('0');
-  if (digits()) piece.width = take_digits(rest);
-  if (take('.')) piece.precision = digits() ? take_digits(rest) : 1000;
-  piece.type = rest.size() == 1 ? rest[0] : '?';
-  const bool real = piece.type == 'f' || piece.type == 'e' || piece.type == 'g';
-  const bool sound = real || ((piece.type == 'd' || piece.type == 'X') && piece.precision < 0) ||
-                     (piece.type == 's' && piece.width > 0 && piece.precision < 0 && !piece.zeros && !piece.plus);
-  if (!sound || piece.width > 64 || piece.precision > 17 || (piece.plus && piece.type == 'X'))
+void set_format(std::string_view text, std::string_view field, ControllerPiece& piece) {
+  if (set_binary(text, piece.number)) return;
+  auto rest = text;
+  const auto format = declaration::take_format(rest, most_characters);
+  const auto number = rest.size() == 1 ? number_of_letter(rest[0]) : std::nullopt;
+  if (!format || !number || !is_sound(*number, *format))
     refuse_field(field, say("'{}' is not a format; write for example .4f, 06.1f, +.3f, d, 04X, 3s (three "
                             "characters), u8, i16be, i32le or f32be",
-                            format));
-  if (real && piece.precision < 0) piece.precision = 6;
-  if (piece.zeros && piece.width == 0) refuse_field(field, "a zero in the format wants a width, for example 06.1f");
+                            text));
+  piece.number = *number;
+  piece.format = *format;
+  if (number->kind == FrameNumber::Kind::real) {
+    piece.format.style = rest[0];
+    if (format->decimals < 0) piece.format.decimals = usual_decimals;
+  }
+  if (format->zeros && format->width == 0) refuse_field(field, "a zero in the format wants a width, for example 06.1f");
 }
 
 void set_name(std::string_view name, std::string_view field, ControllerPiece& piece) {
@@ -75,9 +89,8 @@ void set_name(std::string_view name, std::string_view field, ControllerPiece& pi
   }
   if (const auto dot = name.find('.'); dot != std::string_view::npos) {
     auto digits = name.substr(dot + 1);
-    piece.axis = digits.empty() ? 0 : take_digits(digits);
-    if (piece.axis < 1 || piece.axis > 64 || !digits.empty())
-      refuse_field(field, "after the point stands the number of the axis, from 1");
+    piece.axis = declaration::take_whole(digits, 64).value_or(0);
+    if (piece.axis < 1 || !digits.empty()) refuse_field(field, "after the point stands the number of the axis, from 1");
     name = name.substr(0, dot);
   }
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
@@ -102,8 +115,9 @@ void check_default(std::string_view field, const ControllerPiece& piece) {
     } catch (const Error& error) {
       refuse_field(field, say("the default after '=' must be a number that fits ({})", error.problems[0]));
     }
-  } else if (piece.type == 's' && piece.width > 0 && piece.otherwise->size() != static_cast<std::size_t>(piece.width)) {
-    refuse_field(field, say("the default after '=' must have {} characters", piece.width));
+  } else if (is_text(piece.number) && piece.format.width > 0 &&
+             piece.otherwise->size() != static_cast<std::size_t>(piece.format.width)) {
+    refuse_field(field, say("the default after '=' must have {} characters", piece.format.width));
   }
 }
 
@@ -122,19 +136,18 @@ ControllerPiece parse_field(std::string_view field) {
   const auto colon = rest.find(':');
   if (colon != std::string_view::npos) format = rest.substr(colon + 1), rest = rest.substr(0, colon);
   set_name(rest, field, piece);
-  piece.precision = 6;
-  if (colon != std::string_view::npos) piece.precision = -1, set_format(format, field, piece);
-  const bool is_text = unit.empty() && (colon == std::string_view::npos || (piece.type == 's' && piece.bytes == 0));
+  piece.format.decimals = usual_decimals;
+  if (colon != std::string_view::npos) set_format(format, field, piece);
+  const bool is_word = unit.empty() && (colon == std::string_view::npos || is_text(piece.number));
   using Kind = ControllerPiece::Kind;
-  piece.kind = piece.text == "_" ? Kind::any : piece.text == "axis" ? Kind::axis : is_text ? Kind::word : Kind::number;
-  if (piece.kind != Kind::number && !is_text) refuse_field(field, "only a number has a unit or a format");
-  if (piece.kind == Kind::number && piece.type == 's' && piece.bytes == 0)
-    refuse_field(field, "a number has no format of a text");
-  if (piece.kind != Kind::number && piece.part != ControllerPiece::Part::whole && !is_text)
+  piece.kind = piece.text == "_" ? Kind::any : piece.text == "axis" ? Kind::axis : is_word ? Kind::word : Kind::number;
+  if (piece.kind != Kind::number && !is_word) refuse_field(field, "only a number has a unit or a format");
+  if (piece.kind == Kind::number && is_text(piece.number)) refuse_field(field, "a number has no format of a text");
+  if (piece.kind != Kind::number && piece.part != ControllerPiece::Part::whole && !is_word)
     refuse_field(field, "only a number has a sign");
   if (piece.part == ControllerPiece::Part::sign) piece.kind = Kind::number;
   if (piece.kind == Kind::number && !unit.empty()) set_unit(unit, piece);
-  if (is_text && piece.kind != Kind::number && piece.type != 's') piece.type = 's', piece.width = 0;
+  if (is_word && piece.kind != Kind::number && !is_text(piece.number)) piece.number = {.form = FrameNumber::Form::word};
   check_default(field, piece);
   return piece;
 }

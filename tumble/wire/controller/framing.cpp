@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
+#include "tumble/wire/codec/checksum.hpp"
+#include "tumble/wire/codec/number.hpp"
 #include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/template.hpp"
 
@@ -12,47 +14,27 @@ namespace tumble::controller {
 
 namespace {
 
-using Check = ControllerChecksum::Kind;
-
 unsigned char byte_of(char c) { return static_cast<unsigned char>(c); }
 
-/// The checksum as it stands on the line.
+/// The checksum as it stands on the line, behind its mark.
 std::string checksum_of(const ControllerChecksum& check, std::string_view bytes) {
-  unsigned sum = 0, exclusive = 0;
-  for (const char c : bytes) sum += byte_of(c), exclusive ^= byte_of(c);
-  const auto crc = check.kind == Check::crc16 ? crc16(bytes) : std::uint16_t{0};
-  switch (check.kind) {
-    case Check::none:
-      return "";
-    case Check::sum_hex:
-      return fmt::format("{:02X}", sum & 0xffu);
-    case Check::xor_hex:
-      return fmt::format("{:02X}", exclusive);
-    case Check::sum:
-      return {static_cast<char>(sum & 0xffu)};
-    case Check::exclusive_or:
-      return {static_cast<char>(exclusive)};
-    case Check::xor_bit7:
-      return {static_cast<char>(exclusive | 0x80u)};
-    case Check::crc16:
-      return {static_cast<char>(crc & 0xffu), static_cast<char>(crc >> 8)};
-  }
-  return "";
+  if (!check.sum) return "";
+  using Form = ControllerChecksum::Form;
+  const auto sum = codec::checksum_over(*check.sum, bytes);
+  const int width = check.sum->width;
+  if (check.form == Form::digits) return check.sum->before + fmt::format("{:0{}X}", sum, width / 4);
+  std::string stated(static_cast<std::size_t>(width / 8), '\0');
+  codec::put_word(check.form == Form::bit7 ? sum | 0x80u : sum, reinterpret_cast<unsigned char*>(stated.data()),
+                  width / 8, false);
+  return check.sum->before + stated;
 }
 
-std::size_t size_of_checksum(const ControllerChecksum& check) {
-  return check.mark.size() + checksum_of(check, "").size();
-}
+std::size_t size_of_checksum(const ControllerChecksum& check) { return checksum_of(check, "").size(); }
 
 /// The head as it is on the line: the address of the device for Modbus RTU.
 std::string head_of(const Controller& controller, Direction direction) {
   if (controller.protocol == Controller::Protocol::modbus_rtu) return {static_cast<char>(controller.unit)};
   return direction == Direction::request ? controller.send.head : controller.reply.head;
-}
-
-ControllerChecksum check_of(const Controller& controller) {
-  if (controller.protocol == Controller::Protocol::modbus_rtu) return {Check::crc16, "", true};
-  return controller.checksum;
 }
 
 /// What the checksum covers, and the checksum.
@@ -62,11 +44,11 @@ std::string summed(const ControllerChecksum& check, const std::string& head, std
 
 /// The body without its checksum; absent with a problem where the checksum is wrong.
 Line without_checksum(const ControllerChecksum& check, const std::string& head, std::string_view text) {
-  if (check.kind == Check::none) return {std::string(text), ""};
+  if (!check.sum) return {std::string(text), ""};
   const std::size_t size = size_of_checksum(check);
   if (text.size() < size) return {std::nullopt, fmt::format("cut line '{}': its checksum is missing", shown(text))};
   const auto body = text.substr(0, text.size() - size), stated = text.substr(text.size() - size);
-  const std::string expected = check.mark + checksum_of(check, summed(check, head, body));
+  const std::string expected = checksum_of(check, summed(check, head, body));
   if (stated == expected) return {std::string(body), ""};
   return {std::nullopt, fmt::format("wrong checksum in '{}': it ends with '{}', and its bytes give '{}'", shown(text),
                                     shown(stated), shown(expected))};
@@ -123,7 +105,7 @@ std::optional<Line> take_ended(const Controller& controller, const ControllerFra
 std::optional<Line> take_sized(const Controller& controller, Direction direction, const Sizes& sizes,
                                std::string& pending) {
   const std::string head = head_of(controller, direction);
-  const ControllerChecksum check = check_of(controller);
+  const ControllerChecksum& check = controller.checksum;
   std::size_t at = 0;
   for (; at < pending.size(); ++at) {
     const auto rest = std::string_view(pending).substr(at);
@@ -175,16 +157,8 @@ std::string with_bit7(std::string text) {
 
 }  // namespace
 
-std::uint16_t crc16(std::string_view bytes) {
-  unsigned crc = 0xffffu;
-  for (const char c : bytes) {
-    crc ^= byte_of(c);
-    for (int bit = 0; bit < 8; ++bit) crc = crc & 1u ? crc >> 1 ^ 0xa001u : crc >> 1;
-  }
-  return static_cast<std::uint16_t>(crc);
-}
+std::string stripped(std::string_view text) { return std::string(trimmed(text)); }
 
-std::string stripped(std::string_view text) { return std::string(trimmed(text, " \t\r\n")); }
 
 std::string wrap(const Controller& controller, Direction direction, const std::string& plain, bool bare,
                  std::uint16_t transaction) {
@@ -203,10 +177,9 @@ std::string wrap(const Controller& controller, Direction direction, const std::s
   }
   const std::string body = controller.bit7 ? with_bit7(plain) : plain;
   const std::string head = head_of(controller, direction);
-  const ControllerChecksum check = check_of(controller);
+  const ControllerChecksum& check = controller.checksum;
   const auto& tails = direction == Direction::request ? controller.send.tail : controller.reply.tail;
-  std::string bytes = head + body;
-  if (check.kind != Check::none) bytes += check.mark + checksum_of(check, summed(check, head, body));
+  std::string bytes = head + body + checksum_of(check, summed(check, head, body));
   if (!tails.empty()) bytes += tails.front();
   return direction == Direction::reply ? std::string(static_cast<std::size_t>(controller.skip), ' ') + bytes : bytes;
 }

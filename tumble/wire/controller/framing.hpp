@@ -31,9 +31,6 @@ std::string wrap(const Controller& controller, Direction direction, const std::s
 std::optional<Line> take_line(const Controller& controller, Direction direction, const Sizes& sizes,
                               std::string& pending);
 
-/// CRC-16 of Modbus.
-std::uint16_t crc16(std::string_view bytes);
-
 /// The text without spaces and ends of lines around it.
 std::string stripped(std::string_view text);
 

@@ -20,7 +20,7 @@ std::optional<std::string> any_reply(const Controller& controller, const Control
     if (piece.kind == ControllerPiece::Kind::number) content.values[controller::key_of(piece)] = 1.0;
     if (piece.kind == ControllerPiece::Kind::word)
       content.words[piece.text] =
-          piece.otherwise.value_or(std::string(static_cast<std::size_t>(std::max(piece.width, 1)), 'x'));
+          piece.otherwise.value_or(std::string(static_cast<std::size_t>(std::max(piece.format.width, 1)), 'x'));
   }
   try {
     return controller::reply_body(controller, exchange, "", content);

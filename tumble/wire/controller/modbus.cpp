@@ -10,7 +10,9 @@ namespace tumble::controller {
 
 namespace {
 
-std::size_t registers_of(const ControllerRegister& access) { return static_cast<std::size_t>(access.number.bytes) / 2; }
+std::size_t registers_of(const ControllerRegister& access) {
+  return static_cast<std::size_t>(access.number.number.bytes) / 2;
+}
 
 std::string word_of(int value) { return {static_cast<char>(value >> 8 & 0xff), static_cast<char>(value & 0xff)}; }
 

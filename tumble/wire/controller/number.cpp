@@ -1,11 +1,13 @@
+#include "tumble/wire/codec/number.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
 
 #include "tumble/units/error.hpp"
+#include "tumble/wire/codec/encode.hpp"
 #include "tumble/wire/controller/template.hpp"
 
 namespace tumble::controller {
@@ -19,38 +21,20 @@ namespace {
 }
 
 std::string write_binary(const ControllerPiece& piece, double steps) {
-  const int bits = 8 * piece.bytes;
-  std::uint64_t raw = 0;
-  if (piece.is_real) {
-    raw = std::bit_cast<std::uint32_t>(static_cast<float>(steps));
-    if (!std::isfinite(static_cast<float>(steps))) does_not_fit(piece, steps);
-  } else {
-    const double whole = std::nearbyint(steps);
-    const double least = piece.is_signed ? -std::ldexp(1.0, bits - 1) : 0.0;
-    const double most = std::ldexp(1.0, piece.is_signed ? bits - 1 : bits) - 1.0;
-    if (!(whole >= least && whole <= most)) does_not_fit(piece, steps);
-    raw = static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
-  }
-  std::string bytes;
-  for (int i = 0; i < piece.bytes; ++i)
-    bytes += static_cast<char>(raw >> (8 * (piece.big ? piece.bytes - 1 - i : i)) & 0xffu);
+  const FrameNumber& number = piece.number;
+  const auto bits = codec::bits_for(number, steps);
+  if (!bits || !std::isfinite(codec::value_of_bits(number, *bits))) does_not_fit(piece, steps);
+  std::string bytes(static_cast<std::size_t>(number.bytes), '\0');
+  codec::put_word(*bits, reinterpret_cast<unsigned char*>(bytes.data()), number.bytes, number.big);
   return bytes;
 }
 
 std::optional<double> take_binary(const ControllerPiece& piece, std::string_view& bytes) {
-  const auto size = static_cast<std::size_t>(piece.bytes);
+  const auto size = static_cast<std::size_t>(piece.number.bytes);
   if (bytes.size() < size) return std::nullopt;
-  std::uint64_t raw = 0;
-  for (std::size_t i = 0; i < size; ++i)
-    raw |= std::uint64_t{static_cast<unsigned char>(bytes[i])} << (8 * (piece.big ? size - 1 - i : i));
+  const double value = codec::value_of(piece.number, reinterpret_cast<const unsigned char*>(bytes.data()));
   bytes.remove_prefix(size);
-  if (piece.is_real) {
-    const double value = std::bit_cast<float>(static_cast<std::uint32_t>(raw));
-    return std::isfinite(value) ? std::optional(value) : std::nullopt;
-  }
-  const int unused = 64 - 8 * piece.bytes;
-  return piece.is_signed ? static_cast<double>(static_cast<std::int64_t>(raw << unused) >> unused)
-                         : static_cast<double>(raw);
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -92,26 +76,51 @@ std::optional<double> parse_decimal(std::string_view text) {
   return value;
 }
 
-std::string decimal(const ControllerPiece& piece, double steps) {
+bool is_hex(const ControllerPiece& piece) { return piece.number.form == FrameNumber::Form::hex; }
+
+/// Decimal digits without point.
+bool is_whole(const ControllerPiece& piece) {
+  return piece.number.form == FrameNumber::Form::decimal && piece.number.kind == FrameNumber::Kind::integer;
+}
+
+std::string written_digits(const ControllerPiece& piece, double steps) {
+  const FrameFormat& format = piece.format;
+  const int width = format.width;
   std::string text;
-  const int width = piece.width;
-  if (piece.type == 'd' || piece.type == 'X') {
+  if (is_whole(piece) || is_hex(piece)) {
     const double whole = std::nearbyint(steps);
-    if (!(std::abs(whole) <= 9e15) || (piece.type == 'X' && whole < 0.0)) does_not_fit(piece, steps);
+    if (!(std::abs(whole) <= 9e15) || (is_hex(piece) && whole < 0.0)) does_not_fit(piece, steps);
     const auto number = static_cast<long long>(whole);
-    if (piece.type == 'X')
-      return piece.zeros ? fmt::format("{:0{}X}", number, width) : fmt::format("{:{}X}", number, width);
-    text = piece.plus ? fmt::format("{:+}", number) : fmt::format("{}", number);
+    if (is_hex(piece))
+      return format.zeros ? fmt::format("{:0{}X}", number, width) : fmt::format("{:{}X}", number, width);
+    text = format.plus ? fmt::format("{:+}", number) : fmt::format("{}", number);
   } else {
-    const std::string form = fmt::format("{{:{}.{}{}}}", piece.plus ? "+" : "", piece.precision, piece.type);
-    text = fmt::format(fmt::runtime(form), steps);
+    FrameFormat plain = format;
+    plain.width = 0;
+    text = codec::written(plain, steps);
     if (text[0] == '-' && text.find_first_of("123456789") == text.npos)  // a zero has no sign
-      text = fmt::format(fmt::runtime(form), 0.0);
+      text = codec::written(plain, 0.0);
   }
   const auto missing = static_cast<std::size_t>(std::max(0, width - static_cast<int>(text.size())));
   const bool has_sign = text[0] == '-' || text[0] == '+';
-  if (piece.zeros) return text.insert(has_sign ? 1 : 0, missing, '0');
+  if (format.zeros) return text.insert(has_sign ? 1 : 0, missing, '0');
   return std::string(missing, ' ') + text;
+}
+
+/// The digits at the begin of `bytes`, which they are removed from.
+std::optional<double> take_digits(const ControllerPiece& piece, std::string_view& bytes) {
+  const FrameFormat& format = piece.format;
+  const auto width = static_cast<std::size_t>(format.width);
+  if (!format.zeros)
+    while (bytes.starts_with(' ')) bytes.remove_prefix(1);
+  auto text = format.zeros ? bytes.substr(0, width) : bytes;
+  text = text.substr(0, is_hex(piece) ? length_of_hex(text) : length_of_decimal(text));
+  const bool fits = !format.zeros || (text.size() == width && (is_hex(piece) || has_decimals(text, format.decimals)));
+  if (text.empty() || !fits || (is_whole(piece) && text.find_first_of(".eE") != text.npos)) return std::nullopt;
+  bytes.remove_prefix(text.size());
+  if (!is_hex(piece)) return parse_decimal(text);
+  if (text.size() > 12) return std::nullopt;
+  return static_cast<double>(std::strtoull(std::string(text).c_str(), nullptr, 16));
 }
 
 }  // namespace
@@ -121,36 +130,19 @@ std::string write_number(const ControllerPiece& piece, double si) {
   if (!std::isfinite(steps) || std::abs(steps) > 1e30) does_not_fit(piece, steps);
   if (piece.part == ControllerPiece::Part::sign) return steps < 0.0 ? "-" : "";
   const double written = piece.part == ControllerPiece::Part::magnitude ? std::abs(steps) : steps;
-  if (piece.bytes > 0) return write_binary(piece, written);
-  std::string text = decimal(piece, written);
-  if (piece.zeros && text.size() != static_cast<std::size_t>(piece.width)) does_not_fit(piece, steps);
+  if (is_binary(piece)) return write_binary(piece, written);
+  std::string text = written_digits(piece, written);
+  if (piece.format.zeros && text.size() != static_cast<std::size_t>(piece.format.width)) does_not_fit(piece, steps);
   return text;
 }
 
 std::optional<double> take_number(const ControllerPiece& piece, std::string_view& bytes) {
-  std::optional<double> steps;
   if (piece.part == ControllerPiece::Part::sign) {
     const bool minus = bytes.starts_with('-');
     if (minus || bytes.starts_with('+')) bytes.remove_prefix(1);
     return minus ? -1.0 : 1.0;
   }
-  if (piece.bytes > 0) {
-    steps = take_binary(piece, bytes);
-  } else {
-    if (!piece.zeros)
-      while (bytes.starts_with(' ')) bytes.remove_prefix(1);
-    auto text = piece.zeros ? bytes.substr(0, static_cast<std::size_t>(piece.width)) : bytes;
-    const bool hex = piece.type == 'X';
-    text = text.substr(0, hex ? length_of_hex(text) : length_of_decimal(text));
-    const bool fits = !piece.zeros || (text.size() == static_cast<std::size_t>(piece.width) &&
-                                       (hex || has_decimals(text, piece.precision)));
-    if (text.empty() || !fits || (piece.type == 'd' && text.find_first_of(".eE") != text.npos)) return std::nullopt;
-    bytes.remove_prefix(text.size());
-    if (hex && text.size() <= 12)
-      steps = static_cast<double>(std::strtoull(std::string(text).c_str(), nullptr, 16));
-    else if (!hex)
-      steps = parse_decimal(text);
-  }
+  const auto steps = is_binary(piece) ? take_binary(piece, bytes) : take_digits(piece, bytes);
   if (!steps || (piece.part == ControllerPiece::Part::magnitude && *steps < 0.0)) return std::nullopt;
   const double si = piece.unit.to_si(*steps * piece.factor);
   return std::isfinite(si) ? std::optional(si) : std::nullopt;
@@ -159,13 +151,15 @@ std::optional<double> take_number(const ControllerPiece& piece, std::string_view
 double resolution(const ControllerPiece& piece, double si) {
   const double step = std::abs(piece.unit.factor() * piece.factor);
   const double steps = std::abs(piece.unit.from_si(si) / piece.factor);
+  const bool is_real = piece.number.kind == FrameNumber::Kind::real;
+  const int decimals = piece.format.decimals;
   double half = 0.5;
-  if (piece.is_real)
+  if (is_real && is_binary(piece))
     half = std::ldexp(steps, -24);
-  else if (piece.bytes == 0 && piece.type == 'f')
-    half = 0.5 * std::pow(10.0, -piece.precision);
-  else if (piece.bytes == 0 && (piece.type == 'e' || piece.type == 'g'))
-    half = 0.5 * steps * std::pow(10.0, piece.type == 'e' ? -piece.precision : 1 - std::max(piece.precision, 1));
+  else if (is_real && piece.format.style == 'f')
+    half = 0.5 * std::pow(10.0, -decimals);
+  else if (is_real)
+    half = 0.5 * steps * std::pow(10.0, piece.format.style == 'e' ? -decimals : 1 - std::max(decimals, 1));
   return step * (half + 4e-16 * steps) + 4e-16 * std::abs(si);
 }
 

@@ -152,7 +152,7 @@ void read_protocol(Section& root, Draft& draft) {
     section.problem_at("words", "low first or high first is expected");
   const std::string transport = section.text("transport").value_or("tcp");
   if (transport == "rtu")
-    controller.protocol = Controller::Protocol::modbus_rtu;
+    controller.protocol = Controller::Protocol::modbus_rtu, controller.checksum = modbus_checksum();
   else if (transport != "tcp")
     section.problem_at("transport", "tcp or rtu is expected");
   section.close();
@@ -188,19 +188,8 @@ double seconds_at(Section& section, std::string_view key, double otherwise) {
 
 std::string bytes_at(Section& section, std::string_view key) {
   std::string bytes;
-  guarded(section, key, [&] { bytes = latin1(section.text(key).value_or("")); });
+  declaration::parse_at(section, key, [&] { bytes = latin1(section.text(key).value_or("")); });
   return bytes;
-}
-
-FrameCertainty certainty_at(Section& section, FrameCertainty otherwise) {
-  const auto text = section.text("certainty");
-  if (!text) return otherwise;
-  constexpr FrameCertainty all[] = {FrameCertainty::maker, FrameCertainty::crossed, FrameCertainty::driver,
-                                    FrameCertainty::computed, FrameCertainty::uncertain};
-  for (const auto certainty : all)
-    if (*text == name(certainty)) return certainty;
-  section.problem_at("certainty", "maker, crossed, driver, computed or uncertain is expected");
-  return otherwise;
 }
 
 void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Draft& draft) {
@@ -229,7 +218,7 @@ Controller read_controller(std::string_view text, const std::string& file,
   controller.lost_link = root.text("lost_link").value_or("");
   if (controller.title.empty()) root.missing("title", "\"ESPEC P-300 chamber\"");
   if (!document.contains("certainty")) root.missing("certainty", "\"maker\"");
-  controller.certainty = controller::certainty_at(root, FrameCertainty::uncertain);
+  controller.certainty = declaration::certainty_at(root, FrameCertainty::uncertain);
   controller::read_axes(root, controller);
   controller::read_link(root, draft);
   controller::read_protocol(root, draft);

@@ -9,7 +9,6 @@
 #include "tumble/wire/controller/draft.hpp"
 #include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controllers.hpp"
-#include "tumble/wire/declaration/draft.hpp"
 
 namespace tumble {
 
@@ -25,6 +24,7 @@ namespace controller {
 
 namespace {
 
+using declaration::parse_at;
 using tables::Section;
 
 /// Numbers have a known name and its unit, or no unit.
@@ -54,14 +54,14 @@ void check_template(Section& section, const char* key, const ControllerTemplate&
     if (is_send && piece.kind == ControllerPiece::Kind::word)
       section.problem_at(key,
                          say("the word '{}': only numbers and the axis are sent; write the text itself", piece.text));
-    if (piece.kind == ControllerPiece::Kind::any && piece.width > 0 && !piece.otherwise)
+    if (piece.kind == ControllerPiece::Kind::any && piece.format.width > 0 && !piece.otherwise)
       section.problem_at(key, "{_} with a width needs a default, {_:3s=abc}");
   }
 }
 
 std::vector<ControllerTemplate> templates_at(Section& section, const char* key, Draft& draft) {
   std::vector<ControllerTemplate> forms;
-  guarded(section, key, [&] {
+  parse_at(section, key, [&] {
     for (const auto& text : section.texts(key)) {
       forms.push_back(parse_template(text));
       check_template(section, key, forms.back(), false, draft);
@@ -78,11 +78,11 @@ ControllerPiece register_field(std::string text) {
     if (!type.ends_with("be") && !type.ends_with("le")) text.insert(end, "be");
   }
   const ControllerPiece piece = parse_field(text);
-  if (piece.bytes != 2 && piece.bytes != 4)
+  if (!is_binary(piece) || (piece.number.bytes != 2 && piece.number.bytes != 4))
     throw Error(
         Error::Kind::bad_input,
         say("\"{}\": a type of a register is expected, \"temperature:f32 degC\" (i16, u16, i32, u32, f32)", text));
-  if (piece.big) return piece;
+  if (piece.number.big) return piece;
   throw Error(Error::Kind::bad_input, "Modbus sends the high byte first; the order of words is words = \"low first\"");
 }
 
@@ -92,7 +92,7 @@ void read_register(Section& section, ControllerExchange& exchange, Draft& draft)
   if (read && write) section.problem_at("write", "an exchange reads or writes");
   if (!read && !write) section.missing("read", "\"temperature:f32 degC\"");
   const char* const key = read ? "read" : "write";
-  guarded(section, key, [&] { access.number = register_field(read ? *read : write.value_or("x:u16")); });
+  parse_at(section, key, [&] { access.number = register_field(read ? *read : write.value_or("x:u16")); });
   require_unit(section, key, access.number);
   access.address = number_at(section, "register", 65535).value_or(-1);
   if (access.address < 0) section.missing("register", "2820"), access.address = 0;
@@ -103,20 +103,16 @@ void read_register(Section& section, ControllerExchange& exchange, Draft& draft)
   access.low_word_first = words == "low first";
   if (!access.low_word_first && words != "high first")
     section.problem_at("words", "low first or high first is expected");
-  access.function = number_at(section, "function", 16).value_or(read ? 3 : access.number.bytes == 2 ? 6 : 16);
+  access.function = number_at(section, "function", 16).value_or(read ? 3 : access.number.number.bytes == 2 ? 6 : 16);
   const bool sound =
-      read ? access.function == 3 : access.function == 16 || (access.function == 6 && access.number.bytes == 2);
+      read ? access.function == 3 : access.function == 16 || (access.function == 6 && access.number.number.bytes == 2);
   if (!sound) section.problem_at("function", "3 reads; 6 writes one register, 16 one or more");
   if (const auto* node = section.find("value")) {
     access.constant = node->value<double>();
     if (!access.constant || !write)
       section.problem_at("value", "a number that is written is expected");
     else
-      guarded(section, "value", [&] {
-        write_number(
-            {.bytes = access.number.bytes, .is_signed = access.number.is_signed, .is_real = access.number.is_real},
-            *access.constant);
-      });
+      parse_at(section, "value", [&] { write_number({.number = access.number.number}, *access.constant); });
   }
   exchange.modbus = access;
 }
@@ -141,14 +137,14 @@ ControllerExchange exchange_of(Section& section, Draft& draft) {
   }
   const auto send = section.text("send");
   if (!send) section.missing("send", "\"POS {axis},{position:.4f deg}\"");
-  guarded(section, "send", [&] { exchange.send = parse_template(send.value_or("")); });
+  parse_at(section, "send", [&] { exchange.send = parse_template(send.value_or("")); });
   check_template(section, "send", exchange.send, true, draft);
   exchange.expect = templates_at(section, "expect", draft);
   exchange.refused = templates_at(section, "refused", draft);
   if (const auto* values = section.table("set"))
     for (const auto& [name, node] : *values) {
       const std::string key(name.str());
-      guarded(section, "set", [&] {
+      parse_at(section, "set", [&] {
         if (units_of(key)) throw Error(Error::Kind::bad_input, "numbers without unit are expected, {mode = 2}");
         exchange.set[key] = parse_si(tables::text_of(node).value_or(""), Unit());
       });
@@ -200,7 +196,7 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
   command.read_back = section.text("read_back").value_or("");
   command.same_as = section.text("same_as").value_or("");
   command.note = section.text("note").value_or("");
-  command.certainty = certainty_at(section, draft.controller.certainty);
+  command.certainty = declaration::certainty_at(section, draft.controller.certainty);
   const auto& verbs = controller_verbs();
   if (std::ranges::find(verbs, verb) == verbs.end())
     section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, verbs), fmt::join(verbs, ", ")));

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
+#include "tumble/wire/codec/checksum.hpp"
 #include "tumble/wire/controller/draft.hpp"
 #include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/controller/words.hpp"
-#include "tumble/wire/declaration/draft.hpp"
 
 namespace tumble::controller {
 
 namespace {
 
+using declaration::parse_at;
 using tables::Section;
 
 ControllerFraming framing_of(Section& around, const char* key, Draft& draft) {
@@ -22,7 +23,7 @@ ControllerFraming framing_of(Section& around, const char* key, Draft& draft) {
   }
   Section section(*table, key, draft.problems);
   framing.head = bytes_at(section, "head");
-  guarded(section, "tail", [&] {
+  parse_at(section, "tail", [&] {
     for (const auto& tail : section.texts("tail")) framing.tail.push_back(latin1(tail));
   });
   if (std::ranges::any_of(framing.tail, &std::string::empty)) section.problem_at("tail", "an empty text marks no end");
@@ -31,22 +32,35 @@ ControllerFraming framing_of(Section& around, const char* key, Draft& draft) {
   return framing;
 }
 
+/// The checksum that a word of a declaration means; nothing where it is no such word, no sum where it is "none".
+std::optional<ControllerChecksum> checksum_named(std::string_view kind) {
+  using Kind = FrameChecksum::Kind;
+  using Form = ControllerChecksum::Form;
+  if (kind == "none") return ControllerChecksum{};
+  if (kind == "crc16") return modbus_checksum();
+  struct Known {
+    std::string_view name;
+    Kind kind;
+    Form form;
+  };
+  constexpr Known all[] = {
+      {"sum_hex", Kind::sum, Form::digits},           {"xor_hex", Kind::exclusive_or, Form::digits},
+      {"nmea_xor", Kind::exclusive_or, Form::digits}, {"sum", Kind::sum, Form::bytes},
+      {"xor", Kind::exclusive_or, Form::bytes},       {"xor_bit7", Kind::exclusive_or, Form::bit7}};
+  const auto* const found = std::ranges::find(all, kind, &Known::name);
+  if (found == std::end(all)) return std::nullopt;
+  return ControllerChecksum{.sum = FrameChecksum{.kind = found->kind}, .form = found->form};
+}
+
 ControllerChecksum checksum_at(Section& around, Draft& draft) {
-  using Kind = ControllerChecksum::Kind;
-  ControllerChecksum check;
   const auto* table = around.table("checksum");
-  if (!table) return check;
+  if (!table) return {};
   Section section(*table, "checksum", draft.problems);
-  const std::string kind = section.text("kind").value_or("");
-  const std::pair<const char*, Kind> kinds[] = {
-      {"none", Kind::none}, {"sum_hex", Kind::sum_hex},  {"xor_hex", Kind::xor_hex},   {"nmea_xor", Kind::xor_hex},
-      {"sum", Kind::sum},   {"xor", Kind::exclusive_or}, {"xor_bit7", Kind::xor_bit7}, {"crc16", Kind::crc16}};
-  const auto* const found = std::ranges::find(kinds, kind, [](const auto& one) { return std::string(one.first); });
-  if (found == std::end(kinds))
-    section.problem_at("kind", "sum_hex, nmea_xor, sum, xor, xor_bit7, crc16 or none is expected");
-  else
-    check.kind = found->second;
-  check.mark = bytes_at(section, "mark");
+  const auto known = checksum_named(section.text("kind").value_or(""));
+  if (!known) section.problem_at("kind", "sum_hex, nmea_xor, sum, xor, xor_bit7, crc16 or none is expected");
+  ControllerChecksum check = known.value_or(ControllerChecksum{});
+  const std::string mark = bytes_at(section, "mark");
+  if (check.sum) check.sum->before = mark;
   check.with_head = flag_at(section, "with_head", false);
   section.close();
   return check;
@@ -108,7 +122,7 @@ ControllerSaying saying_of(const toml::table& table, const char* name, Draft& dr
   ControllerSaying saying;
   const auto text = section.text("expect");
   if (!text) section.missing("expect", "\"error:{code=20}\"");
-  guarded(section, "expect", [&] { saying.expect = parse_template(text.value_or("")); });
+  parse_at(section, "expect", [&] { saying.expect = parse_template(text.value_or("")); });
   for (const auto& piece : saying.expect.pieces)
     if (piece.kind == ControllerPiece::Kind::number && !piece.otherwise)
       section.problem_at("expect", say("the number '{}' needs a default, {{{}:d=1}}", piece.text, Name{piece.text}));
@@ -121,6 +135,12 @@ ControllerSaying saying_of(const toml::table& table, const char* name, Draft& dr
 }
 
 }  // namespace
+
+ControllerChecksum modbus_checksum() {
+  FrameChecksum crc{.kind = FrameChecksum::Kind::crc, .width = 16, .poly = 0x8005, .init = 0xffff, .reflected = true};
+  crc.table = codec::crc_table(crc);
+  return {.sum = crc, .form = ControllerChecksum::Form::bytes, .with_head = true};
+}
 
 void read_frame(Section& root, Draft& draft) {
   Controller& controller = draft.controller;
@@ -157,7 +177,7 @@ void read_words(Section& root, Draft& draft) {
       std::vector<std::tuple<unsigned, unsigned, std::string, std::string>> lines;
       Section section(*table, fmt::format("[word.{}]", key.str()), draft.problems);
       for (const auto& [text, meaning] : *table)
-        guarded(section, text.str(), [&] {
+        parse_at(section, text.str(), [&] {
           const auto place = meaning.source().begin;
           lines.emplace_back(place.line, place.column, latin1(text.str()), section.text(text.str()).value_or(""));
         });

@@ -7,21 +7,14 @@
 #include "tumble/core/tables/section.hpp"
 #include "tumble/wire/controller/draft.hpp"
 #include "tumble/wire/controller/template.hpp"
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/format.hpp"
 
 namespace tumble::controller {
 
 namespace {
 
+using declaration::parse_at;
 using tables::Section;
-
-/// Half a unit of the last digit of a number as it is written: "12.50 deg" gives 0.005.
-double half_of_last_digit(const std::string& text) {
-  const auto end = std::min(text.find_first_not_of("+-0123456789."), text.size());
-  const auto point = text.find('.');
-  const double decimals = point < end ? static_cast<double>(end - point) - 1.0 : 0.0;
-  return 0.5 * std::pow(10.0, -decimals);
-}
 
 std::map<std::string, double> quantities_at(Section& around, const char* key, Draft& draft,
                                             std::map<std::string, double>* tolerance) {
@@ -35,14 +28,14 @@ std::map<std::string, double> quantities_at(Section& around, const char* key, Dr
     const auto* units = units_of(base);
     const auto text = tables::text_of(node).value_or("");
     section.find(name);
-    guarded(section, name, [&] {
+    parse_at(section, name, [&] {
       const Quantity quantity = parse_quantity(text);
       const auto fits = [&](const Unit& unit) { return unit.dimension() == quantity.unit.dimension(); };
       if (units ? std::ranges::none_of(*units, fits) : quantity.unit.dimension() != Dimension{})
         throw Error(Error::Kind::bad_input, say("'{}' must be in {}", text,
                                                 units ? say("{}", Name{units->front().text()}) : Sentence("no unit")));
       values[name] = quantity.unit.to_si(quantity.value);
-      if (tolerance) (*tolerance)[name] = half_of_last_digit(text) * std::abs(quantity.unit.factor());
+      if (tolerance) (*tolerance)[name] = declaration::half_of_last_digit(text) * std::abs(quantity.unit.factor());
     });
   }
   section.close();
@@ -51,7 +44,7 @@ std::map<std::string, double> quantities_at(Section& around, const char* key, Dr
 
 std::vector<std::string> lines_at(Section& section, const char* key) {
   std::vector<std::string> lines;
-  guarded(section, key, [&] {
+  parse_at(section, key, [&] {
     for (const auto& text : section.texts(key)) lines.push_back(latin1(text));
   });
   return lines;
@@ -59,7 +52,7 @@ std::vector<std::string> lines_at(Section& section, const char* key) {
 
 /// Bytes in hexadecimal, for Modbus and binary protocols: the key with _hex behind it.
 void add_hex(Section& section, const char* key, std::vector<std::string>& lines) {
-  guarded(section, key, [&] {
+  parse_at(section, key, [&] {
     for (const auto& text : section.texts(key)) lines.push_back(declaration::parse_hex(text));
   });
 }

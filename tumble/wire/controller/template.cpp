@@ -14,17 +14,17 @@ namespace {
 using Kind = ControllerPiece::Kind;
 
 bool is_open(const ControllerPiece& piece) {
-  return (piece.kind == Kind::any || piece.kind == Kind::word) && piece.width == 0;
+  return (piece.kind == Kind::any || piece.kind == Kind::word) && piece.format.width == 0;
 }
 
 void require_ends(const ControllerTemplate& form) {
   for (std::size_t i = 1; i < form.pieces.size(); ++i) {
     const auto &piece = form.pieces[i], &before = form.pieces[i - 1];
-    const bool is_fixed = piece.kind == Kind::literal || piece.width > 0 || piece.bytes > 0;
-    const bool number_ends =
-        before.kind == Kind::number && (before.zeros || before.bytes > 0 || before.part == ControllerPiece::Part::sign);
+    const bool is_fixed = piece.kind == Kind::literal || piece.format.width > 0 || is_binary(piece);
+    const bool number_ends = before.kind == Kind::number &&
+                             (before.format.zeros || is_binary(before) || before.part == ControllerPiece::Part::sign);
     const bool runs_on = is_open(before) || (before.kind == Kind::number && !number_ends);
-    if (piece.kind != Kind::literal && runs_on && !(before.kind == Kind::number && is_fixed && piece.bytes > 0))
+    if (piece.kind != Kind::literal && runs_on && !(before.kind == Kind::number && is_fixed && is_binary(piece)))
       throw Error(Error::Kind::bad_input,
                   say("\"{}\": nothing says where the field '{}' ends; put a fixed text behind it, or a width "
                       "({{name:3s}}, {{name:06.1f}})",
@@ -50,16 +50,17 @@ std::string word_for(const ControllerPiece& piece, const Content& content) {
   if (found == content.words.end() && !piece.otherwise && piece.kind == Kind::word)
     throw Error(Error::Kind::bad_input, say("the word '{}' is missing", piece.text));
   const std::string text = found == content.words.end() ? piece.otherwise.value_or("") : found->second;
-  if (piece.width > 0 && text.size() != static_cast<std::size_t>(piece.width))
-    throw Error(Error::Kind::bad_input, say("{} = '{}' must have {} characters", Name{piece.text}, text, piece.width));
+  const int width = piece.format.width;
+  if (width > 0 && text.size() != static_cast<std::size_t>(width))
+    throw Error(Error::Kind::bad_input, say("{} = '{}' must have {} characters", Name{piece.text}, text, width));
   return text;
 }
 
 /// The part of `rest` that an open field takes; absent where the literal behind it is missing.
 std::optional<std::string_view> extent(const ControllerTemplate& form, std::size_t i, std::string_view rest) {
   const auto& piece = form.pieces[i];
-  if (piece.width > 0) {
-    const auto width = static_cast<std::size_t>(piece.width);
+  if (piece.format.width > 0) {
+    const auto width = static_cast<std::size_t>(piece.format.width);
     return rest.size() < width ? std::nullopt : std::optional(rest.substr(0, width));
   }
   if (i + 1 == form.pieces.size()) return rest;
@@ -201,10 +202,10 @@ std::optional<Content> match(const ControllerTemplate& form, std::string_view by
 std::optional<std::size_t> size_of(const ControllerTemplate& form) {
   std::size_t size = 0;
   for (const auto& piece : form.pieces) {
-    const bool fixed = piece.bytes > 0 || (piece.width > 0 && (piece.zeros || piece.kind != Kind::number));
+    const int width = is_binary(piece) ? piece.number.bytes : piece.format.width;
+    const bool fixed = is_binary(piece) || (width > 0 && (piece.format.zeros || piece.kind != Kind::number));
     if (piece.kind != Kind::literal && !fixed) return std::nullopt;
-    size += piece.kind == Kind::literal ? piece.text.size()
-                                        : static_cast<std::size_t>(piece.bytes > 0 ? piece.bytes : piece.width);
+    size += piece.kind == Kind::literal ? piece.text.size() : static_cast<std::size_t>(width);
   }
   return size;
 }

@@ -41,6 +41,9 @@ std::optional<Content> match(const ControllerTemplate& form, std::string_view by
 /// [byte] of everything that fits the template; absent where its fields have no fixed size.
 std::optional<std::size_t> size_of(const ControllerTemplate& form);
 
+/// Whether a field is a number in binary.
+inline bool is_binary(const ControllerPiece& piece) { return piece.number.form == FrameNumber::Form::binary; }
+
 /// "position.2"
 std::string key_of(const ControllerPiece& piece);
 

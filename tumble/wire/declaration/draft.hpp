@@ -32,6 +32,9 @@ std::optional<long long> whole_of(tables::Section& section, std::string_view key
 /// "big" or "little", else what holds around.
 bool order_of(tables::Section& section, bool around);
 
+/// How certain a declaration or a part of it is; `otherwise` where it does not say.
+FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise);
+
 /// The tables at `key`: one, or a list of them.
 std::vector<const toml::table*> tables_at(tables::Section& section, std::string_view key);
 

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/format.hpp"
 
 namespace tumble::declaration {
 
@@ -13,27 +14,14 @@ namespace {
 
 constexpr int most_columns = 1000;
 constexpr int longest_line = 8192;  ///< [byte]
+constexpr int most_digits = 30;     ///< [character] of a number
 
 /// "+09.4": sign, zeros in front, width, decimals.
 std::optional<FrameFormat> parse_format(std::string_view text) {
-  FrameFormat format;
-  format.given = true;
-  format.zeros = false;
-  const auto take = [&](char c) {
-    const bool found = text.starts_with(c);
-    if (found) text.remove_prefix(1);
-    return found;
-  };
-  const auto number = [&](int& value) {
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (code == std::errc()) text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    return code == std::errc() && value >= 0 && value <= 30;
-  };
-  format.plus = take('+');
-  format.zeros = take('0');
-  if (!text.empty() && text.front() != '.' && !number(format.width)) return std::nullopt;
-  if (take('.') && !number(format.decimals)) return std::nullopt;
-  return text.empty() ? std::optional(format) : std::nullopt;
+  auto format = take_format(text, most_digits);
+  if (!format || !text.empty()) return std::nullopt;
+  format->given = true;
+  return format;
 }
 
 /// The index of that cell; it is added where it is new.

@@ -121,6 +121,17 @@ bool order_of(tables::Section& section, bool around) {
   return *text == "big";
 }
 
+FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise) {
+  const auto text = section.text("certainty");
+  if (!text) return otherwise;
+  constexpr FrameCertainty all[] = {FrameCertainty::maker, FrameCertainty::crossed, FrameCertainty::driver,
+                                    FrameCertainty::computed, FrameCertainty::uncertain};
+  for (const auto certainty : all)
+    if (*text == name(certainty)) return certainty;
+  section.problem_at("certainty", "maker, crossed, driver, computed or uncertain is expected");
+  return otherwise;
+}
+
 std::vector<const toml::table*> tables_at(tables::Section& section, std::string_view key) {
   std::vector<const toml::table*> found;
   const auto* node = section.find(key);

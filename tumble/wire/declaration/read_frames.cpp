@@ -7,9 +7,10 @@
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
-#include "tumble/units/plain_text.hpp"
+#include "tumble/units/text_parts.hpp"
 #include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/format.hpp"
 
 namespace tumble {
 
@@ -17,17 +18,6 @@ namespace {
 
 using declaration::Draft;
 using tables::Section;
-
-FrameCertainty certainty_of(Section& section) {
-  const auto text = section.text("certainty");
-  if (!text) section.missing("certainty", "\"maker\"");
-  constexpr FrameCertainty all[] = {FrameCertainty::maker, FrameCertainty::crossed, FrameCertainty::driver,
-                                    FrameCertainty::computed, FrameCertainty::uncertain};
-  for (const auto certainty : all)
-    if (text && *text == name(certainty)) return certainty;
-  if (text) section.problem_at("certainty", "maker, crossed, driver, computed or uncertain is expected");
-  return FrameCertainty::uncertain;
-}
 
 void read_link(Section& root, Draft& draft) {
   FrameLink& link = draft.codec.link;
@@ -100,22 +90,13 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Draft&
                       known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))}))));
 }
 
-/// Half a unit of the last digit of a number as it is written: "2.019593e-5 rad" gives 5e-12.
-double half_digit(const std::string& text) {
-  const auto end = std::min(text.find_first_not_of("+-0123456789.eE"), text.size());
-  const auto mark = std::min(text.find_first_of("eE"), end), point = text.find('.');
-  const double decimals = point < mark ? static_cast<double>(mark - point) - 1.0 : 0.0;
-  const double exponent = mark + 1 < end ? std::strtod(text.c_str() + mark + 1, nullptr) : 0.0;
-  return 0.5 * std::pow(10.0, std::clamp(exponent, -300.0, 300.0) - decimals);
-}
-
 FrameVector::Value stated_value(Section& section, std::string_view key, const toml::node& node, const Unit& unit,
                                 bool bare) {
   const auto* real = node.as_floating_point();
   const auto text = real ? fmt::format("{}", real->get()) : tables::text_of(node).value_or("");
   try {
     const double si = bare && unit.dimension() == Dimension{} ? parse_quantity(text).value : parse_si(text, unit);
-    return {si, half_digit(text) * std::abs(parse_quantity(text).unit.factor())};
+    return {si, declaration::half_of_last_digit(text) * std::abs(parse_quantity(text).unit.factor())};
   } catch (const Error& error) {
     for (const auto& problem : error.problems) section.problem_at(key, problem);
   }
@@ -206,7 +187,8 @@ FrameCodec read_frames(std::string_view text, const std::string& file, const std
   codec.source = root.text("source").value_or("");
   codec.note = root.text("note").value_or("");
   if (codec.title.empty()) root.missing("title", "\"KVH 1775 IMU\"");
-  codec.certainty = certainty_of(root);
+  if (!document.contains("certainty")) root.missing("certainty", "\"maker\"");
+  codec.certainty = declaration::certainty_at(root, FrameCertainty::uncertain);
   codec.rate = root.quantity("rate", Unit::parse("Hz")).value_or(0.0);
   if (!(codec.rate >= 0.0 && codec.rate < 1e9)) root.problem_at("rate", "must be above zero");
   draft.big = declaration::order_of(root, false);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 
-#include "tumble/core/say.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/frequency_response/testing/trial.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"

@@ -1,0 +1,181 @@
+#include "tumble/desk/desk_lines/run_json.hpp"
+
+#include <cmath>
+
+#include "tumble/desk/run_texts.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/units/text_parts.hpp"
+
+namespace tumble::desk_lines {
+namespace {
+
+/// Seven digits are more than any screen shows; null where it is not a number.
+Json drawn(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return rounded_to_digits(value, 7) + 0.0;  // no minus before zero
+}
+
+Json drawn(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(drawn(value));
+  return list;
+}
+
+std::string text_of(double value, int digits) { return std::isfinite(value) ? general(value, digits) : ""; }
+
+template <class Bars>
+Json bars_of(const Bars& bars) {
+  Json list = Json::array();
+  for (const CurveBar& bar : bars) list.push_back({drawn(bar.time), drawn(bar.low), drawn(bar.high)});
+  return list;
+}
+
+const char* step_of(RunRow::Kind kind) {
+  switch (kind) {
+    case RunRow::Kind::power_up:
+      return "power_up";
+    case RunRow::Kind::segment_begins:
+      return "begins";
+    case RunRow::Kind::segment_ends:
+      return "ends";
+    case RunRow::Kind::unit_out:
+      return "unit_out";
+    case RunRow::Kind::run_ends:
+      return "run_ends";
+    case RunRow::Kind::records:
+      return "records";
+    case RunRow::Kind::pauses:
+      return "pauses";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json json_of(const RunView& view, double speed) {
+  Json axes = Json::array(), channels = Json::array(), estimates = Json::array();
+  for (const auto& axis : view.axes) {
+    const AxisTexts texts = texts_of(axis);
+    axes.push_back(
+        {{"name", axis.name}, {"demanded", texts.demanded}, {"position", texts.position}, {"rate", texts.rate}});
+  }
+  for (const auto& channel : view.channels)
+    channels.push_back({{"slot", channel.slot},
+                        {"name", channel.name},
+                        {"unit", channel.unit.text()},
+                        {"mean", text_of(channel.unit.from_si(channel.mean), 6)},
+                        {"sd", text_of(channel.unit.difference_from_si(channel.sd), 3)},
+                        {"allan", text_of(channel.unit.difference_from_si(channel.allan), 3)},
+                        {"low", drawn(channel.unit.from_si(channel.low))},
+                        {"high", drawn(channel.unit.from_si(channel.high))}});
+  for (const auto& estimate : view.estimates) {
+    const double value = estimate.unit.from_si(estimate.value), sd = estimate.unit.difference_from_si(estimate.sd);
+    estimates.push_back({{"slot", estimate.slot},
+                         {"name", estimate.name},
+                         {"unit", estimate.unit.text()},
+                         {"text", with_uncertainty(value, sd)},
+                         {"low", drawn(value - sd)},
+                         {"high", drawn(value + sd)},
+                         {"sd", drawn(sd)}});
+  }
+  Json json{{"time", drawn(view.time)},
+            {"time_text", hours_text(view.time)},
+            {"phase", name(view.phase)},
+            {"segment", view.segment},
+            {"segments", json_of(view.progress, view.segment)},
+            {"label", view.label},
+            {"recorded", drawn(view.recorded)},
+            {"left", drawn(view.left)},
+            {"left_text", hours_text(view.left)},
+            {"wall_left", drawn(view.left / speed)},
+            {"acknowledged_text", hours_text(view.acknowledged)},
+            {"behind", drawn((view.time - view.acknowledged) / speed)},
+            {"frames", view.frames},
+            {"lost", view.lost},
+            {"damaged", view.damaged},
+            {"axes", axes},
+            {"channels", channels},
+            {"estimates", estimates}};
+  if (view.prompt)
+    json["prompt"] = {{"id", view.prompt->id},
+                      {"text", view.prompt->text},
+                      {"choices", view.prompt->choices},
+                      {"standard", view.prompt->standard}};
+  return json;
+}
+
+Json json_of(const Curves& curves) {
+  return {{"recent", bars_of(curves.recent())}, {"whole", bars_of(curves.whole())}};
+}
+
+Json json_of(const EstimateHistory& history) {
+  Json list = Json::array();
+  for (const auto& curve : history.curves()) {
+    Json points = Json::array();
+    for (const auto& point : curve.points)
+      points.push_back(
+          {drawn(point.time), drawn(point.value - point.sd), drawn(point.value + point.sd), drawn(point.sd)});
+    list.push_back({{"slot", curve.slot}, {"name", curve.name}, {"unit", curve.unit}, {"points", points}});
+  }
+  return list;
+}
+
+Json json_of(std::uint64_t sequence, const StoreEvent& event) {
+  Json json{{"id", sequence},           {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
+            {"kind", name(event.kind)}, {"who", event.who},          {"text", event.text}};
+  if (is_everyday(event.kind, event.phase)) json["everyday"] = true;
+  return json;
+}
+
+Json json_of(std::uint64_t sequence, double time, const RunRow& row) {
+  return {{"id", sequence},
+          {"time", drawn(time)},
+          {"time_text", hours_text(time)},
+          {"kind", "journal"},
+          {"who", ""},
+          {"text", row.label},
+          {"step", step_of(row.kind)},
+          {"segment", row.segment},
+          {"attempt", row.attempt},
+          {"ending", name(row.ending)},
+          {"reason", row.reason}};
+}
+
+bool is_shown(const StoreItem& item) {
+  return item.event ||
+         (item.journal && item.journal->kind != RunRow::Kind::records && item.journal->kind != RunRow::Kind::pauses);
+}
+
+Json json_of(const StoreItem& item) {
+  if (item.journal) return json_of(item.sequence, item.time, *item.journal);
+  return item.event ? json_of(item.sequence, *item.event) : Json();
+}
+
+Json json_of(const RunFacts& facts) {
+  Json segments = Json::array();
+  for (const auto& segment : facts.segments)
+    segments.push_back({{"label", segment.label},
+                        {"duration", drawn(segment.duration)},
+                        {"duration_text", hours_text(segment.duration)},
+                        {"rule", segment.rule}});
+  return {{"title", facts.title}, {"station", facts.station}, {"operator", facts.who},
+          {"rig", facts.rig},     {"units", facts.units},     {"segments", segments}};
+}
+
+Json json_of(const std::vector<SegmentProgress>& progress, std::size_t now) {
+  using Status = SegmentProgress::Status;
+  Json list = Json::array();
+  for (std::size_t s = 0; s < progress.size(); ++s) {
+    const char* const state = progress[s].status == Status::complete  ? "done"
+                              : progress[s].status == Status::skipped ? "skipped"
+                              : s == now                              ? "now"
+                                                                      : "next";
+    list.push_back({{"state", state}, {"attempts", progress[s].attempts}});
+  }
+  return list;
+}
+
+}  // namespace tumble::desk_lines

@@ -1,0 +1,54 @@
+#include "tumble/report/limit_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tumble/report/legacy/legacy.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+TEST(LimitText, SaysTheBoundsAsTheyWereWritten) {
+  EXPECT_EQ(limit_text({.upper = bound(0.02, "deg/h")}), "<= 0.02 deg/h");
+  EXPECT_EQ(limit_text({.lower = bound(-50.0, "ppm")}), ">= -50 ppm");
+  EXPECT_EQ(limit_text({bound(-0.5, "deg/h"), bound(0.5, "deg/h")}), "-0.5 deg/h to 0.5 deg/h");
+  EXPECT_EQ(limit_text({.upper = bound(3.0, "1")}), "<= 3");
+  EXPECT_EQ(limit_text({.upper = bound(1e9, "deg/h")}), "<= 1000000000 deg/h");
+  EXPECT_EQ(limit_text({.upper = bound(20.1, "degC")}), "<= 20.1 degC");
+  EXPECT_EQ(limit_in_characters({.upper = bound(20.0, "ppm")}), "≤ 20 ppm");
+}
+
+// A result of before has texts alone: they give the same limits.
+TEST(LegacyLimit, IsReadFromItsText) {
+  for (const Limit& limit : {Limit{.upper = bound(0.02, "deg/h")}, Limit{.lower = bound(1.0, "g")},
+                             Limit{bound(-72.0, "arcsec/h"), bound(0.02, "deg/h")}, Limit{.upper = bound(3.0, "1")}}) {
+    const Limit again = legacy::limit_of(limit_text(limit));
+    EXPECT_EQ(again.lowest(), limit.lowest());
+    EXPECT_EQ(again.highest(), limit.highest());
+    EXPECT_EQ(limit_text(again), limit_text(limit));
+  }
+}
+
+TEST(LegacyLimit, InAResultGivesTheSameVerdicts) {
+  const Estimate estimate = testing::estimate();
+  auto json = nlohmann::ordered_json::parse(to_json(estimate));
+  for (auto& verdict : json["verdicts"]) EXPECT_EQ(verdict.erase("lower") + verdict.erase("upper"), 1u);
+  const Estimate read = estimate_from_json(json.dump(), "result.json");
+  EXPECT_EQ(to_json(read), to_json(estimate));
+  json["verdicts"][0]["limit"] = "about 3";
+  json["verdicts"][1]["limit"] = ">= 1e999 deg/h";
+  try {
+    estimate_from_json(json.dump(), "result.json");
+    FAIL();
+  } catch (const Error& error) {
+    ASSERT_EQ(error.problems.size(), 2u);
+    EXPECT_EQ(error.problems[0].text(), "result.json: verdicts[0].limit: the limit 'about 3' cannot be read");
+  }
+}
+
+}  // namespace
+}  // namespace tumble
