@@ -142,7 +142,7 @@ class AddingRoute : public ::testing::Test {
     estimate.method = "my_gyro_drift";
     estimate.parameters = {{"D_F", "D_F", Unit::parse("deg/h"), si(1.8, "deg/h"), "constant drift"}};
     settle(estimate, {from_variances("output noise", {si(0.1, "deg/h") * si(0.1, "deg/h")})});
-    estimate.verdicts = {{"D_F", Verdict::Outcome::pass, "<= 2 deg/h"}};
+    estimate.verdicts = {{"D_F", Verdict::Outcome::pass, {.upper = bound(2.0, "deg/h")}}};
     std::ofstream(folder_.file("drift.json")) << to_json(estimate);
     std::ofstream(folder_.file("other.json")) << "{}";
     options_.folder = folder_.path;

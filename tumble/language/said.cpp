@@ -124,12 +124,7 @@ std::optional<std::string> chinese(const Sentence& said) {
 std::optional<std::string> chinese(const Values& side_by_side, bool quoted) {
   std::string text;
   for (const SentenceValue* value : side_by_side) {
-    if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) {
-      const auto found = translations().find(Sentence(value->text.c_str()).pattern);  // of a library: "File too large"
-      if (found == translations().end()) return std::nullopt;
-      text += filled(found->second, {});
-      continue;
-    }
+    if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) return std::nullopt;
     if (value->kind != SentenceValue::Kind::sentence || value->nested.empty()) {
       text += value->text;
       continue;
@@ -162,19 +157,6 @@ std::optional<std::string> with_values_in(const std::string& translation, std::s
     texts.push_back(text.value_or(""));
   }
   return said::filled(translation, texts);
-}
-
-/// Whether a pattern has a word of English: letters alone, and marks behind them. An option or a key of a file, "--set
-/// channels.{}", "[certificate]", has more.
-bool has_words(std::string_view pattern) {
-  while (!pattern.empty()) {
-    const auto end = std::min(pattern.find(' '), pattern.size());
-    auto word = pattern.substr(0, end);
-    while (!word.empty() && std::string_view(",;:.?!").find(word.back()) != word.npos) word.remove_suffix(1);
-    if (!word.empty() && std::ranges::all_of(word, is_letter)) return true;
-    pattern.remove_prefix(std::min(end + 1, pattern.size()));
-  }
-  return false;
 }
 
 /// Whether a pattern has a word of English: letters alone, and marks behind them. An option or a key of a file, "--set

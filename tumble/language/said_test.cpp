@@ -126,27 +126,6 @@ TEST(Said, AProblemInASentenceIsTranslatedWithItsPlace) {
   EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, problem)), "无法读取“x”：p.toml:7：应为 true 或 false");
 }
 
-TEST(Said, ACountOfARefusalLosesItsNoun) {
-  const Sentence few = say("'{}' has {}: too few for a vibration test", Name{"a"}, said_count(5, "sample"));
-  EXPECT_EQ(few.text(), "'a' has 5 samples: too few for a vibration test");
-  EXPECT_EQ(chinese(few), "“a”只有 5 个采样点：不足以作振动试验");
-  const Sentence back =
-      say("'{}': {} not later than the one before: such a clock does not determine counting windows; "
-          "write the stamps with more digits, or omit them and give the rate (--set rate=200)",
-          Name{"a"}, said_count(1, "stamp"));
-  EXPECT_TRUE(chinese(back).starts_with("“a”：有 1 个时标不晚于前一个")) << chinese(back);
-}
-
-TEST(Said, AWordOfTheProgramInQuotesIsAName) {
-  const char* const name = "kind";
-  EXPECT_EQ(chinese(say("'{}' must be a text", name)), "“kind”应为文本");
-}
-
-TEST(Said, AProblemInASentenceIsTranslatedWithItsPlace) {
-  const Problem problem = within(say("{}:{}", Name{"p.toml"}, 7), Problem("true or false is expected"));
-  EXPECT_EQ(chinese(say("cannot read '{}': {}", Name{"x"}, problem)), "无法读取“x”：p.toml:7：应为 true 或 false");
-}
-
 TEST(ResultWords, AreNoneInEnglish) { EXPECT_EQ(result_words_in(Language::english, "output noise"), std::nullopt); }
 
 TEST(ResultWords, AValueOfOneWordIsTranslatedAndANameIsKept) {
