@@ -50,6 +50,13 @@ TEST(Said, ASentenceInASentenceIsTranslated) {
             "第 3 行：有 3 个单元格，应为 2 个");
 }
 
+TEST(Said, TheReasonThatTheSystemGivesIsTranslated) {
+  for (const auto& [english, translation] :
+       {std::pair("Not a directory", "不是文件夹"), {"Permission denied", "没有权限"}})
+    EXPECT_EQ(chinese(say("cannot write '{}': {}", Name{"a b.csv"}, std::string(english))),
+              "无法写入“a b.csv”：" + std::string(translation));
+}
+
 TEST(Said, LinesAreTranslatedOneByOne) {
   EXPECT_EQ(chinese_of_stored("\nno question is open\n  reading\nx\n"), "\n没有待回答的问题\n  正在读取\nx\n");
   EXPECT_EQ(chinese(say("\nwrote {}\n  wrote {}\nx y\n", Name{"a"}, Name{"b"})), "\n已写入 a\n  已写入 b\nx y\n");

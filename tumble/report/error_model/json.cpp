@@ -127,7 +127,7 @@ double number_of(const Node& node, double otherwise) { return node.absent() ? ot
 /// A number that must not be below zero.
 double size_of(const Node& node) {
   const double value = node.number(NAN);
-  if (!(value >= 0.0)) node.complain("a number from 0 is expected");
+  if (!(value >= 0.0)) node.complain(say("a number from {} is expected", 0));
   return value;
 }
 
@@ -147,7 +147,7 @@ TermFactor factor_of(const Node& node, std::size_t parameters) {
   factor.from_start = flag_of(node.optional("from_start"));
   if (const Node size = node.optional("size"); !size.absent()) {
     factor.size = size_of(size);
-    if (factor.size == 0.0) size.complain("a number above 0 is expected");
+    if (factor.size == 0.0) size.complain(say("a number above {} is expected", 0));
   }
   factor.lag = index_of(node.optional("lag"), parameters);
   return factor;
