@@ -9,7 +9,6 @@
 
 namespace tumble {
 
-using said::filled;
 using said::numbered;
 using said::Pattern;
 
@@ -68,6 +67,14 @@ std::set<std::string> nouns_of_findings() {
   return nouns;
 }
 
+/// The Chinese text of a finding, "gap.one": Chinese may have one for both.
+std::optional<std::string> chinese_of_finding(const std::string& code) {
+  static const auto texts = texts_of(Language::chinese, "finding");
+  auto found = texts.find(code);
+  if (found == texts.end()) found = texts.find(code.substr(0, code.find('.')));
+  return found == texts.end() ? std::nullopt : std::optional(found->second);
+}
+
 using Translations = std::map<std::string, std::string, std::less<>>;
 
 const Translations& translations() {
@@ -75,10 +82,9 @@ const Translations& translations() {
     Translations all;
     for (const char* section : {"said", "said_by_libraries"})
       for (const auto& [english, text] : texts_of(Language::chinese, section)) all.emplace(plain_key(english), text);
-    const auto texts = texts_of(Language::chinese, "finding");
     for (const auto& [code, english] : texts_of(Language::english, "finding"))
-      if (const auto text = texts.find(code); text != texts.end())
-        if (auto in_order = numbered(text->second, Pattern(english, "").names))
+      if (const auto text = chinese_of_finding(code))
+        if (auto in_order = numbered(*text, Pattern(english, "").names))
           all.emplace(plain_key(english), std::move(*in_order));
     for (const auto& noun : nouns_of_findings())
       all.emplace("{} " + noun, "{0}"), all.emplace("{} " + noun + "s", "{0}");
@@ -124,7 +130,7 @@ std::optional<std::string> whole_text(const std::string& text) {
   if (const auto found = library_sentences().find(text); found != library_sentences().end()) return found->second;
   if (!reads_like_english(text)) return std::nullopt;
   const auto found = translations().find(Sentence(text.c_str()).pattern);
-  return found == translations().end() ? std::nullopt : std::optional(filled(found->second, {}));
+  return found == translations().end() ? std::nullopt : std::optional(said::filled(found->second, {}));
 }
 
 std::optional<std::string> chinese(std::string_view pattern, const std::vector<Values>& values);
@@ -174,7 +180,7 @@ std::optional<std::string> with_values_in(const std::string& translation, std::s
     if (!text && translation.find("{" + std::to_string(i) + "}") != std::string::npos) return std::nullopt;
     texts.push_back(text.value_or(""));
   }
-  return filled(translation, texts);
+  return said::filled(translation, texts);
 }
 
 /// Whether a pattern has a word of English: letters alone, and marks behind them. An option or a key of a file, "--set

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include "tumble/core/texts.hpp"
@@ -61,7 +62,11 @@ std::map<std::string, std::string> texts_of(Language language, std::string_view 
   if (!table) refuse_key(code_of(language), section, "");
   std::map<std::string, std::string> texts;
   for (const auto& [key, value] : *table)
-    if (const auto text = value.value<std::string>()) texts.emplace(key.str(), *text);
+    if (const auto text = value.value<std::string>())
+      texts.emplace(key.str(), *text);
+    else if (const auto* forms = value.as_table())
+      for (const auto& [form, words] : *forms)
+        texts.emplace(fmt::format("{}.{}", key.str(), form.str()), words.value_or(std::string()));
   return texts;
 }
 

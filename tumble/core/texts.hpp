@@ -13,8 +13,8 @@ namespace tumble {
 /// "summary", "option.static_bias".
 std::optional<std::string> find_text(Language language, std::string_view section, std::string_view key);
 
-/// A whole section of text/<code>.toml by key, for a page that carries its own texts. Throws Error::internal where
-/// there is none.
+/// A whole section of text/<code>.toml by key; a text with a singular and a plural has "key.one" and "key.other". Throws
+/// Error::internal where there is no such section.
 std::map<std::string, std::string> texts_of(Language language, std::string_view section);
 
 }  // namespace tumble

@@ -8,7 +8,6 @@
 
 namespace tumble {
 
-using said::filled;
 using said::numbered;
 using said::Pattern;
 
@@ -25,7 +24,8 @@ void add_findings(std::vector<Pattern>& patterns, Language language) {
   for (const auto& [code, english] : texts_of(Language::english, "finding")) {
     Pattern pattern(english, "");
     const auto text = texts.find(code);
-    if (text == texts.end() || pattern.letters < sure) continue;
+    const bool counts = code.find('.') != std::string::npos;  // "3 samples" would stand in Chinese
+    if (text == texts.end() || counts || pattern.letters < sure) continue;
     if (auto translation = numbered(text->second, pattern.names)) {
       pattern.translation = std::move(*translation);
       patterns.push_back(std::move(pattern));
@@ -112,7 +112,7 @@ std::optional<std::string> halves_translated(const SaidTable& table, std::string
 /// A sentence that has a pattern as a whole: that with the most letters.
 std::optional<std::string> whole_translated(const SaidTable& table, std::string_view english, int depth) {
   const std::string looked = table.looked_up(english);
-  if (const auto found = table.whole.find(looked); found != table.whole.end()) return filled(found->second, {});
+  if (const auto found = table.whole.find(looked); found != table.whole.end()) return said::filled(found->second, {});
   if (auto text = halves_translated(table, english, depth)) return text;
   const Pattern* best = nullptr;
   std::vector<std::string_view> values;
@@ -128,7 +128,7 @@ std::optional<std::string> whole_translated(const SaidTable& table, std::string_
     said.push_back(value_in_language(table, english.substr(begin, value.size()), depth));
     if (table.words && is_loose(*best) && is_english(said.back())) return std::nullopt;
   }
-  return filled(best->translation, said);
+  return said::filled(best->translation, said);
 }
 
 std::string with_full_colons(std::string text) {
