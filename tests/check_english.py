@@ -2,10 +2,10 @@
 
 The phrases are the first column of the table of words in docs/english.md. Looked through are the pages (README and the
 like, docs/ without decisions/ and equations/; code blocks and `code` do not count), the sentences of text/, and the
-string literals of the C++ files in apps/ and tumble/ (tests do not count).
+string literals of the C++ files in apps/ and tumble/ (tests do not count), and the /// comments of all headers of
+tumble/, whose `code` does not count.
 
-Comments of headers: none begins with What, Of, Those of or The same, which name nothing in the hover text of an editor.
-OLD_BEGINNINGS is how many still do; the number only falls.
+No comment of a header begins with What, Of, Those of or The same, which name nothing in the hover text of an editor.
 
     check_english.py REPOSITORY             exit 1 and one line a fault
     check_english.py --self-test            a sound small tree passes, and every kind of tampering with it is caught
@@ -21,8 +21,8 @@ NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 # Names in the result JSON do not change.
 FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart"),
          "tumble/methods/allan_noise/spectrum.cpp": ("left out",)}
-BEGINNING = re.compile(r"///<? *(?:What|Of|Those of|The same)\b")
-OLD_BEGINNINGS = 298
+BEGINNING = re.compile(r"///<? *(What|Of|Those of|The same)\b")
+COMMENT = re.compile(r"///<?")
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 
@@ -61,25 +61,24 @@ def faults_of_text(relative, text, pattern):
             for hit in pattern.finditer(text)]
 
 
-def beginnings(root):
-    """Places of comments in headers that begin with a word that names nothing."""
-    found = []
-    for path in sorted((root / "tumble").rglob("*.hpp")):
-        before = ""
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            goes_on = before.lstrip().startswith("///") and before.strip() != "///"
-            if BEGINNING.search(line) and not (line.lstrip().startswith("/// ") and goes_on):
-                found.append(f"{path.relative_to(root)}:{number}")
-            before = line
+def text_of_comments(text):
+    """The /// comments of a header, at their places; `code` in them is blank."""
+    lines = []
+    for line in text.split("\n"):
+        begin = COMMENT.search(line)
+        lines.append(" " * begin.end() + line[begin.end():] if begin else re.sub(r"\S", "|", line))
+    return re.sub(r"`[^`\n]+`", blanked, "\n".join(lines))
+
+
+def paragraphs_of_comments(text):
+    """Number and text of the first line of each paragraph of the /// comments of a header."""
+    found, before = [], ""
+    for number, line in enumerate(text.splitlines(), 1):
+        goes_on = before.lstrip().startswith("///") and before.strip() != "///"
+        if COMMENT.search(line) and line.strip() != "///" and not (line.lstrip().startswith("/// ") and goes_on):
+            found.append((number, line))
+        before = line
     return found
-
-
-def faults_of_beginnings(root):
-    found = beginnings(root)
-    if len(found) <= OLD_BEGINNINGS:
-        return []
-    return [f"{len(found)} comments of headers begin with What, Of, Those of or The same, {OLD_BEGINNINGS} were there: begin with a "
-            f"noun or a verb ({', '.join(found[-3:])} and others)"]
 
 
 def pages(root):
@@ -92,13 +91,18 @@ def sources(root):
     return sorted(p for p in found if not p.stem.endswith("_test") and "testing" not in p.parts)
 
 
+def headers(root):
+    return sorted((root / "tumble").rglob("*.hpp"))
+
+
 def check(root):
+    """The faults, and a line with the numbers of what was looked through."""
     listed = phrases_of((root / PAGE_OF_WORDS).read_text(encoding="utf-8"))
     if not listed:
-        return [f"{PAGE_OF_WORDS}: no table of words found"]
+        return [f"{PAGE_OF_WORDS}: no table of words found"], ""
     words = "|".join(r"\s+".join(map(re.escape, p.split())) for p in sorted(listed, key=len, reverse=True))
     pattern = re.compile(rf"\b(?:{words})\b", re.IGNORECASE)
-    faults = []
+    faults, beginnings, paragraphs = [], [], 0
     for path in pages(root):
         faults += faults_of_text(path.relative_to(root), text_of_page(path.read_text(encoding="utf-8")), pattern)
     for path in sources(root):
@@ -106,7 +110,16 @@ def check(root):
         lines = faults_of_text(relative, text_of_source(path.read_text(encoding="utf-8")), pattern)
         lines = [line for line in lines if not line.endswith(tuple(f"'{name}'" for name in FIXED.get(relative, ())))]
         faults += lines
-    return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults + faults_of_beginnings(root)]
+    for path in headers(root):
+        relative, text = path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")
+        faults += faults_of_text(relative, text_of_comments(text), pattern)
+        comments = paragraphs_of_comments(text)
+        paragraphs += len(comments)
+        beginnings += [f"{relative}:{number}: a comment begins with '{begin[1]}'"
+                       for number, line in comments if (begin := BEGINNING.search(line))]
+    report = (f"{len(pages(root))} pages, {len(sources(root))} C++ files; {paragraphs} paragraphs of comments in "
+              f"{len(headers(root))} headers, {len(beginnings)} begin with What, Of, Those of or The same")
+    return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults + beginnings], report
 
 
 SOUND = {
@@ -115,7 +128,7 @@ SOUND = {
     "docs/decisions/001.md": "left out\n",
     "CHANGELOG.md": "left out\n",
     "apps/cli/a.cpp": '// left out\n#include "left out"\n/* told */ auto told = "skipped";  // "told"\nchar c = \'"\';\n',
-    "tumble/core/b.hpp": "/// A sum over\n/// What is there.\nint b;  ///< Offset of what is there\n" * (OLD_BEGINNINGS + 1),
+    "tumble/core/b.hpp": "/// A sum of\n/// What is `told`.\nint b;  ///< Offset of what is there\n// told\n",
     "tumble/core/a_test.cpp": 'auto s = "told";\n',
     "tumble/tasks/optimisation/report.cpp": 'column("told");\n',
 }
@@ -127,14 +140,20 @@ TAMPERED = {  # file, its new text, words of the fault
     "program, over two literals": ("tumble/core/a.cpp", 'say("is left "\n    "out");\n', "tumble/core/a.cpp:1: 'left out'"),
     "raw literal before it": ("tumble/core/a.cpp", 'a(R"(" // )");\nsay("told");\n', "tumble/core/a.cpp:2: 'told'"),
     "quote in a literal": ("tumble/core/a.hpp", 'say("\\"//"); say("told");\n', "tumble/core/a.hpp:1: 'told'"),
-    "comments that name nothing": ("tumble/core/a.hpp", "/// What it is.\nint a;\n" * (OLD_BEGINNINGS + 1), "begin with a noun"),
+    "comment of a member": ("tumble/core/a.hpp", "int a;  ///< Told\n", "tumble/core/a.hpp:1: 'Told'"),
+    "comment, over two lines": ("tumble/core/a.hpp", "/// A sum left\n/// out.\n", "tumble/core/a.hpp:1: 'left out'"),
+    "comment in a header of tests": ("tumble/core/testing/a.hpp", "/// It is told.\n", "testing/a.hpp:1: 'told'"),
+    "comment that names nothing": ("tumble/core/a.hpp", "/// What it is.\n", "a.hpp:1: a comment begins with 'What'"),
+    "paragraph that names nothing": ("tumble/a.hpp", "/// A sum.\n///\n/// Of all.\n", "a.hpp:3: a comment begins with 'Of'"),
+    "member that names nothing": ("tumble/a.hpp", "int a;  ///< The same\n", "a.hpp:1: a comment begins with 'The same'"),
+    "second member": ("tumble/a.hpp", "int a;  ///< a\nint b;  ///< Those of a\n", "a comment begins with 'Those of'"),
     "no list": (PAGE_OF_WORDS, "words\n", "no table of words"),
 }
 
 
 def self_test():
-    return check_tools.faults_of_tampering(check, SOUND, TAMPERED)
+    return check_tools.faults_of_tampering(lambda root: check(root)[0], SOUND, TAMPERED)
 
 
 if __name__ == "__main__":
-    check_tools.main(__doc__, lambda root: (check(root), ""), self_test, "no phrase that we do not write")
+    check_tools.main(__doc__, check, self_test, "no phrase that we do not write")

@@ -7,7 +7,7 @@
 #include "tumble/archive/notes.hpp"
 #include "tumble/archive/verify.hpp"
 
-/// What an archive answers, as JSON: the command line, Python and the workbench say the same.
+/// Answers of an archive as JSON: the command line, Python and the workbench give the same.
 namespace tumble {
 
 std::string units_json(const std::vector<ArchivedUnit>& units);

@@ -6,7 +6,7 @@
 
 #include "tumble/archive/archive.hpp"
 
-/// What is put into an archive. Putting in again what is there changes nothing.
+/// Deposits into an archive. A second deposit of the same things changes nothing.
 namespace tumble {
 
 struct UnitName {

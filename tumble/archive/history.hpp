@@ -10,7 +10,7 @@
 #include "tumble/archive/deposit.hpp"
 #include "tumble/core/estimate.hpp"
 
-/// What an archive holds. All functions throw Error::bad_file where it cannot be read.
+/// Contents of an archive. All functions throw Error::bad_file where it cannot be read.
 namespace tumble {
 
 struct ArchivedUnit {
@@ -72,15 +72,15 @@ struct RunRecord {
   std::vector<std::pair<std::string, std::string>> equipment;  ///< name and certificate
   std::vector<ArchivedStep> steps;
 };
-/// The run whose id begins with these digits, six or more; nothing where there is none. Throws Error::bad_input where
-/// several begin so.
+/// The run whose id begins with these digits, six or more; nothing if no id does. Throws Error::bad_input where several
+/// begin so.
 std::optional<RunRecord> find_run(const Archive& archive, const std::string& digits);
 
 /// All units in order of model and serial number; `model`: those of one model, empty: of all.
 std::vector<ArchivedUnit> archived_units(const Archive& archive, const std::string& model = {});
 
-/// The unit that a person means by SERIAL or MODEL/SERIAL. Throws Error::bad_input where there is none, or several
-/// models have the serial number.
+/// The unit that a person means by SERIAL or MODEL/SERIAL. Throws Error::bad_input where no unit is known by these
+/// words, or several models have the serial number.
 UnitName find_unit(const Archive& archive, const std::string& words);
 
 UnitRecord unit_record(const Archive& archive, const UnitName& unit);
@@ -90,8 +90,8 @@ UnitRecord unit_record(const Archive& archive, const UnitName& unit);
 std::vector<std::string> charted_parameters(const Archive& archive, const std::string& model,
                                             const UnitName& unit = {});
 
-/// SHA-256 of the result that begins with these digits, six or more. Throws Error::bad_input: there is none, or more
-/// than one.
+/// SHA-256 of the result that begins with these digits, six or more. Throws Error::bad_input where no result, or more
+/// than one, begins so.
 std::string find_result(const Archive& archive, const std::string& digits);
 
 /// SHA-256 of results by their numbers (ChartValue::result); one that is not there has none.
@@ -104,8 +104,8 @@ std::string result_text(const Archive& archive, const std::string& sha256);
 struct StoredFile {
   std::string sha256, name;
 };
-/// The file whose SHA-256 begins with these digits, six or more; nothing where there is none. Throws Error::bad_input
-/// where several begin so.
+/// The file whose SHA-256 begins with these digits, six or more; nothing if no file does. Throws Error::bad_input where
+/// several begin so.
 std::optional<StoredFile> find_file(const Archive& archive, const std::string& digits);
 /// Writes it, with the bytes that it had. Throws Error::bad_file where these have changed, or cannot be written.
 void write_stored(const Archive& archive, const std::string& sha256, const std::string& path);

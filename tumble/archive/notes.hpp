@@ -5,7 +5,7 @@
 
 #include "tumble/archive/deposit.hpp"
 
-/// What happens to units and instruments beside results, and what is due.
+/// Notes of events of units and instruments that are not results, and of calibrations that are due.
 namespace tumble {
 
 /// Kinds of notes. `adjusted` begins the history of a unit anew; `interval` says how long a calibration counts; a unit

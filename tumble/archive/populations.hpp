@@ -6,8 +6,8 @@
 #include "tumble/archive/archive.hpp"
 #include "tumble/core/estimate.hpp"
 
-/// What the results of an archive say of a model. Results that were replaced, and those that were made with a prior, do
-/// not count.
+/// Populations of a model from the results of an archive. Results that were replaced, and those that were made with a
+/// prior, do not count.
 namespace tumble {
 
 struct PopulationQuery {

@@ -9,10 +9,10 @@
 /// was signed. They prove as much as the chain does (docs/archive.md); who asks for the password is the front end.
 namespace tumble {
 
-/// What a signature means: "reviewed", "approved".
+/// Meanings that a signature may have: "reviewed", "approved".
 const std::vector<std::string>& signature_meanings();
 
-/// What may be signed.
+/// A result or certificate that may be signed.
 struct SignedThing {
   std::string kind;  ///< "result", "certificate"; empty: the archive has neither
   std::string sha256;

@@ -7,11 +7,11 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/population/control_chart.hpp"
 
-/// What the results of an archive say together. Each answer is an Estimate, so that every front end shows, draws and
+/// Statistics over the results of an archive. Each answer is an Estimate, so that every front end shows, draws and
 /// writes it as it does results. The mathematics stands in math/population; docs/archive.md says what the tables hold.
 namespace tumble {
 
-/// Of which results: of one parameter, of one unit or of all units of a model.
+/// Selection of results: of one parameter, of one unit or of all units of a model.
 struct ArchivedSelection {
   std::string parameter;
   std::string model = {};  ///< empty: of all models, or of the model of the unit
@@ -34,14 +34,14 @@ struct ChartRequest {
 /// See       docs/equations (8.20), (8.21)
 Estimate chart_of_archive(const Archive& archive, const ChartRequest& request);
 
-/// Limits of a parameter [SI]; infinite: there is none.
+/// Limits of a parameter [SI]; infinite: no limit.
 struct ParameterLimits {
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
 };
 
 struct DriftRequest {
   ArchivedSelection what;                  ///< of one unit
-  ParameterLimits limits = {};             ///< for the recalibration interval; without any there is none
+  ParameterLimits limits = {};             ///< for the recalibration interval; without limits there is no interval
   double risk = 0.05;                      ///< [1] of being outside the limits at its end
   double longest = 10.0 * 365.25 * 86400;  ///< [s] interval of interest
 };
@@ -57,7 +57,7 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request);
 
 struct SummaryRequest {
   ArchivedSelection what;       ///< of a model
-  ParameterLimits limits = {};  ///< for the capability; without any there is none
+  ParameterLimits limits = {};  ///< for the capability; without limits there is no capability
 };
 
 /// The units of a model: mean and spread, why results differ (unit, day, rig, repeat) with intervals, units that do not

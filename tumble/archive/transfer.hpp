@@ -7,7 +7,7 @@
 #include "tumble/archive/deposit.hpp"
 #include "tumble/core/progress.hpp"
 
-/// What is known of a unit, from one archive to another.
+/// Transfer of everything about a unit from one archive to another.
 namespace tumble {
 
 struct Transferred {

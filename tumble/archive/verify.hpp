@@ -9,7 +9,7 @@
 
 namespace tumble {
 
-/// What verify_archive() looked at and found.
+/// Counts and problems that verify_archive() found.
 struct ArchiveCheck {
   std::size_t chains = 0, events = 0, results = 0, files = 0;
   std::vector<std::string> problems;  ///< empty: nothing has changed

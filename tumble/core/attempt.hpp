@@ -8,8 +8,8 @@
 
 namespace tumble {
 
-/// What `make` returns. If it throws, what it complains of that is not among `problems` yet is appended, and an empty
-/// result returned: so that all parts are tried before anything is said.
+/// Returns the value of `make`. If it throws, its problems that are not among `problems` yet are appended, and an empty
+/// value is returned: so all parts are tried before anything is reported.
 template <class Make>
 auto attempt(Problems& problems, Make make) -> decltype(make()) {
   try {

@@ -10,7 +10,7 @@
 
 namespace tumble {
 
-/// What a channel measures; it follows from the unit where the file does not say.
+/// Kind of quantity that a channel measures; it follows from the unit where the file does not say.
 enum class QuantityKind {
   angular_rate,
   angle,  ///< or angle increment

@@ -17,8 +17,8 @@ struct Clock {
     double length = 0.0;    ///< [s] to the next stamp
     std::size_t lost = 0;   ///< samples
   };
-  double rate = 0.0;            ///< [Hz] while it runs: gaps taken out; 0 where it cannot be told
-  double jitter_rms = 0.0;      ///< [s] of the stamps about even spacing at `rate`, gaps taken out
+  double rate = 0.0;            ///< [Hz] while it runs: without the gaps; 0: not known
+  double jitter_rms = 0.0;      ///< [s] of the stamps about even spacing at `rate`, without the gaps
   double worst = 0.0;           ///< [s] the greatest such departure
   double longest_pause = 0.0;   ///< [s] between neighbours with nothing lost
   std::size_t pause_after = 0;  ///< index of the sample before it
@@ -36,7 +36,7 @@ struct Clock {
   std::string reason;  ///< why, or why not, in words
 };
 
-/// Whether the samples of a channel may be treated as evenly spaced, whatever their stamps look like.
+/// Whether the samples of a channel may be treated as evenly spaced, for stamps of any kind.
 ///
 /// Stamps are often written when samples arrive, not when they are taken: samples that wait in a buffer arrive in
 /// bursts, and the stamps scatter about an even clock without drifting off it. A lost sample shifts all later stamps
@@ -53,12 +53,11 @@ struct Clock {
 /// the phase after a gap differs from that before it, the logger was stopped and started again: a new line begins
 /// there.
 ///
-/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
-/// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
+/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within
+/// 3 % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
 ///
 /// Given     channel   uniform, or with stamps [s]; a rate beside the stamps is the one that the plan states, and
-/// decides
-///                     where they do not
+///                     decides where they do not
 /// Returned  see Clock; a uniform channel is even by definition
 Clock clock_of(const Channel& channel);
 

@@ -5,16 +5,15 @@
 
 namespace tumble {
 
-/// A line that ticks left out, or doubled, at regular distances come from, a clock near one tick: z = a + r x.
+/// A line that explains ticks which are empty, or doubled, at regular distances, of a clock near one tick: z = a + r x.
 struct Comb {
   double a = 0.0, r = 1.0;          ///< [tick]
   double off_a = 0.5, off_r = 0.0;  ///< [tick] how far they may be off
 };
 
-/// Samples at r ticks with r above 1 leave out a tick each time that r - 1 has summed up to a whole one: at every
-/// c + k P, rounded, with 1/P = 1 - 1/r. Samples that are lost leave out ticks as well, anywhere, but fill none of
-/// these: the comb is complete. So it is looked for from pairs of the ticks that are left out, and one with the most
-/// teeth is taken.
+/// Samples at r ticks with r above 1 skip a tick each time that r - 1 has summed up to a whole one: at every c + k P,
+/// rounded, with 1/P = 1 - 1/r. Lost samples leave ticks empty as well, anywhere, but fill none of these: the comb is
+/// complete. So it is looked for from pairs of the empty ticks, and the one with the most teeth is taken.
 ///
 /// Given     whole  stamps [tick] in order, whole numbers that begin with 0; r up to 1.02 is looked for
 /// Returned  none of five teeth or more, or one

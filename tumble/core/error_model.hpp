@@ -140,7 +140,7 @@ struct OutputModel {
   std::optional<MeasuredDepartures> measured = {};
 };
 
-/// The model of the output that plays a role; null where there is none.
+/// The model of the output that plays a role, or null.
 const OutputModel* find_model_of(const std::vector<OutputModel>& models, std::string_view role);
 
 }  // namespace tumble

@@ -136,16 +136,16 @@ struct Estimate {
 double standard_uncertainty(const Estimate& estimate, std::size_t index);
 /// The estimate on which the verdicts rest: the estimate itself, or where the plan says so the one with prior.
 const Estimate& judged(const Estimate& estimate);
-/// Null when there is none of that name.
+/// The parameter of that name, or null.
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name);
-/// What a parameter is below (95 %) that the data do not show, as a finding says it.
+/// Bound below which a parameter that the data do not show lies (95 %), as a finding says it.
 struct UpperLimit {
   double value;  ///< [SI]
   Unit unit;     ///< that people are shown
 };
 /// Absent where the parameter has a value or no finding speaks of it.
 std::optional<UpperLimit> find_upper_limit(const Estimate& estimate, std::string_view name);
-/// Null when there is none of that name.
+/// The table of that name, or null.
 const Table* find_table(const Estimate& estimate, std::string_view name);
 
 }  // namespace tumble

@@ -56,10 +56,10 @@ struct Occurrences {
   Place first, worst;
 };
 
-/// What is odd in the data or weak in the answer. Not an error: the work was carried out.
+/// A problem of the data, or a weakness of the answer. Not an error: the work was carried out.
 ///
-/// The code says what it is, the values how much; the sentence is made from these by text/en.toml, so that programs
-/// need no sentence and languages no code.
+/// The code names the problem, the values give its size; the sentence is made from these by text/en.toml, so that
+/// programs need no sentence and languages no code.
 struct Finding {
   enum class Severity { info, warning, error };  ///< error: do not rely on what it names
   Severity severity = Severity::warning;
@@ -81,8 +81,8 @@ using Findings = std::vector<Finding>;
 
 /// The sentence of a finding: its template in text/en.toml with its values.
 ///
-/// `{name}` stands for the value of that name, {count}, {first} and {worst} for the occurrences; what follows a colon
-/// says how it is written:
+/// `{name}` is replaced by the value of that name, {count}, {first} and {worst} for the occurrences; what follows a
+/// colon says how it is written:
 ///   {rate}             four digits, in the unit of the value
 ///   {rate:.3g}         other digits
 ///   {rate:.4g deg/h}   in another unit

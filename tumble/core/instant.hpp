@@ -20,7 +20,7 @@ inline constexpr const char* clock_start = "clock_start";
 /// "2026-11-20T09:00:00.123" for [ns] since 1970-01-01.
 std::string iso_time(std::int64_t time);
 
-/// [ns] since 1970-01-01 of a text that iso_time() may have written, with or without a Z; nothing where it is none.
+/// [ns] since 1970-01-01 of a text that iso_time() may have written, with or without a Z; nothing for another text.
 std::optional<std::int64_t> parse_iso_time(std::string_view text);
 
 /// Whether a clock that shows this time [ns] since 1970-01-01 was ever set: from 2000 on.

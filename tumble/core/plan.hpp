@@ -35,7 +35,8 @@ struct Beside {
   std::string name;
   std::string model;  ///< catalogue name in models/
   Settings truth;     ///< resolved against the model's options
-  /// Its axes from those of the first instrument: about x (roll), about y (pitch), about z (yaw) [rad], z first.
+  /// Angles from the axes of the first instrument to those of this one: about x (roll), about y (pitch), about z (yaw)
+  /// [rad], z first.
   double mount_roll = 0.0, mount_pitch = 0.0, mount_yaw = 0.0;
 };
 
@@ -73,9 +74,9 @@ struct Limit {
 
 /// A test: which instrument is on which rig, how the rig moves, and which method reduces the data.
 struct Plan {
-  std::string file;                      ///< empty when there is none (`tumble identify allan_noise data.csv`)
-  std::string sha256 = {};               ///< of the bytes of the file
-  std::optional<std::string> text = {};  ///< of the file, up to 100 kB
+  std::string file;                                      ///< empty: no file (`tumble identify allan_noise data.csv`)
+  std::string sha256 = {};                               ///< of the bytes of the file
+  std::optional<std::string> text = {};                  ///< of the file, up to 100 kB
   std::map<std::string, std::string> command_line = {};  ///< the values of `--set`, by key
   std::string title;
   std::string method;

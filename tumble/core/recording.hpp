@@ -47,7 +47,7 @@ struct Recording {
   std::vector<Recognised> recognised = {};  ///< how it understood the file; empty where nothing was to be recognised
 };
 
-/// Null when there is none of that name.
+/// The channel of that name, or null.
 const Channel* find_channel(const Recording& recording, std::string_view name);
 
 }  // namespace tumble

@@ -26,14 +26,14 @@ struct ProposedRole {
   std::string channel;  ///< "wx"
 };
 
-/// What there is to know of a channel before its samples are read.
+/// Name and kind of a channel, which are known before its samples are read.
 struct NamedKind {
   std::string name;
   QuantityKind kind = QuantityKind::other;
 };
 
-/// Of three gyros or accelerometers whose names say the three axes, each once: which plays which role of an IMU. Empty
-/// where they play these roles already, or where it is not clear.
+/// Proposed roles of an IMU for three gyros or accelerometers whose names say the three axes, each once. Empty where
+/// they have these roles already, or where the axes are not clear.
 std::vector<ProposedRole> proposed_roles(const std::vector<NamedKind>& channels);
 
 }  // namespace tumble

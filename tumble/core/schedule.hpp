@@ -43,7 +43,7 @@ struct Segment {
 
 using Schedule = std::vector<Segment>;
 
-/// What one axis is told: one motion of one segment, with the segments after it in which it is continued.
+/// A command to one axis: one motion of one segment, with the segments after it in which it is continued.
 struct AxisCommand {
   std::size_t segment = 0;         ///< index of the first
   double begin = 0.0;              ///< [s] since the first segment of the run
@@ -51,7 +51,7 @@ struct AxisCommand {
   const Motion* motion = nullptr;  ///< null: the segment does not mention the axis
 };
 
-/// All that the axis is told in a run, in order. The run must live as long.
+/// All commands to the axis in a run, in order. The run must live as long.
 std::vector<AxisCommand> commands_to(const Schedule& run, const std::string& axis);
 
 }  // namespace tumble

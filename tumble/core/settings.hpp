@@ -32,7 +32,8 @@ struct Given {
       : Given(std::move(name), std::move(written), Where{.place = place}, in_quotes, from_command_line) {}
 };
 
-/// Checked values by name. Asking for a name that the options do not list is a bug (assert).
+/// Checked values by name. A function that returns the value of a name throws Error::internal where the options do not
+/// list the name, or it has no value: such a call is a bug of the program.
 class Settings {
  public:
   bool has(std::string_view name) const;

@@ -14,7 +14,7 @@ class Strip {
     double a = 0.0, r = 0.0;
   };
 
-  /// Of the lines with a slope between `low` and `high` [u] those within `half` [u] of the point (x [1], y [u]).
+  /// The lines with a slope between `low` and `high` [u] that pass within `half` [u] of the point (x [1], y [u]).
   Strip(double x, double y, double half, double low, double high);
 
   /// Removes the lines that do not pass within `half` [u] of (x [1], y [u]); no change and false where none would

@@ -16,10 +16,10 @@ struct TickedStamps {
   std::vector<std::pair<std::size_t, std::size_t>> gaps;
 };
 
-/// What the stamps of a coarse clock say.
+/// Result of looking at the stamps of a coarse clock.
 struct Ticks {
   std::optional<TickedStamps> stamps;  ///< none: the interval is no other than the tick, or there is no tick
-  /// [s] Another interval that explains the stamps about as well; 0 where there is none.
+  /// [s] Another interval that explains the stamps about as well; 0: no other interval does.
   double other_interval = 0.0;
 };
 
@@ -27,11 +27,11 @@ struct Ticks {
 /// even clock of one tick that loses samples; where it is shorter than the tick, stamps repeat. But then the stamps
 /// stay within half a tick of a straight line: of all lines a + x T for which whole numbers x_i explain every stamp,
 ///
-///   |t_i - a - x_i T| <= 0.505 ticks, or where there is none 0.55,   x_{i+1} > x_i,
+///   |t_i - a - x_i T| <= 0.505 ticks, or, if no line does, 0.55,   x_{i+1} > x_i,
 ///
 /// the one that misses samples the fewest times is taken. It is found from the longest stretches that a line explains
 /// without a lost sample: there it is known so well that the next lost sample shows at once. Where samples are lost
-/// more often, it is found from the ticks that are left out or doubled at regular distances (comb.hpp).
+/// more often, it is found from the ticks that are empty or doubled at regular distances (comb.hpp).
 ///
 /// A line needs evidence (strip.hpp): steps of two ticks at regular distances come from it, lost samples come anywhere.
 /// Where few steps show the difference a stated interval that fits decides, else the interval is the tick.

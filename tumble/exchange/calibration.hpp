@@ -155,7 +155,7 @@ const std::vector<CalibrationTerm>& calibration_terms();
 /// Throws Error::bad_input with the nearest known name.
 const CalibrationTerm& find_calibration_term(std::string_view name);
 
-/// The greatest error [SI of the input] that remains on any axis if a term is left out: over the corners, edges and
+/// The greatest error [SI of the input] that remains on any axis if a term is omitted: over the corners, edges and
 /// middles of the range of inputs and temperatures of the calibration, at constant rates.
 double error_without(const ImuCalibration& calibration, const CalibrationTerm& term);
 

@@ -42,7 +42,7 @@ struct Equipment {
   std::string accepted_out_of_date;  ///< why it was used although it was due; printed
 };
 
-/// What the instrument is called beside what the result says.
+/// Names of the instrument that the result does not have.
 struct CertifiedItem {
   std::string name, manufacturer, model, serial, customer_number;
 };
@@ -55,7 +55,7 @@ struct Condition {
   Unit unit;
 };
 
-/// What is known of the production of a parameter, for global risks. [SI]
+/// Mean and spread of the production of a parameter, for global risks. [SI]
 struct KnownPopulation {
   std::string parameter;
   Population population;
@@ -112,11 +112,12 @@ struct Certificate {
 /// "2026-11-02".
 std::string iso_date(const Date& date);
 
-/// What nobody gave and a certificate must say: "lab.toml: [certificate] number is missing: ...", all of it.
+/// Details that a certificate must have and that are missing: "lab.toml: [certificate] number is missing: ...", all of
+/// them.
 Problems missing_details(const CertificateDetails& details, const Estimate& estimate);
 
-/// What is wrong with details that are given: dates out of order, equipment out of date at the end of the test without
-/// a reason, a country that ISO 3166-1 does not have.
+/// Errors in details that are given: dates out of order, equipment out of date at the end of the test without a reason,
+/// a country that ISO 3166-1 does not have.
 Problems wrong_details(const CertificateDetails& details);
 
 /// Applies the rule to the limits of the plan. `undermined` are parameters that an error finding names.

@@ -4,7 +4,7 @@
 
 namespace tumble {
 
-/// Why a text is no number of a certificate: two numbers must not look alike on paper, as "2026-1" does with a
+/// Problem of a text as the number of a certificate: two numbers must not look alike in print, as "2026-1" does with a
 /// non-breaking hyphen, with a space of no width, or with full-width digits. Other scripts are allowed.
 /// Returned: the problem, and what is accepted; empty: none.
 std::string problem_of_certificate_number(const std::string& number);

@@ -50,7 +50,7 @@ struct Comparison {
 ///
 ///   u^2 = u_1^2 + u_2^2 - 2 u_12,   nu = u^4/(u_1^4/nu_1 + u_2^4/nu_2), not below 1
 ///
-/// Of a parameter whose interval is not symmetric the halves that face each other count.
+/// For a parameter whose interval is not symmetric, the halves that face each other count.
 ///
 /// Given     results  in order of time, two or more
 /// Throws    Error::bad_input where a parameter has another dimension in another result, or two results have no
@@ -60,7 +60,7 @@ Comparison compare(std::vector<NamedResult> results);
 
 /// A difference as people read it: earlier, later and difference rounded together by the expanded uncertainty.
 struct DifferenceTexts {
-  std::string earlier, later, difference, e_n;  ///< difference: "0.12 ± 0.05"; e_n: "2.40", "–" where there is none
+  std::string earlier, later, difference, e_n;  ///< difference: "0.12 ± 0.05"; e_n: "2.40", "–": no value
 };
 DifferenceTexts texts_of(const Difference& difference);
 /// "chi-square 12.3 with 9 degrees of freedom, p = 0.2"

@@ -69,7 +69,7 @@ ExpandedUncertainty expanded_uncertainty(const Measured& measured);
 /// See       JCGM 106:2012, 7.2
 double specific_risk(const Measured& measured, const Tolerance& tolerance);
 
-/// What the rule accepts as pass [u]; empty where the uncertainty leaves nothing to accept.
+/// Values that the rule accepts as pass [u]; empty where the uncertainty leaves nothing to accept.
 /// Throws Error::bad_input for method6 with a limit to one side.
 Tolerance acceptance_of(const Measured& measured, const Tolerance& tolerance, const DecisionRule& rule);
 
@@ -88,7 +88,7 @@ double method6_guard_band(double test_uncertainty_ratio);
 /// See       JCGM 106:2012, 7.3
 Measured posterior(const Measured& measured, const Population& population);
 
-/// What happens over many instruments [1].
+/// Risks over many instruments [1].
 struct GlobalRisk {
   double consumer;  ///< of all instruments, the part that is accepted and out of tolerance
   double producer;  ///< of all instruments, the part that is rejected and within the tolerance

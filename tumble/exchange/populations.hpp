@@ -6,7 +6,7 @@
 
 #include "tumble/core/estimate.hpp"
 
-/// What the results of many units say of their model.
+/// Populations: mean and spread of a model from the results of many units.
 namespace tumble {
 
 /// The result of one unit.

@@ -14,7 +14,7 @@ struct RecordingDays {
   std::string file;
   std::chrono::sys_days begun, ended;
 };
-/// Of the recordings that say them.
+/// Days of the recordings that state them.
 std::vector<RecordingDays> recording_days(const Estimate& estimate);
 
 /// First and last day of a test. Nothing unless each recording says its days: those of some are not those of the test.

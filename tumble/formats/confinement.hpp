@@ -21,13 +21,13 @@ class Confinement {
 /// The variable of the environment by which a program confines those that it starts.
 inline constexpr const char* confinement_variable = "TUMBLE_CONFINED_TO";
 
-/// The folder of the Confinement; empty: there is none.
+/// The folder of the Confinement; empty: the process is not confined.
 std::filesystem::path confined_to();
 
 /// The file that a document names: an absolute path, or one from the folder of the document on.
 ///
 /// Throws  Error::bad_input where the process is confined, and the file lies outside, or a link on the way leads there.
-///         What is said does not depend on what is outside
+///         The message does not depend on what is outside
 std::string file_named_in(const std::filesystem::path& folder, const std::string& name);
 
 /// Whether file_named_in() would give this path.

@@ -9,7 +9,7 @@
 
 namespace tumble {
 
-/// What `options` say otherwise than the recording itself, a sentence for each unit.
+/// Units that `options` and the recording itself state differently, a sentence for each.
 Problems unit_conflicts(const Recording& recording, const ReadOptions& options);
 /// The sentence for a rate [Hz] that was said of a recording none of whose channels has it; empty where one has.
 std::string rate_conflict(const Recording& recording, double said);

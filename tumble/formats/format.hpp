@@ -23,7 +23,7 @@ struct RecordingWriter {
 };
 
 /// A catalogue entry of formats/: file <-> Recording. Reading throws Error::bad_file that says what, where and what
-/// would be accepted, whatever the bytes are. The members up to `read` are enough for a format that is only read.
+/// would be accepted, for bytes of any kind. The members up to `read` are enough for a format that is only read.
 struct Format {
   const char* name;
   const char* summary;
@@ -82,8 +82,8 @@ void write_recording(const Recording& recording, const std::string& path,
                      const FormatList& formats = format_catalogue());
 /// A writer of the format that the extension names. Throws as write_recording().
 RecordingWriter recording_writer(const std::string& path, const FormatList& formats = format_catalogue());
-/// From one file to another, block after block, so that neither has to fit into memory (but for a format that can only
-/// be read whole). Throws as the two above.
+/// From one file to another, block after block, so that neither has to fit into memory (except for a format that can
+/// only be read whole). Throws as the two above.
 void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress,
              const FormatList& formats = format_catalogue());
 

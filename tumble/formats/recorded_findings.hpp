@@ -14,7 +14,7 @@ inline constexpr std::string_view recorded_findings_key = "recorded_findings";
 
 std::string text_of_findings(const Findings& findings);
 
-/// Those that a file has in its meta; none where it has none, or where the text is damaged.
+/// Findings that a file has in its meta; none where it has none, or where the text is damaged.
 Findings recorded_findings(const std::map<std::string, std::string>& meta);
 
 }  // namespace tumble

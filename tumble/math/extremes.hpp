@@ -21,7 +21,7 @@ struct Extremes {
 Extremes extremes_of(std::span<const double> values);
 
 /// The greatest step by which a sample stands off both of its neighbours, min(|x_i - x_(i-1)|, |x_i - x_(i+1)|), over
-/// begin <= i < end, of those whose neighbours are not missing; 0 where there is none.
+/// begin <= i < end, of those whose neighbours are not missing; 0 without such a sample.
 /// Given     values       [u]; NaN: missing
 ///           begin, end   1 <= begin, end < values.size()
 /// Returned  [u]

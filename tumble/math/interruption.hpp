@@ -5,8 +5,8 @@
 namespace tumble {
 
 /// While it lives, long work that this thread begins calls `ask` between its pieces, on this thread alone. An exception
-/// of `ask` ends the work, that of its helping threads too, and comes out of it: this is how Ctrl+C of a notebook gets
-/// through.
+/// of `ask` ends the work of all threads that take part, and the work throws it: this is how Ctrl+C of a notebook ends
+/// the work.
 class Interruption {
  public:
   explicit Interruption(std::function<void()> ask);

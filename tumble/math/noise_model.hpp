@@ -30,7 +30,7 @@ struct NoiseModel {
 /// See       docs/equations (6.2), (6.3)
 double expected_allan_variance(const NoiseModel& noise, double tau);
 
-/// A first-order Gauss-Markov process of a bank that stands for bias instability.
+/// A first-order Gauss-Markov process of a bank that represents bias instability.
 struct MarkovComponent {
   double sd;    ///< [u]
   double time;  ///< correlation time [s]
@@ -41,7 +41,7 @@ struct MarkovComponent {
 std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest);
 
 /// Adds one realisation of the noise to a rate signal of `count` samples, each the mean over its interval
-/// 1/sample_rate, block after block: the sum is the same whatever the blocks are.
+/// 1/sample_rate, block after block: the sum does not depend on how the samples are cut into blocks.
 class NoiseSource {
  public:
   /// Given: sample_rate [Hz]; count, samples of the whole record: bias instability is simulated as slow as four records

@@ -21,7 +21,8 @@ struct GiveBack {
 using Room = std::unique_ptr<double[], GiveBack>;
 Room borrow_room(std::size_t count);
 
-/// Of a vector of other numbers that is needed for a while, as borrow_room() gives it: `bytes` of memory, and back.
+/// Memory of `bytes` for a vector of other numbers that is needed for a while, as borrow_room() gives it; give_room()
+/// takes it back.
 void* take_room(std::size_t bytes);
 void give_room(void* memory, std::size_t bytes);
 template <class Value>

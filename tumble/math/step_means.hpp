@@ -34,8 +34,7 @@ std::vector<StepCourse> courses_of(std::span<const std::array<double, 6>> signal
 ///   mean = v + d2/24 - 17 d4/5760
 ///
 /// with the central differences d2 and d4, d2 alone beside a kink. Right before and after a kink d2 is extrapolated
-/// from the side where there is none; in a kink the mean is the value itself. What begins and ends at rest keeps its
-/// sum.
+/// from the side without a kink; in a kink the mean is the value itself. What begins and ends at rest keeps its sum.
 ///
 /// Given     middles  values [u]: `before` in front of the first step, one for each step, and any number after it
 ///           courses  one for each value of `middles`

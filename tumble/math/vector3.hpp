@@ -44,7 +44,7 @@ inline Vector3 absolute(Vector3 a) { return {std::abs(a.x), std::abs(a.y), std::
 /// Whether all components [u] are finite.
 inline bool is_finite(Vector3 a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-/// A vector of length 1 [1] at a right angle to a vector [u]: in the plane xy, but for vectors along z.
+/// A vector of length 1 [1] at a right angle to a vector [u]: in the plane xy, except for vectors along z.
 inline Vector3 unit_across(Vector3 a) {
   const bool along_z = std::hypot(a.x, a.y) <= 1e-12 * std::abs(a.z);
   return normalised(along_z ? Vector3{0.0, -a.z, a.y} : Vector3{-a.y, a.x, 0.0});

@@ -29,16 +29,17 @@ struct Method {
   std::vector<Role> (*roles)();
   std::vector<Option> (*options)();
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
-  /// Its results have error models, which can be subtracted from a recording and exported.
+  /// The results of the method have error models, which can be subtracted from a recording and exported.
   bool compensates = false;
-  /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
+  /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null: the method cannot
+  /// predict.
   Estimate (*predict)(const Plan& plan) = nullptr;
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.
   bool several_instruments = false;
-  /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
+  /// The method builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
   bool takes_calibration = false;
-  /// Its parameters belong to the instrument and have a normal uncertainty, so that the units tested before can be a
-  /// prior; elsewhere a plan that asks for one is refused.
+  /// The parameters of the method belong to the instrument and have a normal uncertainty, so that the units tested
+  /// before can be a prior; elsewhere a plan that asks for one is refused.
   bool takes_prior = false;
   /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;

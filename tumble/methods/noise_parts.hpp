@@ -49,7 +49,7 @@ struct PlaceInRecord {
   }
 };
 
-/// What the method allan_noise needs of one part of a record that many processes work through: the noise of all parts
+/// State of the method allan_noise for one part of a record that many processes work through: the noise of all parts
 /// together is that of the whole record, to rounding, except for outliers and knocks, which are searched in each part
 /// by itself. Its size, about 1 MB a channel, does not grow with that of the part.
 ///

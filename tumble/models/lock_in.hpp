@@ -33,9 +33,9 @@ struct Dither {
 /// middle of each; the mean over the step remains as it is given. With dither, psi is the known phase of the rotation
 /// plus a slow part, and e^{i psi} = u/conj(u) makes the equation linear, u' = i a/2 u + e/2 conj(u) with a = 2 pi K W,
 /// e = 2 pi K W_L. It is stepped by turning with the exact phase and applying the coupling at the middle of steps of h
-/// (second-order splitting): the phase is turned by (1 - (e h)^2/24) of itself, which takes off the second-order error
-/// that accumulates, and what is left at first order in e falls exponentially once a h < pi, as for any trapezoidal sum
-/// over a period. Steps are short enough that a h < 2, e h < 0.05 and h < 1/(256 f_D).
+/// (second-order splitting): the phase is turned by (1 - (e h)^2/24) of itself, which removes the second-order error
+/// that accumulates, and the error that remains at first order in e falls exponentially once a h < pi, as for any
+/// trapezoidal sum over a period. Steps are short enough that a h < 2, e h < 0.05 and h < 1/(256 f_D).
 ///
 /// Accuracy  mean output rate over 0.1 s or more within 1e-6 W_L (bench/results/lock_in.md)
 class BeatPhase {
@@ -84,7 +84,7 @@ class BeatPhase {
 };
 
 /// Mean output rate [rad/s] after a long time under a constant input rate and a dither without noise: from the rotation
-/// number of one dither period, so that lock zones come out flat. dither.noise is not looked at.
+/// number of one dither period, so that lock zones are flat. dither.noise is not looked at.
 double mean_output_rate(const LockIn& lock_in, const Dither& dither, double input_rate);
 
 }  // namespace tumble

@@ -16,7 +16,7 @@
 
 namespace tumble {
 
-/// What the instrument feels at one instant, in its own axes.
+/// Motion and temperature that the instrument feels at one instant, in its own axes.
 struct Felt {
   Vector3 rate;                       ///< inertial angular rate [rad/s]
   Vector3 angular_acceleration;       ///< [rad/s^2]
@@ -38,7 +38,7 @@ struct Term {
   Regressor regressor;
 };
 
-/// One output of an instrument: what it is meant to show, and the error terms that it shows besides.
+/// One output of an instrument: the quantity that it is meant to show, and the error terms that it shows in addition.
 ///
 ///   indicated = input(felt) + sum of coefficient x regressor(felt) + turn-on bias + noise      [SI of the unit]
 struct Output {
@@ -50,16 +50,16 @@ struct Output {
   std::string noise_prefix;  ///< before the names of noise in [truth], for example "gyro_"
 };
 
-/// What stands between the indicated quantity and the recorded samples, and needs memory: loops, dither, counters.
-/// Takes the next samples of the indicated quantity [SI] and puts what is recorded [SI of Recorded::unit] in their
-/// place. One object for one output and one power-up, called block after block.
+/// A part with memory between the indicated quantity and the recorded samples: loops, dither, counters. Takes the next
+/// samples of the indicated quantity [SI] and puts what is recorded [SI of Recorded::unit] in their place. One object
+/// for one output and one power-up, called block after block.
 using Response = std::function<void(std::span<double> samples)>;
 
 /// Adds to the indicated quantity [SI] what depends on the past of what was felt: heat on its way into a coil, for
 /// example. Called as a Response is, with what is felt at the middle of every step.
 using History = std::function<void(std::span<const Felt> felt, std::span<double> samples)>;
 
-/// What a response records.
+/// Quantity that a response records.
 struct Recorded {
   QuantityKind kind = QuantityKind::angular_rate;
   std::string unit;
@@ -74,7 +74,8 @@ struct Model {
   const char* name;
   const char* summary;
   const char* source;  ///< citation with equation numbers
-  /// What the regressors and the response themselves depend on: time constants, bandwidth, range, kind of output.
+  /// Options on which the regressors and the response themselves depend: time constants, bandwidth, range, kind of
+  /// output.
   std::vector<Option> (*constants)();
   std::vector<Output> (*outputs)(const Settings& constants);
   /// Physical constants (masses, momenta, lengths) from which coefficients follow; null: none.

@@ -18,7 +18,7 @@ struct Moments {
   double maximum = -std::numeric_limits<double>::infinity();  ///< [u], with the offset
 };
 
-/// Both blocks together.
+/// Moments of two blocks together.
 ///
 /// See  T. F. Chan, G. H. Golub and R. J. LeVeque, Technical Report STAN-CS-79-773 (1979), equation 2.1
 Moments joined(const Moments& a, const Moments& b);

@@ -25,7 +25,7 @@ namespace tumble {
 std::function<std::string()> build_pyramid(const std::string& recording, const ReadOptions& options,
                                            const std::string& path, const Progress& progress);
 
-/// What a pyramid says of a channel.
+/// Description of a channel in a pyramid.
 struct PyramidChannel {
   std::string name;
   QuantityKind kind = QuantityKind::other;
@@ -78,7 +78,7 @@ class Pyramid {
   const Recording& header() const;
   const std::vector<PyramidChannel>& channels() const;
 
-  /// Number of the first sample at or after `time` [s]; the number of samples where there is none.
+  /// Number of the first sample at or after `time` [s]; the number of samples if all are before it.
   std::size_t index_at(std::size_t channel, double time) const;
   /// Time of a sample [s].
   double time(std::size_t channel, std::size_t sample) const;

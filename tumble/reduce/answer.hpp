@@ -87,7 +87,7 @@ void append_parameter(Estimate& estimate, Parameter parameter, const std::string
 /// The estimate with its method and title, and with `findings` of the data before its own.
 Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings);
 
-/// Removes parameter number `index`, with its row of the budget; all else stays.
+/// Removes parameter number `index`, with its row of the budget; everything else stays.
 void remove_parameter(Estimate& estimate, std::size_t index);
 
 }  // namespace tumble

@@ -17,7 +17,8 @@ struct Compensation {
   std::vector<Table> tables;
 };
 
-/// The channel that plays a role in a recording, as the result's provenance names it. Null where there is none.
+/// The channel that plays a role in a recording, as the result's provenance names it. Null where the recording has no
+/// such channel.
 const Channel* channel_of(const Estimate& estimate, const Recording& recording, const std::string& role);
 
 /// Solves the models of a result for the u of all outputs that the recording holds, in every sample, with y for

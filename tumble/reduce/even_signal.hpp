@@ -22,14 +22,15 @@ struct ChannelRun {
   double run = 0.0;  ///< [s] its begin, -inf of a recording without marks
 };
 
-/// Which channels a method can work on, and how it says so: "an angular rate or a specific force, as in deg/h".
+/// Channels that a method can work on, and its words for them: "an angular rate or a specific force, as in deg/h".
 struct ChannelsWanted {
   std::function<bool(const Channel&)> accepts;
   std::string what;
 };
 
 /// The wanted channels (or the one with role `signal`) of every recording, one stretch a run.
-/// Throws Error::bad_data that lists what the recordings hold, when there is none, or that the signal is not wanted.
+/// Throws Error::bad_data that lists what the recordings hold, if no channel is of a wanted kind, or that the signal is
+/// not wanted.
 std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWanted& wanted);
 /// The angular-rate and specific-force channels.
 std::vector<ChannelRun> channel_runs(const Evidence& evidence);

@@ -16,11 +16,11 @@ struct Row {
   std::vector<double> weights;  ///< [p] of the population's parameters; without `known` of the terms contained alone
 };
 
-/// What a parameter of a result means in parameters of a population. Terms that it contains and the population does not
-/// have must be contained in the population's parameter too.
+/// A parameter of a result as a weighted sum of parameters of a population. Terms that it contains and the population
+/// does not have must be contained in the population's parameter too.
 Row row_of(const Parameter& parameter, const std::vector<Parameter>& population);
 
-/// Terms contained in a parameter that are none of these names, as one text: "0.75 x second_order_coefficient".
+/// Terms contained in a parameter that have other names than these, as one text: "0.75 x second_order_coefficient".
 std::string unresolved(const Parameter& parameter, const std::vector<std::string>& names);
 
 }  // namespace tumble::prior_rows

@@ -45,8 +45,9 @@ std::string gravity_key(double gravity);
 /// The key of errors of the latitude [rad].
 std::string latitude_key(double latitude);
 
-/// What another test must share for an error drawn once to be the same there: the equipment that its plan names, or
-/// gravity or the latitude as stated; empty: nothing. How the instrument was mounted is an error of this test alone.
+/// Key of an error: another test with this key has the error that was drawn once here. It is the equipment that the
+/// plan names, or gravity or the latitude as stated; empty: no other test. How the instrument was mounted is an error
+/// of this test alone.
 std::string key_of(const ConductedTest& test, const PlanError& error);
 
 /// Whether the error is present in a segment of a power-up.

@@ -120,9 +120,9 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
 /// Throws    Error::bad_input
 ConductedTest stretches(const Plan& plan, const StretchOptions& options);
 
-/// Of each stretch the first one in which the rig does the same at the same times since power-on, as it does in the
-/// power-ups that repeat one: what it shows there is the same number for number. A stretch with samples is alike to
-/// itself alone, because others may lack other samples.
+/// For each stretch, the index of the first stretch that has the same values in a prediction: the rig does the same
+/// there at the same times since power-on, as in the power-ups that repeat one. A stretch with recorded samples has its
+/// own index, because others may lack other samples.
 std::vector<std::size_t> first_alike(const ConductedTest& test);
 
 /// A warning: the segment is not used, and why.
@@ -131,7 +131,7 @@ Finding unused_segment(const std::string& label, int run, Phrase why);
 /// Throws    Error of this kind, with all findings, where a test has no stretch
 void refuse_unused(const ConductedTest& test, Error::Kind kind);
 
-/// Which samples of a channel lie in a stretch of time.
+/// Samples of a channel in a stretch of time.
 struct SampleRange {
   std::size_t begin = 0, end = 0;  ///< indices, begin <= i < end
 

@@ -9,7 +9,7 @@
 /// A result and the population of its unit's model.
 namespace tumble {
 
-/// What can be wrong with a population as the prior of a result, each as a sentence; empty: it can be used.
+/// Problems of a population as the prior of a result, each as a sentence; empty: it can be used.
 Problems problems_of_prior(const Estimate& population, const std::string& model, const std::string& method);
 
 /// The estimate of a unit from its own result and its population, as if the population were one more row of the fit for

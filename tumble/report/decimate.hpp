@@ -5,10 +5,10 @@
 
 namespace tumble {
 
-/// Which points of a long curve to draw so that no peak is lost: all when there are at most `most`, else in each of
-/// `most`/5 stretches of x (of log x, or of the index where x runs back and forth) those where y
-/// or the band are smallest and largest; the first and the last of the curve always. Points that are not finite stay
-/// in as one per stretch, so that gaps stay gaps.
+/// Points of a long curve to draw so that no peak is lost: all when there are at most `most`, else in each of
+/// `most`/5 stretches of x (of log x, or of the index where x runs back and forth) those where y or the band are
+/// smallest and largest; the first and the last of the curve always. Of points that are not finite one in each stretch
+/// is kept, so that gaps stay gaps.
 ///
 /// Given     x, y           [any unit] of equal length
 ///           lower, upper   of the same length, or empty

@@ -59,8 +59,8 @@ std::string to_json(const std::vector<Figure>& figures);
 enum class Drawing { page, phone };  ///< phone: narrow, with letters that are readable at 360 px
 std::string to_svg(const Figure& figure, Drawing drawing = Drawing::page);
 
-/// Its numbers for a spreadsheet: a column for x and one for each y and each edge of a band, in the units of the axes.
-/// Series of the same x share the columns of x. A map comes first, a row for each cell.
+/// The numbers of a figure for a spreadsheet: a column for x and one for each y and each edge of a band, in the units
+/// of the axes. Series of the same x share the columns of x. A map comes first, a row for each cell.
 std::string to_csv(const Figure& figure);
 
 /// With at most `most` points in each series: the smallest and the largest of each interval remain.

@@ -27,7 +27,7 @@ class Node {
   std::vector<std::string> names() const;  ///< of an object's members
   bool is_text() const;
   bool is_whole() const;      ///< an integer that a long long holds
-  long long integer() const;  ///< 0 where it is none
+  long long integer() const;  ///< 0 for another value
   bool is_object() const;
   double number(double null_means) const;  ///< [as written]; `null_means` for null
   std::vector<double> numbers() const;     ///< of an array [as written]; null reads as NaN

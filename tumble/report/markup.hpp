@@ -12,7 +12,7 @@ std::string escaped(std::string_view text);
 
 /// Colours of curves and budget sources, distinguished also by people who see no red or green.
 const std::vector<std::string>& palette();
-/// Their colours on a dark page.
+/// The colours of palette() on a dark page.
 const std::vector<std::string>& palette_on_dark();
 
 }  // namespace tumble

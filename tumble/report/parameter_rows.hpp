@@ -20,7 +20,7 @@ struct ParameterRow {
   int exponent = 0;          ///< power of ten of value, sd, lower and upper
   std::string power;         ///< "× 10⁻⁵", empty for 0
   bool rounded = false;      ///< by its sd; else the value has six digits
-  SplitNumber lower, upper;  ///< 95 % interval; empty: there is none
+  SplitNumber lower, upper;  ///< 95 % interval; empty: no interval
   std::string text;          ///< value and sd in one: "6.660 ± 0.011"
   std::string degrees_of_freedom;
 };

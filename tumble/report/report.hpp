@@ -10,12 +10,12 @@ namespace tumble {
 
 /// The result JSON of the public contract: values, sd, covariance and budget in the displayed unit of each parameter.
 std::string to_json(const Estimate& estimate);
-/// Findings alone, as they stand in it: an array.
+/// Findings alone: the array of the result JSON.
 std::string to_json(const Findings& findings);
 /// A result from its JSON. `file` is for messages. Throws Error::bad_file with what is missing or wrong.
 Estimate estimate_from_json(const std::string& text, const std::string& file);
 
-/// What a page shows beside the result.
+/// Settings of a page that do not come from the result.
 struct PageOptions {
   std::string title = {};  ///< in place of that of the result; empty: that one
   std::string logo = {};   ///< data_uri_of_image(); empty: none
@@ -30,7 +30,7 @@ std::string to_html(const Estimate& estimate, const PageOptions& page = {});
 std::string to_text(const Estimate& estimate, std::size_t width = 100, Language language = Language::english);
 /// Findings from the array that `to_json` gives. Throws Error::bad_file.
 Findings findings_from_json(const std::string& text, const std::string& file);
-/// Lines for a terminal: "  warning: message (where)", or that there are none.
+/// Lines for a terminal: "  warning: message (where)", or that nothing was found.
 std::string to_text(const Findings& findings, std::size_t width, Language language = Language::english);
 
 /// value and sd [unit shown] rounded together for people: "6.660 ± 0.011".

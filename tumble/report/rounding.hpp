@@ -50,11 +50,11 @@ struct ShownParameter {
 };
 ShownParameter shown(const Estimate& estimate, std::size_t index);
 
-/// "[6.638, 6.682]" at the rounding of value and sd, or a dash where there is none.
+/// "[6.638, 6.682]" at the rounding of value and sd, or a dash without an interval.
 std::string interval_text(const Estimate& estimate, std::size_t index);
 
-/// "6.660 ± 0.011 deg/h" of the parameter of that name, in Chinese "6.660 deg/h，u = 0.011 deg/h"; empty when there is
-/// none.
+/// "6.660 ± 0.011 deg/h" of the parameter of that name, in Chinese "6.660 deg/h，u = 0.011 deg/h"; empty for an unknown
+/// name.
 std::string measured_text(const Estimate& estimate, std::string_view name, Language language = Language::english);
 
 /// The two halves of with_uncertainty(), each with its exponent: "6.660e-5", "0.011e-5"; the second empty where the
@@ -64,7 +64,7 @@ struct ValueAndSd {
 };
 ValueAndSd value_and_sd(double value, double sd);  ///< [unit shown]
 
-/// What a source gives to the standard uncertainty of a parameter: its sd in the displayed unit at the rounding of the
+/// Part of a source in the standard uncertainty of a parameter: its sd in the displayed unit at the rounding of the
 /// whole sd, and its share of the variance ("43 %", in Chinese "43%", "<1 %", a dash where the variance is not known).
 struct BudgetCell {
   std::string sd, share;
@@ -73,7 +73,7 @@ BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::
                        Language language = Language::english);
 
 /// The budget with all sources that give every parameter less than 1 % of its variance in one line. The result file
-/// keeps them apart.
+/// has each of them.
 std::vector<Contribution> budget_to_show(const Estimate& estimate, Language language = Language::english);
 
 }  // namespace tumble

@@ -2,8 +2,8 @@
 
 #include "tumble/core/plan.hpp"
 
-/// What the rig of a plan can do, so that methods need not know rigs by name. Each answer follows from the axes that
-/// the rig lists; a plan without a rig can do nothing of this.
+/// Capabilities of the rig of a plan, so that methods need not know rigs by name. Each answer follows from the axes
+/// that the rig lists; a plan without a rig has none of these capabilities.
 namespace tumble {
 
 /// Whether the instrument is fixed to the end of an arm, whose turning it feels: the arm is the rig's only axis. The

@@ -48,7 +48,7 @@ struct Sensor {
   std::function<void(double first, double step, std::span<double> readings)> read;  ///< times as in Reference::felt
 };
 
-/// What the rig's own controller knows of an axis.
+/// State of an axis as the rig's own controller knows it.
 struct DriveState {
   double value = 0.0;    ///< [SI of the axis] where the drive is, without what its sensor reads wrong
   double rate = 0.0;     ///< [SI of the axis per second]
@@ -75,8 +75,8 @@ struct RigPart {
   std::function<PartPlacement(double time)> at;  ///< time [s] as in Reference::felt
 };
 
-/// What the instrument feels during one power-up. Times are [s] since its beginning; a sample stamped t stands for the
-/// interval from t to t + 1/rate and is asked for at its middle.
+/// Motion that the instrument feels during one power-up. Times are [s] since its beginning; a sample stamped t means
+/// the interval from t to t + 1/rate and is asked for at its middle.
 struct Reference {
   /// At first, first + step, ... Blocks may be asked for in any order and from several threads.
   std::function<void(double first, double step, std::span<Felt> felt)> felt;
@@ -95,7 +95,7 @@ struct Rig {
   const char* summary;
   std::vector<Axis> (*axes)();
   std::vector<Option> (*options)();
-  /// Those of gravity and latitude follow from the site where the options do not state them.
+  /// Errors of the rig; those of gravity and latitude follow from the site where the options do not state them.
   std::vector<RigError> (*errors)(const Settings& options, const std::optional<Site>& site);
   Reference (*reference)(const RigRun& run);
   /// Everything in the schedule the rig cannot do, and every option out of bounds, as messages; empty: it can.

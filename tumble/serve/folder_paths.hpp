@@ -6,8 +6,9 @@
 
 namespace tumble {
 
-/// What is below `root` under a name that a client gave: "sub/day 1.csv". Throws Error::bad_input for a name that is
-/// empty, absolute, has "..", control characters or a part that begins with a dot, or that leads outside by a link.
+/// File or folder below `root` under a name that a client gave: "sub/day 1.csv". Throws Error::bad_input for a name
+/// that is empty, absolute, has "..", control characters or a part that begins with a dot, or that leads outside by a
+/// link.
 std::filesystem::path inside(const std::filesystem::path& root, const std::string& name);
 
 /// Whether a name can be shown and sent: UTF-8 without control characters.

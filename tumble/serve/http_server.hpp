@@ -79,7 +79,7 @@ struct Way {
   std::string line = {};  ///< empty: that of its party
 };
 
-/// What is done with the body of a request whose head has come.
+/// Treatment of the body of a request whose head has come.
 struct BodyPlan {
   std::optional<HttpResponse> refusal{};  ///< at once, without the body
   std::string party{};                    ///< who asks: shares of connections, memory and threads are by party
@@ -92,7 +92,7 @@ struct HttpHandler {
   std::function<BodyPlan(const HttpRequest& head)> admit;  ///< on the network thread: quick
   std::function<HttpResponse(const HttpRequest&)> answer;  ///< on a thread of its lane; may block
   std::function<Way(const HttpRequest&)> way = {};         ///< of a whole request, on the network thread: quick
-  /// What becomes of a refusal that the server itself makes: words in the language of the page, headers.
+  /// Changes a refusal that the server itself makes: words in the language of the page, headers.
   std::function<void(const HttpRequest&, HttpResponse&)> finish = {};
 };
 

@@ -23,7 +23,7 @@ struct Job {
   std::string id;    ///< given by Jobs
   std::string kind;  ///< "identify", "noise", "convert", "compensate", "prepare", "rehearse", "optimise"
   std::string title;
-  std::vector<Step> steps;  ///< {folder} stands for the folder of the job
+  std::vector<Step> steps;  ///< {folder} is replaced by the folder of the job
   State state = State::waiting;
   double progress = 0.0;           ///< [1] 0 to 1 of all steps
   std::string doing;               ///< what is being done
@@ -65,7 +65,7 @@ class Jobs {
   /// False: there is no such job, or it has ended.
   bool cancel(const std::string& id);
   std::vector<Job> all() const;
-  /// An empty id: there is none.
+  /// The job of that identifier; one with an empty identifier if no job has it.
   Job find(const std::string& id) const;
   /// Replaces its argument by the bytes of a file of a job that come next; false: there are no more. Empty where the
   /// job has no file of that name.

@@ -18,7 +18,7 @@ class LiveRuns {
   LiveRuns& operator=(const LiveRuns&) = delete;
   ~LiveRuns();
 
-  /// What happens at a run. An id is the sequence number of the live store up to which the reader has seen everything.
+  /// Events of a run. An id is the sequence number of the live store up to which the reader has seen everything.
   /// Throws Error::unsupported: the run does not go on.
   std::shared_ptr<EventFeed> feed_of(const std::string& run);
   /// The state of a run, as JSON: asked of it where it goes on, else read from its store. A run is asked once for all
@@ -32,7 +32,8 @@ class LiveRuns {
   struct Read {
     std::string when, state;
   };
-  /// What a run says of its state, for all who wait for it; each run has its own, so that none waits for another run.
+  /// State of a run, asked once for all who wait for it; each run has its own, so that a question to one does not wait
+  /// for another.
   struct Asked {
     std::mutex mutex;  ///< held while it is asked
     std::chrono::steady_clock::time_point silent_until;

@@ -7,11 +7,11 @@
 
 namespace tumble {
 
-/// What is kept of a password: "scrypt:32768:8:3:SALT:KEY", salt and key in hex. Made by scrypt (RFC 7914) of OpenSSL
-/// with a random salt: 32 MB and a tenth of a second a guess.
+/// Text that is kept of a password: "scrypt:32768:8:3:SALT:KEY", salt and key in hex. Made by scrypt (RFC 7914) of
+/// OpenSSL with a random salt: 32 MB and a tenth of a second a guess.
 std::string hash_of_password(const std::string& password);
 
-/// Whether `hash` is of this password; compared in constant time. False for a hash that is none.
+/// Whether `hash` is of this password; compared in constant time. False for a text that is not a hash.
 bool is_password(const std::string& password, const std::string& hash);
 
 /// Whether a text is one that hash_of_password() makes.

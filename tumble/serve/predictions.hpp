@@ -34,8 +34,9 @@ class Predictions {
   Predictions(const Predictions&) = delete;
   Predictions& operator=(const Predictions&) = delete;
 
-  /// What is known of each question. What is not is begun, where users take turns; what the same page of a user asked
-  /// before, and now does not ask any more, is ended. Throws Error::unsupported where too many of this user wait.
+  /// Answers to the questions, as far as they are known. A prediction that nobody has asked for yet is begun, where
+  /// users take turns; one that the same page of a user asked for before, and now does not ask for any more, is ended.
+  /// Throws Error::unsupported where too many of this user wait.
   std::vector<Answer> ask(const std::string& user, const std::string& page, const std::vector<Question>& questions);
 
  private:

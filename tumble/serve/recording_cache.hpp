@@ -32,7 +32,7 @@ struct PreparedRecording {
   std::string checksum;    ///< SHA-256 of the file; empty for a folder
   std::string tag;         ///< changes with the file and with how it is read
   std::string inspection;  ///< JSON of `inspect`; empty: not there yet
-  /// Of a recording that is being made, or was and has not been sealed.
+  /// State of a recording that is being made, or that was made and has not been sealed.
   struct Live {
     bool going_on = false, behind = false;
     std::string target;  ///< file that it becomes, from its folder
@@ -55,8 +55,8 @@ class RecordingCache {
  public:
   RecordingCache(std::filesystem::path cache, Jobs& jobs) : cache_(std::move(cache)), jobs_(jobs) {}
 
-  /// What is there; where nothing is and `start`, a job of `owner` begins to prepare it. Of one recording a few ways to
-  /// read it are kept, the latest. Throws Error::bad_file, bad_input.
+  /// The prepared recording. Where it is not prepared and `start`, a job of `owner` begins to prepare it. For each
+  /// recording the latest few ways to read it are kept. Throws Error::bad_file, bad_input.
   RecordingState find(const std::string& recording, const Sets& sets, bool start, const std::string& owner);
 
  private:

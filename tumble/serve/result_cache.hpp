@@ -12,7 +12,7 @@
 
 namespace tumble {
 
-/// What a list says of a result.
+/// Facts about a result that a list shows.
 struct ResultSummary {
   std::string method, title, model, serial;
   std::string date;  ///< "2026-11-20" of the test, by its recordings; empty: they do not say it

@@ -6,7 +6,7 @@
 
 namespace tumble {
 
-/// What a user may do. Who may operate or approve may also read; one who approves does not operate by that.
+/// Rights of a user. Who may operate or approve may also read; one who approves does not operate by that.
 enum class Right { read, operate, approve };
 
 std::string name(Right right);

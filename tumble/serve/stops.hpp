@@ -15,7 +15,7 @@ class Stops {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// As stop_run(), `patience` [s], for an order that came at `came`.
+  /// Stops a run as stop_run() does, `patience` [s], for an order that came at `came`.
   void stop(const std::string& run, const std::string& who, double patience, Clock::time_point came);
 
  private:

@@ -19,7 +19,7 @@ struct User {
 /// Error::bad_file, also where others may write the file.
 std::vector<User> read_users(const std::string& path);
 
-/// Appends a user to a file; makes the file where there is none, readable by its owner alone. What stands in it stays.
+/// Appends a user to a file; makes a missing file, readable by its owner alone. The contents of a file stay.
 /// Throws Error::bad_input where the user is there, or what read_users() refuses.
 void add_user(const std::string& path, const User& user);
 

@@ -20,10 +20,10 @@ class UsersFile {
   UsersFile& operator=(const UsersFile&) = delete;
   ~UsersFile();
 
-  /// As the file has them now: nobody where it cannot be read, which is safer than the users of before. Where the disk
-  /// does not answer, those of before after two seconds, and at once until it does.
+  /// The users that the file has now: nobody where it cannot be read, which is safer than the users of before. Where
+  /// the disk does not answer, those of before after two seconds, and at once until it does.
   Users now();
-  /// As the file had them a second ago, or when the disk answered last. Waits for nothing.
+  /// The users that the file had a second ago, or when the disk answered last. Waits for nothing.
   Users known() const;
 
  private:

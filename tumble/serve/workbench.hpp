@@ -10,7 +10,7 @@
 
 namespace tumble {
 
-/// What a workbench is opened over, and who may.
+/// Folders, addresses and rights of a workbench.
 struct WorkbenchOptions {
   std::filesystem::path folder;  ///< recordings, plans, results
   std::filesystem::path cache;   ///< of pyramids

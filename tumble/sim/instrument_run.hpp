@@ -30,7 +30,7 @@ class InstrumentRun {
   /// Samples that are made at once: portions begin at whole multiples of it.
   std::size_t portion() const;
 
-  /// What is felt from now on.
+  /// Sets what the instrument feels from now on.
   ///
   /// Given     reference  of the power-up
   ///           segments   of the power-up: what is felt may change its course from one to the next

@@ -36,7 +36,7 @@ bool recorded_one_by_one(const Plan& plan);
 Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,
                     const RandomStream& run);
 
-/// What the rig does with this plan in this power-up, at the rate of the simulation's steps.
+/// Motion and temperature that the rig gives with this plan in this power-up, at the rate of the simulation's steps.
 Reference reference_of(const Plan& plan, const PlannedRun& run, const RandomStream& random);
 
 /// One instrument of a plan: the first, or one of Plan::beside.

@@ -6,8 +6,8 @@
 
 namespace tumble {
 
-/// What an archive keeps of a run: plan, station, units, equipment with its certificates, what happened, and the sealed
-/// recordings. The run has to be sealed; one that was carried on afterwards is another entry.
+/// Parts of a run that an archive keeps: plan, station, units, equipment with its certificates, what happened, and the
+/// sealed recordings. The run has to be sealed; one that was carried on afterwards is another entry.
 ///
 /// Given     run  its folder
 /// Throws    Error::bad_file: no live store, a recording that was not sealed or has changed since; as load_plan()

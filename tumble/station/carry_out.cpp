@@ -275,7 +275,7 @@ class Conductor {
 
   void take(decltype(RunEvent::what) what) { take(std::move(what), wires_.now()); }
 
-  /// One event, and what follows of it. What the devices refuse at once is the next event.
+  /// Runs one event through the executive and performs its actions. A refusal is queued and handled next.
   void take(decltype(RunEvent::what) what, double time) {
     events_.push_back({time, std::move(what), more_});
     unjudged_ = more_;

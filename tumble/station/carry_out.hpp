@@ -35,7 +35,7 @@ struct StationParts {
 /// Throws Error::bad_input with all problems.
 StationParts parts_of(Station& station);
 
-/// What a person may see of a run while it goes on.
+/// State of a run that a person may see while it goes on.
 struct RunView {
   double time = 0.0;  ///< [s] since it began
   RunPhase phase = RunPhase::idle;
@@ -72,14 +72,14 @@ struct RunView {
   std::uint64_t sequence = 0;  ///< up to which items are on the disk, and their events were handed out
 };
 
-/// What takes part in a run beside devices: people, and what shows it.
+/// People who take part in a run, and the functions that show it to them.
 struct RunCompany {
-  /// What was ordered or answered since the last call.
+  /// Orders and answers since the last call.
   std::function<std::vector<decltype(RunEvent::what)>()> orders = {};
   std::function<void(const Prompt&)> ask = {};
   /// Axes that a person has moved, as the answers to prompts say [SI].
   std::function<void(const std::map<std::string, double>&)> by_hand = {};
-  /// What happens, and "records" for each segment; `time` [s] since the begin.
+  /// Takes a note of each event, and "records" for each segment; `time` [s] since the begin.
   std::function<void(const Note& note, double time)> note = {};
   /// The events of the store, in order, once they are on the disk; `sequence` is 0 where the recording has stopped.
   std::function<void(std::uint64_t sequence, const StoreEvent& event)> event = {};

@@ -133,7 +133,8 @@ struct StoreFailed {
 struct RowsStored {
   std::uint64_t rows = 0;
 };
-/// What the shell sees, and nothing above says, ends the run by the safe list: a device that floods its link.
+/// Ends the run by the safe list for a reason that the shell sees and that no other event has: a device that floods its
+/// link.
 struct MustStop {
   std::string reason;
 };
@@ -227,8 +228,8 @@ struct SettleWindow {
   double begin = 0.0, n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
 };
 
-/// Whether an axis that turns does so as it was told. The rates of its way lie between what it had and what it was
-/// told.
+/// Whether an axis that turns does so as commanded. The rates on its way lie between the rate before the command and
+/// the commanded one.
 struct RateWatch {
   double low = 0.0, high = 0.0;             ///< [rad/s] that it had until its command was answered
   std::optional<double> fastest = {};       ///< [rad/s] of a motion whose rate is not demanded; absent: not known
@@ -239,7 +240,7 @@ struct RateWatch {
   enum class Verdict { good, too_fast, strange, astray } verdict = Verdict::good;
 };
 
-/// What is demanded of an axis, and what it reads.
+/// Demand on an axis, and its readings.
 struct AxisProgress {
   /// rest: it was stopped; moving: a ramp or slew goes on
   enum class Demand { none, rest, position, rate, sine, temperature, moving };
@@ -254,7 +255,7 @@ struct AxisProgress {
   SettleWindow window = {};
   bool settled = false;
   bool arrived = false;             ///< it has settled since it was commanded
-  std::optional<double> goal = {};  ///< [rad] the last angle that the controller was told, with its turns
+  std::optional<double> goal = {};  ///< [rad] the last angle commanded to the controller, with its turns
   RateWatch watch = {};
   int outside = 0;                ///< readings out of tolerance, one after the other
   int at_rest = 0;                ///< readings with a rate of zero, one after the other
@@ -351,7 +352,7 @@ ExecutiveState start_state(std::shared_ptr<const Course> course);
 /// because nobody knows whether the unit stayed on.
 ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vector<RunRow>& journal);
 
-/// What follows from an event: a pure function. It reads no clock and has no memory except the state.
+/// Steps the state of a run by one event: a pure function. It reads no clock and has no memory except the state.
 ///
 /// Given     state    from start_state(), resume_state() or the step before
 ///           event    with its time; a time before that of the last event counts as that

@@ -47,7 +47,7 @@ class RigGuard {
   /// rig, or must; empty: all is well.
   std::string looked();
   void link_changed(std::size_t wire, int descriptor);
-  void dismiss();  ///< the rig is safe, or people were told that it is not
+  void dismiss();  ///< the rig is safe, or people know that it is not
 
  private:
   struct Inner;
@@ -58,11 +58,12 @@ class RigGuard {
 /// written its memory to a file, or its last words to a terminal. May be called by a signal handler.
 void leave_rig_to_guard();
 
-/// Ends the guard that a run has left, once it has sent the first of its commands. Returns at once where there is none.
+/// Ends the guard that a run has left, once it has sent the first of its commands. Returns at once without such a
+/// guard.
 /// Throws Error::bad_file for one that does not end.
 void relieve_guard(const std::string& run);
 
-/// What the guard of a run has done, as a sentence; empty: nothing.
+/// Actions of the guard of a run, as a sentence; empty: none.
 std::string words_of_guard(const std::string& run);
 
 }  // namespace tumble

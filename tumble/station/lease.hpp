@@ -14,7 +14,7 @@ struct LeaseHolder {
   std::string run;   ///< folder, absolute
 };
 
-/// The right to use the devices of a station: one run at a time for each device, whatever its link is called: by the
+/// The right to use the devices of a station: one run at a time for each device, under any name of its link: by the
 /// addresses of a host, by the numbers of a serial device. It is the same for all users of the machine and for any
 /// TMPDIR. It ends with the process, also where that is killed; what a killed process has left is then known from the
 /// lease.
@@ -28,8 +28,8 @@ class Lease {
 
   /// Runs that had a device of this station and did not end by themselves: the rig may be moving.
   const std::vector<LeaseHolder>& left_behind() const { return left_; }
-  /// The run has ended, and the rig is safe. Without this, or where it cannot be written, the next run finds it left
-  /// behind.
+  /// The run has ended, and the rig is safe. Without this, or where it cannot be written, the next run finds it in
+  /// left_behind().
   void end();
 
  private:

@@ -24,10 +24,10 @@ struct LinkAddress {
 /// `tcp:HOST:PORT`, `udp:HOST:PORT`, `udp:PORT` or `serial:DEVICE[:BAUD[:8N1]]`. An address of IPv6 stands in brackets.
 /// Throws Error::bad_input with all problems and what would be accepted.
 LinkAddress parse_link(std::string_view text);
-/// As parse_link() reads it.
+/// The text of an address, as parse_link() reads it.
 std::string text_of(const LinkAddress& address);
 
-/// What happened on a link.
+/// An event on a link.
 struct LinkEvent {
   enum class Kind { up, bytes, lost };
   Kind kind = Kind::bytes;
@@ -74,9 +74,9 @@ class Links {
   std::string peer(std::size_t link) const;
   int descriptor(std::size_t link) const;  ///< of its file; -1: it is not up
 
-  /// What happened: returns at once where something did, else after at most `seconds` [s] with nothing. Bytes that
-  /// arrived before a loss come before it. Of each link it gives at most 64 kB more than a read: the next call has
-  /// more.
+  /// Events of the links: returns at once where something happened, else after at most `seconds` [s] with nothing.
+  /// Bytes that arrived before a loss come before it. A call gives at most 64 kB of a link more than a read: the next
+  /// call has more.
   std::vector<LinkEvent> wait(double seconds);
   /// Has wait() return; from any thread.
   void wake();

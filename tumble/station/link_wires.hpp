@@ -19,12 +19,12 @@ class LinkWires {
   LinkWires(const Station& station, std::function<double()> clock, double speed = 1.0);
   ~LinkWires();
 
-  /// It must live as long.
+  /// The links as wires of the station. The object must live as long.
   Wires wires();
 
   /// The file of a wire, for one who sends when this process does not; -1: it is not up.
   int descriptor(std::size_t wire) const;
-  /// Is told the file of a wire that was opened again, or -1 for one that was lost.
+  /// Sets a function that gets the file of a wire that was opened again, or -1 for one that was lost.
   void tell_changes(std::function<void(std::size_t wire, int descriptor)> tell);
 
  private:

@@ -14,7 +14,7 @@
 
 namespace tumble {
 
-/// What the plan's method makes of what has been recorded so far. It may throw as identify() does.
+/// The plan's method, applied to the samples recorded so far. It may throw as identify() does.
 using LiveEstimator = std::function<Estimate(Recording so_far, const Progress& progress)>;
 LiveEstimator estimator_of(const Plan& plan);
 
@@ -30,7 +30,7 @@ class LiveEstimates {
   struct Answer {
     std::string slot;                                    ///< empty: there is only one unit
     double time = 0.0;                                   ///< [s] up to which samples were used
-    std::shared_ptr<const Estimate> estimate = nullptr;  ///< null: there is none, and `problem` says why
+    std::shared_ptr<const Estimate> estimate = nullptr;  ///< null: no estimate, and `problem` says why
     std::string problem = {};
   };
 
@@ -44,7 +44,7 @@ class LiveEstimates {
   void stream(std::size_t index, const StoreStream& stream);
   void sample(std::size_t stream, const StoreSample& sample);
   void journal(const JournalRow& row);
-  /// What a run that is carried on has recorded before. Throws Error::bad_file.
+  /// Loads the samples that a run which is carried on has recorded before. Throws Error::bad_file.
   void load(const std::string& run);
 
   /// Estimates from everything up to now [s]. False: the thread has not finished the last one or rests, so that it

@@ -23,8 +23,8 @@ inline constexpr std::string_view live_store_name = "live.sqlite", reserve_name 
 struct StoreLink {
   std::string name;  ///< "tcp:10.0.0.7:9000"
   std::string slot;  ///< of the unit that it serves; empty: of the only unit, or of the rig
-  /// Of an instrument: the text of the declaration of its frames and the variants, so that the bytes can be decoded
-  /// again; empty for a link of another kind.
+  /// Declaration of the frames of an instrument and the variants, so that the bytes can be decoded again; empty for a
+  /// link of another kind.
   std::string declaration, declaration_name;
   std::vector<std::string> variants;
 };

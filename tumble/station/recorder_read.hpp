@@ -26,7 +26,7 @@ struct StoreItem {
   const JournalRow* journal = nullptr;
 };
 
-/// What a live store says about itself.
+/// Description of a live store: its links, streams and facts.
 struct StoreContent {
   std::vector<StoreLink> links;
   std::vector<StoreStream> streams;
@@ -72,7 +72,7 @@ struct SealedRecording {
 ///
 /// Given     run     its folder
 ///           target  file to write, where there is only one unit; empty: as the store says, else RUN/recording.h5.
-///                   Of several units each gets a file, NAME-SLOT.h5
+///                   Where there are several units, each gets a file, NAME-SLOT.h5
 ///
 /// Throws    as read_store(); Error::bad_file where it cannot be written, or what was written reads otherwise
 std::vector<SealedRecording> seal(const std::string& run, Disk& disk, const std::string& target = {},

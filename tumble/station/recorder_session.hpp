@@ -28,7 +28,7 @@ struct RecordView {
   StoreLoad load;
 };
 
-/// What a recording needs from the world.
+/// Functions that a recording gets from its caller: clocks, display, end.
 struct RecordWorld {
   std::function<double()> clock;                     ///< [s] monotonic
   std::function<std::string()> wall;                 ///< UTC, "2026-03-01T12:00:00Z"

@@ -16,7 +16,7 @@
 
 namespace tumble {
 
-/// What is to be rehearsed.
+/// Settings of a rehearsal.
 struct Rehearsal {
   Plan plan;
   std::optional<Station> station = {};  ///< absent: one is made from the plan's rig

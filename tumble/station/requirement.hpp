@@ -14,7 +14,7 @@ using ChannelReading = std::variant<std::monostate, double, std::string>;
 
 enum class Holds { no, yes, unknown };
 
-/// What must hold of channels, as a station file writes it:
+/// Condition on channels, as a station file writes it:
 ///
 ///     chamber.temperature < 90 degC
 ///     input.door == closed and abs(arm.rate) <= 0.1 deg/s

@@ -17,7 +17,7 @@ namespace tumble {
 /// Name of the socket in the folder of a run.
 inline constexpr std::string_view desk_name = "desk";
 
-/// What does not change while a run goes on.
+/// Facts of a run that do not change while it goes on.
 struct RunFacts {
   std::string title, station, who;
   std::string rig;                           ///< empty: a real one; else "virtual" or "rehearsed"
@@ -88,7 +88,7 @@ void stop_run(const std::string& run, const std::string& who, double patience = 
 /// The process that a desk belongs to; nothing where the run does not go on. It is not waited for.
 std::optional<long> process_at_desk(const std::string& run);
 
-/// What happens at a run that goes on, line after line.
+/// Events of a run that goes on, line after line.
 class DeskWatch {
  public:
   struct Line {

@@ -24,7 +24,7 @@ void forget_run(const std::string& folder);
 /// `error` as the reason why a run was not begun, or does not go on.
 Error not_begun(const Error& error, bool resume);
 
-/// What a station and a plan are together, for these units.
+/// Course of a plan at a station, for these units.
 std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,
                                         const std::map<std::string, std::string>& units);
 

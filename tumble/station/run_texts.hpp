@@ -4,7 +4,7 @@
 
 #include "tumble/station/carry_out.hpp"
 
-/// What people read of a run: the same on the terminal and in the browser.
+/// Texts about a run, which are the same on the terminal and in the browser.
 namespace tumble {
 
 /// An axis in the units of the field: "40 deg/s"; empty where there is nothing to say.

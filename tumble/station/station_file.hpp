@@ -26,7 +26,7 @@ struct SettleRule {
   std::string channel = {};          ///< observed in place of the axis: "unit.case.temperature"
 };
 
-/// What happens to a segment whose attempts have failed.
+/// Action after the attempts of a segment have failed.
 enum class OnFailure { ask, skip, stop };
 
 /// One axis of the rig as a controller drives it: value of the rig = sign * value of the controller + offset.
@@ -98,7 +98,7 @@ struct StationInstrument {
 /// [s] that a stream may be silent while it is recorded: as stated, else 5 s, but at least 20 samples.
 double silence_of(const StationInstrument& instrument);
 
-/// What must hold while a plan is carried out. A software interlock never replaces one of hardware.
+/// Condition that must hold while a plan is carried out. A software interlock never replaces one of hardware.
 struct StationInterlock {
   enum class Action { stop, hold };
   Requirement require;
@@ -160,7 +160,7 @@ Station read_station(const std::string& text, const std::string& file);
 /// Throws Error::bad_input where it is not known or not sound; Error::bad_file where it cannot be read.
 Controller controller_of_device(const StationDevice& device, const std::string& folder);
 
-/// What is asked of a station.
+/// Request to carry out a plan at a station.
 struct StationRequest {
   std::map<std::string, std::string> units = {};  ///< serial number by slot
   std::string date = {};                          ///< of today, "2026-11-24"

@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// What one device of a station says when it is spoken to.
+/// Answer of one device of a station to a question.
 struct DeviceAnswer {
   std::string device, verb;
   ControllerReply reply;  ///< without an answer its problem says so

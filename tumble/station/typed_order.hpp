@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// What a line that a person types means while a run goes on: "abort" always ends it, a choice of the open question
+/// Meaning of a line that a person types while a run goes on: "abort" always ends it, a choice of the open question
 /// answers it (an empty line chooses the standard one), "p" pauses, "r" resumes.
 ///
 /// Given     line  without its end

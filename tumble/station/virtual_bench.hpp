@@ -46,7 +46,7 @@ class VirtualBench {
   void put(const std::map<std::string, double>& axes);
   /// Switches the instruments, where a run goes on that has switched them before.
   void power(bool on);
-  /// What the rig's own sensors say of all axes, now.
+  /// Readings of the rig's own sensors of all axes, now.
   std::map<std::string, AxisReading> readings();
 
   /// The bench as the wires of a station, in simulated time. It must live as long.

@@ -18,7 +18,7 @@ struct VirtualDevice {
 
   std::vector<Motion> profiles = {};  ///< random motions that the controller of a shaker has in store
 
-  /// What the controller of a chamber remembers of each axis. After `off` a set point waits for `start`.
+  /// Values that the controller of a chamber remembers for each axis. After `off` a set point waits for `start`.
   struct Memory {
     bool off = false;
     double ramp = 0.0;  ///< [K/s]; 0: as fast as it can
@@ -30,7 +30,7 @@ struct VirtualDevice {
 /// The verbs that `answer` knows, by name.
 std::vector<std::string> virtual_verbs();
 
-/// What the controller answers, and what the rig does about it. Verbs are those of the executive: identify, take,
+/// Answer of the controller, after the rig has done what is asked. Verbs are those of the executive: identify, take,
 /// release, enable, disable, home, rate, position, sine, sweep, random, stop, read, state, clear_fault,
 /// set_temperature, set_ramp, start, hold, off, resume, set_point, alarm, set_voltage, set_current, set_limits. A reply
 /// carries all that the device knows: `position.2` is that of axis 2. A value that a verb needs and does not have, an

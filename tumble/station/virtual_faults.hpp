@@ -14,7 +14,7 @@
 
 namespace tumble {
 
-/// What a virtual rig can suffer (docs/virtual_rig.md).
+/// Kinds of faults that a virtual rig can have (docs/virtual_rig.md).
 enum class FaultKind {
   // of a link: what happens to its messages
   drop_link,
@@ -49,7 +49,7 @@ enum class FaultKind {
 /// Where a fault is: the key of a fault file that names what it is about.
 enum class FaultPlace { link, unit, channel, axis };
 
-/// What a fault file may say of a kind.
+/// Keys of a fault file for one kind of fault.
 struct FaultRule {
   FaultKind kind;
   const char* name;  ///< in the file
@@ -84,13 +84,13 @@ std::vector<VirtualFault> read_faults(std::string_view text, const std::string& 
 /// Each fault at its time; those at random as often as a Poisson process has them up to `until` [s]. In order of time.
 std::vector<VirtualFault> timed_faults(const std::vector<VirtualFault>& faults, std::uint64_t seed, double until);
 
-/// What a link makes of messages: each is a reply, a command or a frame. A pure filter in simulated time.
+/// Faults that a link applies to messages: each is a reply, a command or a frame. A pure filter in simulated time.
 class LinkFaults {
  public:
   /// Given: faults with their times (timed_faults); those of other links and of other places are not used.
   LinkFaults(const std::vector<VirtualFault>& faults, std::string link, std::uint64_t seed);
 
-  /// What arrives of a message that is sent at `time` [s], which never goes back, and when.
+  /// Bytes that arrive of a message which is sent at `time` [s], with their times. `time` never goes back.
   std::vector<TimedBytes> pass(double time, std::string_view message);
   /// False while the link is dropped: a connection is closed, and none can be made. `time` [s].
   bool is_up(double time) const;

@@ -11,11 +11,11 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/core/schedule.hpp"
 
-/// A rig with its instruments that does what it is told when it is told: the simulator of sim/ with commands in place
-/// of a schedule (docs/virtual_rig.md). Pure: time is passed in [s], and never goes back.
+/// A rig with its instruments that carries out commands when they come: the simulator of sim/ with commands in place of
+/// a schedule (docs/virtual_rig.md). Pure: time is passed in [s], and never goes back.
 namespace tumble {
 
-/// What the controller of an axis says of it.
+/// Report of the controller of an axis about it.
 struct AxisReading {
   double value = 0.0;      ///< [SI of the axis] position or temperature, by the rig's own sensor where it has one
   double rate = 0.0;       ///< [SI of the axis per second] as that sensor shows it, over the last 0.2 s
@@ -58,10 +58,10 @@ class VirtualRig {
   std::vector<std::string> axes() const;
   bool is_temperature(const std::string& axis) const;
 
-  /// One axis is told something; all others go on. `hold` of a turning axis goes there, `rate` 0 stops it. A sweep
+  /// Gives a command to one axis; all others go on. `hold` of a turning axis goes there, `rate` 0 stops it. A sweep
   /// needs Motion::lasts. What the rig cannot do is refused, and the axis goes on as before. `time` [s].
   Refusal command(double time, const std::string& axis, const Motion& motion);
-  /// All axes are told at once what a segment of a schedule tells them: those that it does not mention come to rest.
+  /// Gives all axes at once the commands of a segment of a schedule: those that it does not mention come to rest.
   /// `time` [s].
   Refusal carry_out(double time, const Segment& segment);
   /// The axis brakes as fast as it can and stands; air stays as it is; a shake ends. `time` [s].
@@ -77,9 +77,9 @@ class VirtualRig {
   /// Switches the instruments. Each switching-on draws their turn-on anew. Where the rig stands still, it is to the rig
   /// as the begin of a run is to simulate(). `time` [s].
   void power(double time, bool on);
-  /// Which power-up it is, from 1; 0: off.
   /// Whether the drive of the axis obeys commands: not while it is stuck.
   bool obeys(const std::string& axis) const;
+  /// Number of the power-up, from 1; 0: off.
   int power_up() const;
 
   /// `time` [s].

@@ -35,7 +35,7 @@ class VirtualStream {
   /// A frame for each sample; its time is the end of the sample. What does not fit into its bytes stays at their end.
   /// Throws Error::bad_input where a channel of the rig is of another dimension than that of the declaration.
   std::vector<TimedBytes> frames_of(const VirtualSamples& samples);
-  /// Their bytes alone, behind what `out` holds. Throws as frames_of().
+  /// The bytes of these frames alone, behind what `out` holds. Throws as frames_of().
   void append_frames(const VirtualSamples& samples, std::string& out);
 
   /// Faults of the unit: the counter stands at `counter` with the next frame; the clock jumps by `step` [s]; the

@@ -14,8 +14,8 @@ const std::vector<std::string>& catalogue_kinds();
 /// axes, terms ...
 std::string catalogue_json(const std::string& kind);
 
-/// As above, with the summaries of the entries and the descriptions of their options in a language, where the language
-/// has them; names, units and defaults are alike in all.
+/// The catalogue as above, with the summaries of the entries and the descriptions of their options in a language, where
+/// the language has them; names, units and defaults are alike in all.
 std::string catalogue_json(const std::string& kind, Language language);
 
 /// A declaration of a controller in a file of the user, read and checked, as an object of JSON. Throws

@@ -8,8 +8,8 @@
 
 namespace tumble {
 
-/// What a laboratory says of a calibration, from its file. `sets` are values by "section.key", which replace those of
-/// the file; an image of `[laboratory] logo` is read too.
+/// Statements of a laboratory about a calibration, from its file. `sets` are values by "section.key", which replace
+/// those of the file; an image of `[laboratory] logo` is read too.
 /// Throws Error::bad_input with all that is unknown or wrong, each with its line; Error::bad_file.
 CertificateDetails load_lab(const std::string& path, const Sets& sets);
 

@@ -5,7 +5,7 @@
 
 namespace tumble {
 
-/// What a compensation did, as a result without parameters that every front end shows and draws: each compensated
+/// Report of a compensation, as a result without parameters that every front end shows and draws: each compensated
 /// channel before and after, and what was subtracted with its uncertainty, as means over at most 2000 blocks.
 ///
 /// Given     result  whose error model was subtracted

@@ -19,7 +19,7 @@ struct ExportSource {
 /// "gyro_y=tumble.json" or "tumble.json", read whole. Throws Error::bad_file.
 ExportSource export_source(const std::string& argument);
 
-/// Wishes of a user besides the results.
+/// Wishes of a user for an export, apart from the results.
 struct ExportWish {
   std::string to;  ///< name of the consumer
   Sets sets = {};

@@ -8,7 +8,7 @@
 
 namespace tumble {
 
-/// What the units of a fleet have in common, parameter by parameter: mean and spread, why results differ, a chart in
+/// Common properties of the units of a fleet, parameter by parameter: mean and spread, why results differ, a chart in
 /// order of production, units that do not belong, batches; with limits the capability, the risks of four decision
 /// rules, and the guard band that follows from the fleet itself.
 ///

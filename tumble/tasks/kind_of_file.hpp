@@ -4,7 +4,7 @@
 
 namespace tumble {
 
-/// What a file holds, as far as its first bytes and its name say.
+/// Kind of a file, as far as its first bytes and its name show it.
 enum class FileKind { plan, result, recording, unknown };
 
 /// Given  path  of a file; a name that is no file is unknown

@@ -48,7 +48,7 @@ struct RecordLayout {
 /// Throws    Error::bad_data with all that does not fit: other channels, another rate, files that overlap
 RecordLayout lay_out(const std::vector<RecordPiece>& pieces);
 
-/// What the method needs of one file; its SHA-256.
+/// Part of one file that the method needs; the SHA-256 of the file.
 struct ReducedPiece {
   NoisePart part;
   std::string sha256;

@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// What was noticed in one recording.
+/// Findings about one recording.
 struct NoticedIn {
   std::string file;
   Findings findings;

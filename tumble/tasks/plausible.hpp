@@ -5,7 +5,7 @@
 
 namespace tumble {
 
-/// What the values of a result tell of a fault, whatever the method: an output that goes against its input
+/// Findings that the values of a result show a fault, for results of any method: an output that goes against its input
 /// (`wrong_sign`: a scale factor error below -1, or a scale factor or a radius below 0), and errors too large for a
 /// model that is linear in them (`beyond_linear_form`: a scale factor error of 20 %, a misalignment of 3 deg). Methods
 /// for units of several axes estimate full matrices, in which large errors are no fault: only signs are looked at

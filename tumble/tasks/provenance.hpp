@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// What an answer owes to its plan: the texts of the plan and of the plans of its recordings, the settings of the
+/// Sources of an answer in its plan: the texts of the plan and of the plans of its recordings, the settings of the
 /// method as resolved, the channels by role, the values of `--set`, and the calibration with its checksum.
 Provenance provenance_of(const Plan& plan);
 

@@ -16,7 +16,7 @@ struct ReadyPlan {
       beside;  ///< files of other ready plans that its recordings name: they belong into its folder
 };
 
-/// All of them by name.
+/// All ready plans by name.
 const std::vector<ReadyPlan>& ready_plans();
 
 /// The plan of that name, else the first one for the method of that name. Throws Error::unsupported with the nearest

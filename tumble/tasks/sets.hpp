@@ -33,10 +33,10 @@ std::size_t parse_skip(const std::string& text);
 ChannelChoice parse_choice(const std::string& text);
 /// "S1, S2[pulse]". Throws Error::bad_input.
 std::vector<ChannelChoice> parse_choices(const std::string& text);
-/// Their names, separated by commas.
+/// The names of the choices, separated by commas.
 std::string listed(const std::vector<ChannelChoice>& choices);
 
-/// What was given, with what the command line says in place of the same key from the file.
+/// Settings from a file, with those of the command line in place of the same keys.
 std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line);
 
 }  // namespace tumble

@@ -50,8 +50,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress);
 Estimate identify(Evidence&& evidence, const Progress& progress);  ///< the same without a copy of the samples
 
 /// Gathers and identifies. A recording whose samples take more than `memory` bytes is worked through block after block
-/// where the method can: with the same result but for the findings of the checks, which see a recording as a whole, and
-/// what the method's page says.
+/// where the method can: with the same result except for the findings of the checks, which see a recording as a whole,
+/// and what the method's page says.
 Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,
                   const Progress& progress);
 
@@ -63,14 +63,14 @@ using tumble::simulate;
 void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
                  const Progress& progress);
 
-/// The uncertainties before a sample is taken, with the plan's truth as values: as the plan's method tells them, or
-/// where it does not (or there is none) those of the instrument's table of terms over the schedule. What cannot be told
-/// apart is a finding, with what would have to be added to the schedule.
+/// The uncertainties before a sample is taken, with the plan's truth as values: from the plan's method, or, if it does
+/// not predict or the plan has no method, from the instrument's table of terms over the schedule. Terms that cannot be
+/// distinguished give a finding, which says what to add to the schedule.
 /// Throws Error::bad_input with all that the plan lacks.
 Estimate predict(const Plan& plan);
 
-/// The uncertainties from the table of terms, whatever the method; `terms` limits it to these, empty: all. `advise`:
-/// say what would tell apart what is not.
+/// The uncertainties from the table of terms, for any method; `terms` limits it to these, empty: all. `advise`: say
+/// which motions would distinguish the terms that the schedule does not.
 Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise = true);
 
 /// Pass, fail or undecided for every limit, from the 95 % interval of the parameter (Student's t). A limit on a
@@ -94,7 +94,7 @@ struct ChannelSummary {
   double rate() const { return samples > 1 ? static_cast<double>(samples - 1) / (last - first) : 0.0; }  ///< [Hz]
 };
 
-/// What a file holds.
+/// Contents of a file.
 struct Inspection {
   Recording header;  ///< everything but the samples
   std::vector<ChannelSummary> channels;

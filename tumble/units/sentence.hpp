@@ -44,7 +44,7 @@ struct SentenceValue {
     sentence  ///< `nested`
   };
   Kind kind = Kind::text;
-  std::string text;              ///< as it stands in the English sentence
+  std::string text;              ///< as in the English sentence
   double number = 0.0;           ///< as given, in no unit
   std::vector<Sentence> nested;  ///< one where kind is sentence
 };
@@ -82,7 +82,7 @@ struct Problem {
 
 using Problems = std::vector<Problem>;
 
-/// Their English texts.
+/// The English texts of problems.
 std::vector<std::string> texts_of(const Problems& problems);
 
 /// The problem as seen from further outside: "--set rate=x: " before it. What `outer` says of the place is added to
@@ -100,10 +100,10 @@ Sentence sentence_of(const Problem& problem);
 
 /// The problem with other texts of its values and its place; words and patterns stay.
 Problem with_values(Problem problem, const std::function<std::string(const std::string&)>& change);
-/// The problem with names of files told from a folder on: whoever reads it does not know where that lies.
+/// The problem with names of files relative to a folder: the reader does not know where that folder lies.
 Problem named_from(const std::string& folder, Problem problem);
 
-/// An argument of `say` besides its text.
+/// Kind and number of an argument of `say`; its text comes from the format arguments.
 struct SayArgument {
   SentenceValue::Kind kind = SentenceValue::Kind::text;
   double number = 0.0;
@@ -135,9 +135,9 @@ SayArgument say_argument(const T& value) {
     return {};
 }
 
-/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). What a
-/// value is, follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words
-/// of the program (const char*), a text.
+/// A sentence from its English pattern, checked as fmt checks it: say("cannot read '{}': {}", path, reason). The
+/// kind of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before
+/// it), words of the program (const char*), a text.
 template <class... Values>
 Sentence say(fmt::format_string<Values...> pattern, const Values&... values) {
   const fmt::string_view english = pattern;

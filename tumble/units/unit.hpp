@@ -19,10 +19,10 @@ struct Dimension {
 ///
 /// Accepts products, quotients, integer and half powers, parentheses, sqrt(), SI prefixes, and the field's own units:
 ///   deg/h  deg/sqrt(h)  ug/g^2  pulse/(m/s)  ppm  arcsec  (m/s^2)/sqrt(Hz)  degC  mA/g  deg/h/g  deg/h^1.5
-/// also  °/√h  m/s²  m·s  µrad  h^(1/2)  m/s2. The words stand in words.cpp, the grammar in parse.cpp. What could be
-/// read in two ways is read so:
+///   °/√h  m/s²  m·s  µrad  h^(1/2)  m/s2
+/// The words stand in words.cpp, the grammar in parse.cpp. A text that could be read in two ways is read so:
 ///   deg/h/g   from left to right: (deg/h)/g
-///   h min     hour and minute; `m` is metre before all else and milli only before a unit that takes it
+///   h min     hour and minute; `m` is metre, and milli only before a unit that takes it
 ///   g mg ug   standard gravity, 9.80665 m/s^2, and parts of it; `kg` is kilogram, grams are not known
 ///   degC degF alone an absolute temperature (degC: offset 273.15 K), inside a product or power an interval
 ///   pulse count LSB bit   one dimension, the count

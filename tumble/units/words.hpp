@@ -26,7 +26,7 @@ std::optional<Meaning> meaning_of(std::string_view word);
 struct UnitWord {
   std::string_view text, prefixes;
 };
-/// All of them: lengths, times, angles and so on, in the order of the table.
+/// All words of units: lengths, times, angles and so on, in the order of the table.
 std::vector<UnitWord> unit_words();
 
 /// Advice on a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.

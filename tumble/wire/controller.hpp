@@ -17,15 +17,15 @@
 
 namespace tumble {
 
-/// What a station wants of a rig, a chamber or a supply. Values are SI: {"position", rad}. `position.2` is the position
-/// of axis 2 in a command that carries several axes; `position` is that of `axis`.
+/// A request of a station to a rig, a chamber or a supply. Values are SI: {"position", rad}. `position.2` is the
+/// position of axis 2 in a command that carries several axes; `position` is that of `axis`.
 struct ControllerRequest {
   std::string verb;
   std::map<std::string, double> values = {};
   int axis = 1;
 };
 
-/// What a controller said. Only a reply without `problem` and without `refused` carries values.
+/// A reply of a controller. Only a reply without `problem` and without `refused` carries values.
 struct ControllerReply {
   std::string verb;                           ///< of the request; "notice": the controller spoke without being asked
   std::map<std::string, double> values = {};  ///< [SI]
@@ -135,7 +135,7 @@ struct ControllerChecksum {
   bool with_head = false;  ///< the head is part of what is summed
 };
 
-/// What messages of HTTP carry beside the command.
+/// Settings of messages of HTTP beside the command.
 struct ControllerHttp {
   std::string host = "localhost";
   std::vector<std::string> headers = {};  ///< of requests, "Authorization: Bearer abc"
@@ -207,7 +207,7 @@ struct Controller {
 Controller read_controller(std::string_view toml, const std::string& file,
                            const std::map<std::string, std::string>& settings = {});
 
-/// What the test vectors do not confirm, as host and as device; empty: all hold.
+/// Problems of the test vectors, as host and as device; empty: all hold.
 Problems problems_of_vectors(const Controller& controller);
 
 /// [SI] by how much a value may change on its way through the template of this verb: half a step of its format.
@@ -309,13 +309,13 @@ class ControllerDevice {
   /// Throws Error::bad_input where a value or a word is missing that the reply carries, or does not fit.
   void answer(const ControllerReply& reply);
 
-  /// Says the notice that gives this state, without being asked. Throws Error::bad_input where there is none.
+  /// Says the notice that gives this state, without being asked. Throws Error::bad_input where no notice does.
   void notice(const std::string& state);
 
   /// Bytes that are ready to be sent: answers, and replies that need no answer, in order.
   std::string output();
 
-  /// What was wrong with the bytes since the last call: checksums, unknown commands.
+  /// Problems of the bytes since the last call: checksums, unknown commands.
   Problems problems();
 
  private:

@@ -20,7 +20,7 @@ struct ShippedController {
   std::string_view text;  ///< TOML with comments
 };
 
-/// All of them by name.
+/// All shipped controllers by name.
 const std::vector<ShippedController>& shipped_controllers();
 
 /// The one of that name. Throws Error::unsupported with the nearest names.

@@ -7,7 +7,8 @@
 
 namespace tumble {
 
-/// What is damaged, missing, repeated, skipped or not good in a stream, with counts. `where`: its file or link.
+/// Findings about a stream, with counts: frames that are damaged, missing, repeated or skipped, and statuses that are
+/// not good. `where`: its file or link.
 Findings findings_of_stream(const FrameCodec& codec, const FrameCounts& counts, const std::string& where);
 
 }  // namespace tumble

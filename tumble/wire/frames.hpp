@@ -52,7 +52,7 @@ struct FrameField {
   std::optional<FrameCondition> when = {};  ///< the frame carries the channel only then
 };
 
-/// What the instrument says about itself.
+/// A status that the instrument reports about itself.
 struct FrameStatus {
   FrameCondition good;
   std::vector<std::size_t> channels;  ///< that it is about
@@ -163,7 +163,7 @@ struct FrameLayout {
   std::vector<FrameField> fields = {};
 };
 
-/// What a frame says: a value [SI] for each channel of the codec that it carries.
+/// Contents of a frame: a value [SI] for each channel of the codec that it carries.
 struct FrameContent {
   std::size_t frame = 0;               ///< index of its layout
   std::vector<double> values;          ///< [SI] by channel; NaN: not valid
@@ -228,7 +228,7 @@ struct FrameCodec {
 /// Throws    Error::bad_input with all problems, each with its line
 FrameCodec read_frames(std::string_view text, const std::string& file, const std::vector<std::string>& variants = {});
 
-/// What the test vectors of a codec do not confirm, decoded and encoded again; empty: all hold.
+/// Problems of the test vectors of a codec, decoded and encoded again; empty: all hold.
 Problems problems_of_vectors(const FrameCodec& codec);
 
 /// Something that happened in a stream: how often, and the first byte of the first.
@@ -280,12 +280,13 @@ class FrameStream {
   FrameStream& operator=(FrameStream&& other) noexcept;
   ~FrameStream();
   void feed(std::string_view bytes, const FrameSink& sink);
-  /// What waits for more bytes is decoded or counted as cut off, and what waits for frames before it is handed out.
+  /// Ends the stream: bytes that wait for more are decoded or counted as cut off, then frames that wait for earlier
+  /// ones are handed out.
   void finish(const FrameSink& sink);
   bool holds() const;                 ///< frames that wait for others
   void flush(const FrameSink& sink);  ///< hands them out
-  /// The instrument was told to start or to stop: until the next frame it answers, which is no garbage, and its counter
-  /// may begin anew, which is no loss.
+  /// Notes that the instrument was commanded to start or to stop: until the next frame it answers, which is no garbage,
+  /// and its counter may begin anew, which is no loss.
   void begin_again();
   const FrameCounts& counts() const { return counts_; }
 

@@ -17,13 +17,13 @@ struct ShippedInstrument {
   std::string_view text;  ///< TOML with comments
 };
 
-/// All of them by name.
+/// All shipped instruments by name.
 const std::vector<ShippedInstrument>& shipped_instruments();
 
 /// The one of that name. Throws Error::unsupported with the nearest names.
 const ShippedInstrument& find_instrument(const std::string& name);
 
-/// Its frames, in these variants. Throws Error::bad_input for a variant that it does not have.
+/// The frames of an instrument, in these variants. Throws Error::bad_input for a variant that it does not have.
 FrameCodec codec_of(const ShippedInstrument& instrument, const std::vector<std::string>& variants = {});
 
 /// "kvh_1775:gyro_rate,temperature_hundredths"

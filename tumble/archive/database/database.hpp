@@ -34,7 +34,7 @@ class Database {
 
   /// Does `work` in one transaction: all of it or nothing. Work that another writer came before is done again.
   void transact(const std::function<void()>& work);
-  /// What is wrong with the file of the database itself; empty on a server.
+  /// Problems of the file of the database itself; empty on a server.
   Problems damage();
 
  private:

@@ -17,7 +17,7 @@ class Sqlite {
   void rows(const std::string& sql, const Row& values, const RowSink& sink);
   void script(const std::string& sql);
   std::int64_t changed() const;  ///< rows that the last INSERT wrote
-  /// What is wrong with the file itself; empty: nothing.
+  /// Problems of the file itself; empty: it is sound.
   Problems damage();
 
  private:

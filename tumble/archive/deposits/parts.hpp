@@ -29,7 +29,7 @@ struct ReadInput {
 /// Files that a result was made from: plans, recordings, the calibration.
 std::vector<ReadInput> inputs_of(const Estimate& estimate);
 
-/// What is wrong with a model and serial number, whose indexes have limits.
+/// Problems of a model and serial number, whose indexes have limits.
 Problems problems_of_name(const UnitName& unit);
 
 /// Reads it. Adds to `problems` what is wrong.

@@ -6,7 +6,7 @@
 
 #include "tumble/core/estimate.hpp"
 
-/// Which errors of a result other results share (docs/equations (8.2)).
+/// Errors of a result that other results share (docs/equations (8.2)).
 namespace tumble::deposits {
 
 /// An error that another result has too, where it has one of the same name: source and key of the line of the budget,
@@ -20,7 +20,7 @@ struct KeyedError {
 /// all errors anew. Errors that give less than a ten-thousandth of the variance are not listed.
 std::vector<KeyedError> keyed_errors(const Estimate& estimate, std::size_t parameter);
 
-/// What of the uncertainty of a parameter is shared, in two numbers.
+/// Shared and private parts of the uncertainty of a parameter, in two numbers.
 struct ErrorSources {
   double private_sd = 0.0;   ///< [SI], of the errors that no other result shares
   std::int64_t sources = 0;  ///< from names and signs of the keyed errors; 0: there is no such error

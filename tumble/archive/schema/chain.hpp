@@ -21,7 +21,7 @@ class RowDigest {
   std::vector<std::string> texts_;
 };
 
-/// What happened, by whom and why.
+/// An event: the action, by whom and why.
 struct Event {
   std::string action, subject, reason, detail;
 };
@@ -32,7 +32,7 @@ std::string chain_of_unit(const std::string& model, const std::string& serial);
 std::string chain_of_run(const std::string& run);
 std::string chain_of_equipment(const std::string& id);
 std::string chain_of_model(const std::string& model);
-/// Of the archive itself: who made it, and who brought it up to date.
+/// Chain of the archive itself: who made it, and who brought it up to date.
 inline constexpr const char* chain_of_archive = "archive";
 
 /// SHA-256 of an event, from its row: of all columns but the last.
@@ -50,7 +50,7 @@ class Change {
   };
   /// Throws database::Refusal: a conflict where another writer appended to the chain.
   void append(const std::string& chain, const Event& event, const std::vector<Rows>& tables = {});
-  /// As append(), over rows that are there already.
+  /// Appends an event as append() does, over rows that are there already.
   void cover(const std::string& chain, const Event& event, const std::vector<Rows>& tables);
   /// With a time and a person of its own: what happened before it was archived.
   void append_at(const std::string& chain, const Event& event, const std::string& when, const std::string& who,

@@ -12,7 +12,7 @@
 
 namespace tumble::schema {
 
-/// What an open archive is made of.
+/// Parts of an open archive.
 struct OpenArchive {
   std::string address, folder;  ///< of the files; empty: they lie in the database
   database::Database database;
@@ -28,7 +28,7 @@ std::string shown_address(const std::string& address);
 void make_tables(const std::string& address, const std::string& folder, const ArchiveAct& act);
 
 /// Makes a database in a file of another name in the same folder, and gives it its name when it is whole: of two
-/// programs one has the name, and the other one's file is gone.
+/// programs one has the name, and the file of the other one is removed.
 ///
 /// Given     taken  the refusal where another file has the name, before or after
 /// Throws    Error::bad_input with `taken`; Error::bad_file for what a database refuses

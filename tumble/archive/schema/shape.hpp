@@ -38,11 +38,10 @@ std::int64_t number_of(const std::string& sha256);
 /// The version of the schema that this program makes and reads.
 std::int64_t newest_version();
 
-/// What is wrong with the versions that the tables were made and brought up to date by, as the chain of the archive
-/// knows them.
+/// Problems of the versions that the tables were made and brought up to date by, as the chain of the archive has them.
 Problems problems_of_versions(database::Database& database);
 
-/// What is wrong with the triggers that refuse changes of rows: missing, switched off, or others beside them.
+/// Problems of the triggers that refuse changes of rows: missing, switched off, or others beside them.
 std::vector<std::string> problems_of_triggers(database::Database& database);
 
 /// Who brings a schema up to date, when (UTC), and with which version of the program.

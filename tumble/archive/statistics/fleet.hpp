@@ -5,7 +5,7 @@
 #include "tumble/archive/statistics/occasions.hpp"
 #include "tumble/math/population/drift.hpp"
 
-/// What the units of a model say of the drift of one of them.
+/// Drift of a unit as the other units of its model show it.
 namespace tumble::statistics {
 
 struct FleetDrift {

@@ -10,7 +10,7 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/math/matrix.hpp"
 
-/// What charts, histories and summaries of an archive have in common.
+/// Parts that charts, histories and summaries of an archive have in common.
 namespace tumble::statistics {
 
 /// Results of one unit, of one day (UTC) and with the same shared errors: their mean, weighted by the private parts of
@@ -36,10 +36,10 @@ Adjustments adjustments_of(const Archive& archive, const ParameterOverUnits& ove
 std::string begin_at_adjustment(const Archive& archive, ParameterOverUnits& over);
 
 /// Adds a finding where results were made from the same recordings, by the same method, as another one of the unit:
-/// they tell nothing new, and count.
+/// they are no new evidence, and count.
 void note_same_recordings(const Archive& archive, const ParameterOverUnits& over, Findings& findings);
 
-/// Of each unit the first occasion, in order of time: a chart of the production.
+/// The first occasion of each unit, in order of time: a chart of the production.
 std::vector<Occasion> first_of_each_unit(const std::vector<Occasion>& occasions, std::size_t units);
 
 /// The shared errors of each number `sources` among the occasions, from the text of one result that has it.

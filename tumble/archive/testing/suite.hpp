@@ -17,7 +17,7 @@ struct ArchiveCase {
   void (*run)(const ArchivePlace&);
 };
 
-/// All of them: the SQLite tests run each by itself, the PostgreSQL test all of them on one server.
+/// All cases: the SQLite tests run each by itself, the PostgreSQL test all of them on one server.
 const std::vector<ArchiveCase>& archive_cases();
 
 }  // namespace tumble::testing

@@ -6,7 +6,7 @@
 #include "tumble/archive/testing/suite.hpp"
 #include "tumble/units/testing/problem_of.hpp"
 
-/// What the cases of the suite have in common.
+/// Helpers that the cases of the suite have in common.
 namespace tumble::testing {
 
 Archive new_archive(const ArchivePlace& place);
@@ -14,7 +14,7 @@ std::string write_file(const ArchivePlace& place, const std::string& name, const
 /// Three results of one unit, one of another, and the recording of the first.
 Deposit fleet(const ArchivePlace& place);
 void expect_sound(const Archive& archive);
-/// What verify_archive() finds, without the triggers that allow_changes() switches off.
+/// Problems that verify_archive() finds, without the triggers that allow_changes() switches off.
 std::vector<std::string> changes_of(const Archive& archive);
 /// So that rows of a table can be changed behind the back of the archive.
 void allow_changes(const Archive& archive, const std::string& table);

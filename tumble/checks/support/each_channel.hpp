@@ -6,7 +6,7 @@
 
 namespace tumble::support {
 
-/// What `look` says of each channel, in their order; several are looked at at the same time.
+/// Findings of `look` about each channel, in their order; several channels are looked at at the same time.
 Findings findings_of_each(const Recording& recording, const std::function<Findings(const Channel&)>& look);
 
 }  // namespace tumble::support

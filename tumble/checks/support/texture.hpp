@@ -4,7 +4,7 @@
 
 namespace tumble::support {
 
-/// What a signal looks like from one sample to the next.
+/// Measures of how a signal changes from one sample to the next.
 struct Texture {
   double quantum = 0.0;           ///< [SI] the usual least step between unequal neighbours; 0 for a constant
   double equal_neighbours = 0.0;  ///< share of samples that equal the one before

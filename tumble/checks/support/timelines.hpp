@@ -7,7 +7,7 @@
 
 namespace tumble::support {
 
-/// Stamps that several channels may share, so that what is odd in them is said once.
+/// Stamps that several channels may share, so that a fault of them is reported once.
 struct StampedTimeline {
   const Channel* channel;  ///< the first that has them
   std::string where;       ///< its channels by name, or empty when all have them

@@ -26,7 +26,7 @@ class Reader {
   std::optional<double> find(const std::string& name);
   double value_or(const std::string& name, double otherwise) { return find(name).value_or(otherwise); }
   bool has(const std::string& name) const { return find_parameter(input_.estimate, name) != nullptr; }
-  /// Text of a setting of the method; empty where there is none.
+  /// Text of a setting of the method; empty: not set.
   std::string setting(const std::string& name) const;
   /// Notes that this result states `what` ("gyro_x bias"); a problem where another one did.
   void claim(const std::string& what, std::set<std::string>& claimed);

@@ -34,7 +34,7 @@ const std::vector<const Export*>& export_catalogue();
 /// The entry of that name ("lio-sam" is lio_sam), or Error::unsupported with the nearest known name.
 const Export& find_export(std::string_view name);
 
-/// What a user asks for.
+/// Wishes of a user for an export.
 struct ExportRequest {
   std::vector<Given> settings = {};    ///< `--set key=value`
   std::vector<std::string> drop = {};  ///< names of terms that may be lost

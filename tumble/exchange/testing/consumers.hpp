@@ -4,8 +4,8 @@
 
 #include "tumble/exchange/calibration.hpp"
 
-/// What consumers do with the files that exports write, by their own formulas, which were written down from their code
-/// without looking at the exports. Inputs [SI] in axes of the calibration, from outputs [SI].
+/// Corrections that consumers apply by the files that exports write, by their own formulas, which were written down
+/// from their code without looking at the exports. Inputs [SI] in axes of the calibration, from outputs [SI].
 namespace tumble::testing {
 
 struct Consumed {

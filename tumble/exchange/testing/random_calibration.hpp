@@ -9,7 +9,7 @@
 /// Calibrations and inputs drawn at random, for the tests of exports.
 namespace tumble::testing {
 
-/// Which parts a random calibration has.
+/// Parts that a random calibration has.
 struct Parts {
   bool scale = true, misalignment = true, bias = true, by_force = true;
   bool curve = false, lever = false, table = false, thermal_bias = false, thermal_scale = false, noise = true;

@@ -29,7 +29,7 @@ bool in_groups(std::string_view cell, char separator, char mark);
 /// "nan", "n/a", "--": words for a missing number.
 bool reads_like_missing(std::string_view cell);
 
-/// "name[unit]"; the unit is empty where there is none.
+/// "name[unit]"; the unit may be empty.
 struct Named {
   std::string name;
   std::string unit;

@@ -14,7 +14,7 @@ namespace tumble::csv {
 
 inline constexpr std::size_t no_column = static_cast<std::size_t>(-1);
 
-/// What the first cells of a column hold.
+/// Content of the first cells of a column.
 struct ColumnSample {
   StampKind kind = StampKind::none;  ///< all cells that are not blank are such stamps
   bool text = false;                 ///< most cells are neither numbers nor stamps
@@ -40,7 +40,7 @@ struct ClockColumn {
 /// The first columns of a clock that say the date by whole numbers.
 enum class DateColumns { none, year_month_day, year_day };
 
-/// What the stamps of a clock begin again after, where they do not say the date.
+/// Period after which the stamps of a clock begin again, where they do not say the date.
 enum class Turn { none, day, year };
 
 /// The columns that say the time; their stamps are added. Without a format, the only one is a number of the unit of its

@@ -22,7 +22,7 @@ struct Column {
   bool signal = true;  ///< holds numbers, as far as its first cells show
 };
 
-/// What the lines before the first sample say.
+/// Contents of the lines before the first sample.
 struct Layout {
   char separator = ',';  ///< ' ': any run of blanks and tabs
   char mark = '.';       ///< the decimal mark

@@ -49,7 +49,7 @@ inline const char* take_digits(const char* p, std::uint64_t& mantissa) {
   }
 }
 
-/// 10^exponent * mantissa to the nearest double; false where these few steps cannot tell.
+/// 10^exponent * mantissa to the nearest double; false where these few steps do not determine it.
 inline bool scaled(std::uint64_t mantissa, int exponent, double& value) {
   // Both exact, hence one rounding. The bound could be 2^53; but full doubles are written with 16 or 17 digits at
   // random, and a branch between those would be mispredicted.

@@ -31,7 +31,7 @@ struct Batch {
 /// How much of a line is looked at: all of it, or no more than up to the last cell wanted.
 enum class Look { at_all, at_wanted };
 
-/// Turns lines into numbers. Cells that are none are noted, and refused all together by finish().
+/// Turns lines into numbers. Cells that hold no number are noted, and refused all together by finish().
 class Rows {
  public:
   Rows(std::string path, const Layout& layout, std::string missing, Look look);

@@ -6,7 +6,7 @@
 
 namespace tumble::csv {
 
-/// What the cells of a column that is a clock hold.
+/// Kind of the cells of a column that is a clock.
 enum class StampKind {
   none,
   date_time,    ///< 2026-11-20T09:00:00.123, 20.11.2026 09:00:00,123
@@ -31,7 +31,7 @@ struct Stamp {
   bool zoned = false;     ///< the time zone is said
 };
 
-/// What a cell holds, as far as one cell shows it: dates and times with separators. Numbers are none.
+/// Kind of the stamp in a cell, as far as one cell shows it: dates and times with separators. A number gives `none`.
 StampKind stamp_kind(std::string_view cell);
 
 /// The stamp in a cell; false where it is not one of this format.

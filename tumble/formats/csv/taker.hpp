@@ -27,7 +27,7 @@ class Taker {
 
   /// A mark where the label changes; none where the file has no column of labels.
   std::vector<Mark> marks(const std::optional<Timeline>& clock) const;
-  /// The clock of the file; empty: its stamps must be kept. Throws Error::bad_file when there is none at all.
+  /// The clock of the file; empty: its stamps must be kept. Throws Error::bad_file when the file has no clock at all.
   std::optional<Timeline> timeline(const std::string& path, const ReadOptions& options, Findings& findings) const;
   /// Date and time of the first sample, where the stamps say it: "2026-11-20T09:00:00.123"; else empty.
   std::string start() const;

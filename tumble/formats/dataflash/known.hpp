@@ -22,11 +22,11 @@ const KnownMessage* known_message(std::string_view name);
 /// 0.
 bool describe(int instance, topics::Column& column);
 
-/// Of the sensor, from 0.
+/// Number of the sensor, from 0.
 int instance_of(const Stream& stream, std::string_view name);
 
-/// What is read where nothing is asked for: of the first gyro and of the first accelerometer, the messages of which
-/// there are most. Indices among `streams`.
+/// Streams that are read where the user names none: those of the first gyro and of the first accelerometer with the
+/// most messages. Indices among `streams`.
 std::vector<std::size_t> preferred(const Scan& scan, const std::vector<std::size_t>& streams);
 
 /// The parameters of this sensor by which ArduPilot corrects its samples, where they are not neutral: "INS_GYROFFS_X".

@@ -23,7 +23,7 @@ struct Field {
   std::size_t offset = 0;  ///< [bytes] from the beginning of the message
 };
 
-/// What FMT says of the messages of one id.
+/// Description of the messages of one id, by FMT.
 struct Description {
   std::string name;           ///< empty: there is no FMT
   std::size_t length = 0;     ///< [bytes] of a message
@@ -36,11 +36,11 @@ using Descriptions = std::array<Description, 256>;
 std::size_t size_of(char type);
 /// The number of this type; nothing for text, arrays and half floats.
 std::optional<topics::Number> number_of(char type);
-/// Null where there is none of that label.
+/// The field of that label, or null.
 const Field* find_field(const Description& description, std::string_view label);
-/// Text of a field, printable; empty where there is none.
+/// Text of a field, printable; empty: no such field.
 std::string text_of(const Description& description, const char* message, std::string_view label);
-/// Number of a field [as written]; nothing where there is none.
+/// Number of a field [as written]; nothing without such a field.
 std::optional<double> value_of(const Description& description, const char* message, std::string_view label);
 
 /// The stamp of a message: when the sample was taken, where the message says it. Null where it has none.
@@ -50,7 +50,7 @@ double ticks_of(const Field& time);
 /// [s] on the clock of the autopilot; nothing where the message has no stamp.
 std::optional<double> time_of(const Description& description, const char* message);
 
-/// What is not as it should be.
+/// Damage of a file.
 struct Damage {
   std::size_t stretches = 0;    ///< that are no messages
   std::size_t bytes = 0;        ///< in them

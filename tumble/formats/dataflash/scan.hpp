@@ -20,12 +20,12 @@ struct Stream {
   std::optional<double> first;  ///< [s] of the first message, on the clock of the autopilot
 };
 
-/// What FMTU says of the fields of one id, a character for each.
+/// Units of the fields of one id, by FMTU, a character for each.
 struct FieldUnits {
   std::string units, multipliers;
 };
 
-/// What a pass through the file shows.
+/// Result of a pass through the file.
 struct Scan {
   Descriptions descriptions;
   std::array<FieldUnits, 256> field_units;
@@ -38,7 +38,7 @@ struct Scan {
   double rejected = 0.0;                ///< messages that the logger could not write
   Damage damage;
 
-  /// The field that numbers the instances; null where there is none.
+  /// The field that numbers the instances, or null.
   const Field* instance_field(std::uint8_t id) const;
 };
 

@@ -9,8 +9,8 @@
 
 namespace tumble::file {
 
-/// What a recording carries besides its channels, as JSON texts by key: instrument, marks, meta; and quantities for
-/// channels whose kind does not follow from their unit. What is empty has no key.
+/// Contents of a recording other than channels, as JSON texts by key: instrument, marks, meta; and quantities for
+/// channels whose kind does not follow from their unit. Empty contents have no key.
 std::map<std::string, std::string> annotations_of(const Recording& recording);
 
 /// Takes one of them back; quantities are returned by channel name in `kinds`. False when the text is not what belongs
@@ -23,7 +23,7 @@ bool annotate(Recording& recording, std::map<std::string, QuantityKind>& kinds, 
 std::string all_annotations(const Recording& recording);
 bool annotate_all(Recording& recording, std::string_view json);
 
-/// The kind of that name; false when there is none.
+/// The kind of that name; false for an unknown name.
 bool kind_named(std::string_view text, QuantityKind& kind);
 
 }  // namespace tumble::file

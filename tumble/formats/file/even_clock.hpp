@@ -9,7 +9,7 @@
 
 namespace tumble::file {
 
-/// Of all rates [Hz] with 1/rate between low and high [s], the one with the fewest digits, itself or its inverse.
+/// The rate [Hz] with the fewest digits, itself or its inverse, of all those with 1/rate between low and high [s].
 double plainest_rate(double low, double high);
 
 /// Decides whether stamps are evenly spaced, one stamp after the other and in constant memory.
@@ -33,8 +33,8 @@ class EvenClock {
 
   std::size_t count() const { return count_; }
   /// The clock, if at least two stamps were even: it starts at the first stamp, and of all rates that fit it has the
-  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and
-  /// 1e-4 D, comes first. A stated rate [Hz] that fits is the rate.
+  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and 1e-4 D,
+  /// comes first. A stated rate [Hz] that fits is the rate.
   std::optional<Timeline> timeline(std::optional<double> stated = {}) const;
   /// Whether a clock that something else states (start [s], rate [Hz]) agrees with every stamp.
   bool allows(const Timeline& stated) const;

@@ -16,16 +16,17 @@ struct Source {
   bool in_si = false;                    ///< the values are
 };
 
-/// What a reader has that meets channel after channel, or none of them at one time: all samples, in memory or in a
-/// spool. An infinite value becomes NaN.
+/// Samples gathered by a reader that finds channel after channel, or no whole channel at one time: all samples, in
+/// memory or in a spool. An infinite value becomes NaN.
 struct Gathered {
   Recording frame;              ///< everything but the samples
   std::vector<Source> sources;  ///< by channel
 };
 
-/// As a recording in memory. Channels that share their stamps there share them here. Throws Error::bad_file.
+/// The samples as a recording in memory. Channels that share their stamps there share them here. Throws
+/// Error::bad_file.
 Recording in_memory(Gathered gathered);
-/// In blocks, see stream_recording(). Throws Error::bad_file.
+/// The samples in blocks, see stream_recording(). Throws Error::bad_file.
 void hand_out(const Gathered& gathered, std::size_t samples, const BlockSink& sink, const Progress& progress);
 
 }  // namespace tumble::file

@@ -30,7 +30,7 @@ void leave_copy(const std::string& outer, const std::string& name, std::unique_p
 /// The format of the copy. Throws Error::bad_file, also for a packed file in a packed file.
 const Format& format_of(const PackedFile& packed, const ReadOptions& options = {});
 
-/// As the functions of Format. Origin and checksum are those of `outer`.
+/// Read a packed file as the functions of Format do. Origin and checksum are those of `outer`.
 Recording read(const PackedFile& packed, const ReadOptions& options, const Progress& progress);
 std::uintmax_t memory(const PackedFile& packed, const ReadOptions& options);
 void stream(const PackedFile& packed, const ReadOptions& options, std::size_t samples, const BlockSink& sink,

@@ -31,7 +31,7 @@ class Spool {
   std::unique_ptr<InputFile> input_;
 };
 
-/// Numbers in the order in which they come: in memory, or but for the last of them in a spool.
+/// Numbers in the order in which they come: in memory, or in a spool except for the last of them.
 class Series {
  public:
   /// Null: in memory.

@@ -7,7 +7,8 @@
 
 namespace tumble::frames {
 
-/// What a reader says of a stream: which declaration, what is damaged, missing, repeated, skipped, not good.
+/// Findings of a reader about a stream: which declaration, frames that are damaged, missing, repeated or skipped,
+/// statuses that are not good.
 Findings findings_of(const Chosen& chosen, const FrameCounts& counts, const std::string& path);
 
 }  // namespace tumble::frames

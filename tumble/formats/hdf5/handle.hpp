@@ -14,8 +14,9 @@ class Handle {
   using Close = herr_t (*)(hid_t);
   Handle() = default;
   Handle(hid_t id, Close closer) : id_(id), close_(closer) {}
-  /// `problem`: where the destructor leaves the reason of a close that failed, if there is none yet. The library writes
-  /// some bytes only then, so that a writer must look there before it says that a file is whole. It must live longer.
+  /// `problem`: where the destructor stores the reason of a close that failed, unless one is there already. The library
+  /// writes some bytes only then, so that a writer must look there before it says that a file is whole. It must live
+  /// longer.
   Handle(hid_t id, Close closer, std::string* problem) : id_(id), close_(closer), problem_(problem) {}
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_), problem_(other.problem_) {}
   Handle& operator=(Handle&& other) noexcept {

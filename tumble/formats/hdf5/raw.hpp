@@ -20,7 +20,8 @@ struct RawSamples {
   bool deflated = false, shuffled = false;
 };
 
-/// Of a dataset with this creation list, type and one axis of `count` samples; nothing where the library must read it.
+/// Place of the samples of a dataset with this creation list, type and one axis of `count` samples; nothing where the
+/// library must read it.
 std::optional<RawSamples> raw_samples(hid_t file, hid_t dataset, hid_t plist, int rank, hsize_t count,
                                       std::size_t file_size);
 

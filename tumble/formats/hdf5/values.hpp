@@ -49,12 +49,11 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
 void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
             std::vector<double>& values);
 
-/// The attribute as text or number; nothing where there is none of that kind. A number is
-/// [as written].
+/// The attribute as text or number; nothing without one of that kind. A number is [as written].
 std::optional<std::string> text_attribute(hid_t object, const char* name);
 std::optional<double> number_attribute(hid_t object, const char* name);
 
-/// A dataset that holds one text; nothing where it is none. Throws Error::bad_file, the bare reason, where it is of
+/// A dataset that holds one text; nothing for another dataset. Throws Error::bad_file, the bare reason, where it is of
 /// another file.
 std::optional<std::string> text_dataset(hid_t file, const char* path);
 

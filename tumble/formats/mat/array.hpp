@@ -24,7 +24,7 @@ struct Array {
 /// Where the numbers of a file go.
 enum class Keep { in_memory, in_spool, sizes_only };
 
-/// What a MATLAB file holds.
+/// Contents of a MATLAB file.
 struct Contents {
   Contents(const std::string& path, Keep keep);
 

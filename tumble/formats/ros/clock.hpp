@@ -12,7 +12,7 @@ inline std::int64_t difference(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
 
-/// What the two clocks of a stream say: header.stamp, which the driver of the instrument writes, and the time of the
+/// Stamps of the two clocks of a stream: header.stamp, which the driver of the instrument writes, and the time of the
 /// recorder. All times [ns].
 struct ClockSummary {
   std::size_t count = 0;
@@ -28,7 +28,7 @@ struct ClockSummary {
   bool begins_at_zero() const;
 };
 
-/// Which clock is used: time = stamp + offset, or the time of the recorder.
+/// Clock that is used: time = stamp + offset, or the time of the recorder.
 struct ClockChoice {
   bool header = true;
   std::int64_t offset = 0;  ///< [ns]

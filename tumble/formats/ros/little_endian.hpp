@@ -6,7 +6,7 @@
 
 namespace tumble::ros {
 
-/// A number as it stands in a file, first byte lowest.
+/// A number as the bytes of a file hold it, first byte lowest.
 template <class Number>
 Number number_at(const char* bytes) {
   static_assert(std::endian::native == std::endian::little);

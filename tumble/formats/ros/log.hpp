@@ -14,7 +14,7 @@
 
 namespace tumble::ros {
 
-/// What publishes to a topic; a topic may have several.
+/// Publisher of a topic; a topic may have several.
 struct Connection {
   std::string topic, type;  ///< "/imu/data", "sensor_msgs/Imu"
   Encoding encoding = Encoding::other;
@@ -38,7 +38,7 @@ struct Message {
   std::string_view bytes;  ///< empty where the connection is not wanted
 };
 
-/// What is done with what a piece holds.
+/// Functions that get the contents of a piece.
 struct Visitor {
   std::function<bool(std::uint32_t connection)> wants;  ///< whether its bytes are of use
   std::function<void(const Message&)> message;

@@ -37,7 +37,7 @@ std::string plain_type(std::string_view name);
 /// A name as it may be shown: ASCII, of at most 256 characters.
 std::string printable(std::string_view name);
 
-/// What the bytes of a message hold.
+/// Contents of the bytes of a message.
 struct Body {
   std::int64_t stamp = 0;  ///< [ns] header.stamp
   std::string_view frame;  ///< header.frame_id

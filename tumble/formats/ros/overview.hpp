@@ -10,7 +10,7 @@
 
 namespace tumble::ros {
 
-/// What is known of a stream once all of it was seen.
+/// Facts about a stream that are known after all of it was read.
 struct Overview {
   ClockSummary clocks;
   ClockChoice choice;

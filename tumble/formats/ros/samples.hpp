@@ -12,7 +12,7 @@
 
 namespace tumble::ros {
 
-/// Samples of a stream, one after the other as they stand in the file.
+/// Samples of a stream, one after the other in the order of the file.
 struct Samples {
   std::vector<std::int64_t> stamps;         ///< [ns] header.stamp
   std::vector<std::int64_t> received;       ///< [ns] when it was recorded

@@ -38,9 +38,9 @@ struct Stream {
   std::vector<Column> columns;
 };
 
-/// Which topics are read, and which of their numbers.
+/// Topics that are read, and the numbers of them that are.
 ///
-/// Those that the options name; else the only topic of sensor_msgs/Imu, and with it of each other known type the topic
+/// Topics that the options name; else the only topic of sensor_msgs/Imu, and with it of each other known type the topic
 /// that is the only one, or the only one beside the IMU's ("/imu/data", "/imu/temperature"). Throws Error::bad_file,
 /// with all topics, where the options have to say which, or name one that is not there or cannot be read.
 std::vector<Stream> choose_streams(Log& log, const ReadOptions& options);

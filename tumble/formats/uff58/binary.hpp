@@ -10,7 +10,7 @@
 
 namespace tumble::uff58 {
 
-/// What the first line of a binary dataset (58b) says of the bytes behind its eleven lines of text.
+/// Facts about the bytes of a binary dataset (58b), behind its eleven lines of text, by its first line.
 struct BinaryHead {
   bool reversed = false;  ///< big-endian
   std::size_t bytes = 0;  ///< [bytes]
@@ -31,7 +31,7 @@ BinaryNumbers binary_numbers(const BinaryHead& head, bool double_precision, bool
 /// The numbers [as written] in a piece of such bytes, which holds whole pairs.
 void decode_binary(std::string_view bytes, const BinaryNumbers& kind, bool reversed, std::vector<double>& numbers);
 
-/// What the parts of a file with binary datasets are given to.
+/// Functions that get the parts of a file with binary datasets.
 struct Parts {
   std::function<void(std::string_view line, std::size_t number)> line;
   std::function<std::size_t()> bytes_due;       ///< [bytes] asked after each line: so many follow it as they are

@@ -17,7 +17,7 @@ namespace tumble::uff58 {
 std::string_view field(std::string_view line, std::size_t first, std::size_t count);
 
 /// Numbers of Fortran [as written]: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
-/// Returned: false at the first that is none.
+/// Returned: false at the first text that is not a number.
 bool numbers_in(std::string_view line, std::vector<double>& numbers);
 
 long whole_number(std::string_view text, long otherwise);

@@ -21,7 +21,7 @@ struct Field {
   bool operator==(const Field&) const = default;
 };
 
-/// What the messages of a log look like, by the name of the format.
+/// Fields of the messages of a log, by the name of the format.
 using Definitions = std::map<std::string, std::vector<Field>, std::less<>>;
 
 /// Takes "name:type field;type[n] field;". False where it is not of that form.

@@ -22,8 +22,8 @@ const KnownTopic* known_topic(std::string_view name);
 /// Names and unit of a field of a known topic; false for a field that is no sample. `instance`: of the topic.
 bool describe(const KnownTopic& topic, int instance, topics::Column& column);
 
-/// What is read where nothing is asked for: indices among `names`, which are "topic:instance", with `messages` of each.
-/// Uncorrected topics; corrected ones where there are no others.
+/// Topics that are read where the user names none: indices among `names`, which are "topic:instance", with `messages`
+/// of each. Uncorrected topics; corrected ones only where a log has no others.
 std::vector<std::size_t> preferred(const std::vector<std::string>& names, const std::vector<std::size_t>& messages);
 
 /// "sensor_gyro:1" in its parts.

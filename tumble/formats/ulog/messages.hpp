@@ -36,7 +36,7 @@ class Subscriptions {
   Subscription none_;
 };
 
-/// What is not as it should be.
+/// Damage of a file.
 struct Damage {
   std::size_t stretches = 0;    ///< that are no messages
   std::size_t bytes = 0;        ///< in them

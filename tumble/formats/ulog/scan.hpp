@@ -12,7 +12,7 @@
 
 namespace tumble::ulog {
 
-/// What a pass through the file shows.
+/// Result of a pass through the file.
 struct Scan {
   struct Topic {
     std::string name;    ///< "sensor_gyro:0"

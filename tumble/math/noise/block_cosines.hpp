@@ -39,7 +39,8 @@ struct ContrastSums {
   double first[widest_block] = {}, second[widest_block] = {};
   double count = 0.0;      ///< of complete blocks
   double contrasts = 0.0;  ///< of an order, independent: an incomplete block has k values of p and counts (k-1)/(p-1)
-  /// Of incomplete blocks: contrast times that of a ramp of 1 u a value with the same values missing, and its square.
+  /// Sums over incomplete blocks, by order: the contrast times the contrast of a ramp of 1 u a value with the same
+  /// values missing, and the square of the latter.
   double with_ramp[widest_block] = {}, ramp_square[widest_block] = {};
   BlockPatterns patterns;  ///< of incomplete blocks that have half of their values or more
 

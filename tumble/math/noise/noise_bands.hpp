@@ -25,7 +25,7 @@ struct LostSamples {
 
   double variance(NoiseTerm term) const;      ///< [1] of a unit power law
   double markov_variance(double time) const;  ///< [1] of a process of unit variance; time: T_c [samples]
-  /// ... [1] of white noise through a filter of this autocovariance [1]
+  /// Variance [1] of white noise through a filter of this autocovariance [1]
   double filtered_variance(std::span<const double> autocovariance) const;
 };
 
@@ -106,7 +106,7 @@ class NoiseBands {
   std::vector<double> slow;  ///< what the sines are taken of: means over slow_unit samples
   double slow_unit = 1.0;
   std::shared_ptr<const LostSamples> lost;  ///< of `slow`; null: nothing
-  /// Of each fast scale, then of cosines of `slow`.
+  /// Scatter of the power along the record: one entry for each fast scale, then one for cosines of `slow`.
   std::vector<std::shared_ptr<const PowerScatter>> scatter;
   /// Mean square of the fastest contrasts over each of `parts` equal parts of the record, and their number; empty where
   /// there is no fast scale.
@@ -121,7 +121,7 @@ class NoiseBands {
 std::vector<double> slow_sines(std::span<const double> values);
 
 /// Covariance at a lag of h units of means over `unit` samples under a unit power law; generalised (as far as weights
-/// that add up to zero can tell) where there is no variance.
+/// that add up to zero can show it) where there is no variance.
 /// Given: unit [samples], h [units]. Returned: covariance [1], of a squared coefficient of one.
 double unit_covariance(NoiseTerm term, double unit, int h);
 

@@ -13,7 +13,7 @@ namespace tumble {
 
 struct NoiseLikelihoodOptions {
   std::vector<NoiseTerm> terms{power_law_terms.begin(), power_law_terms.end()};  ///< power laws tried
-  double significance = 0.01;   ///< a term remains if chance alone would give it with less than this probability
+  double significance = 0.01;   ///< a term remains if its p-value is below this
   std::size_t most_markov = 2;  ///< Gauss-Markov processes tried beside the power laws
   double shortest = 0.0;        ///< [samples] averaging times tau whose frequencies 1/(2 tau) are used
   double longest = std::numeric_limits<double>::infinity();
@@ -45,12 +45,12 @@ struct NoiseResidual {
 
 struct NoiseFit {
   std::vector<FittedTerm> terms;  ///< quantization, white, flicker, random walk, then the Gauss-Markov processes kept
-  /// Of the squared coefficients [u^2] of `terms`, then of T_c [samples] of each process, then of bandwidth [cycles a
-  /// sample] and damping of the filter, where there is one.
+  /// Covariance of the squared coefficients [u^2] of `terms`, then of T_c [samples] of each process, then of bandwidth
+  /// [cycles a sample] and damping of the filter, where there is one.
   Matrix covariance;
   std::vector<double> model_error_variance;  ///< the part of its diagonal that comes from model_error
-  /// What is reported, in the order of `covariance`: roots of the coefficients [u] free of bias, correlation times,
-  /// filter; with its covariance: averaged over the sets of terms that are supported nearly as well.
+  /// Reported values in the order of `covariance`: roots of the coefficients [u] free of bias, correlation times,
+  /// filter. They and their covariance are averaged over the sets of terms that the record supports nearly as well.
   std::vector<double> value;
   Matrix value_covariance;
   std::vector<double> value_error_variance;  ///< the part of its diagonal that comes from model_error

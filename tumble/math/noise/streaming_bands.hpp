@@ -29,7 +29,7 @@ class StreamingNoiseBands {
   /// between.
   void append(const StreamingNoiseBands& next);
 
-  /// Those of what has come so far. Throws as NoiseBands.
+  /// Bands of the samples pushed so far. Throws as NoiseBands.
   NoiseBands bands() const;
 
   std::size_t samples() const { return samples_; }

@@ -14,7 +14,7 @@ namespace tumble {
 class Whitening {
  public:
   /// interval      [s] between averages
-  /// longest       [s] record whose slowest flicker must be told from a constant
+  /// longest       [s] record whose slowest flicker must be distinguished from a constant
   Whitening(const NoiseModel& noise, double interval, double longest);
 
   /// Replaces every column of a block by its innovations divided by their standard deviation, in place.
@@ -37,7 +37,7 @@ class Whitening {
   static State markov(const MarkovComponent& component, double interval);
   static State walk(double density, double interval);
 
-  /// What the rows with data have in common for all columns.
+  /// Gains of the rows with data, which are common to all columns.
   struct Gains {
     std::vector<double> scale;     ///< [n] 1/sd of each innovation; 0 where there are no data
     std::vector<double> of_state;  ///< [n x s] row by row: change of each state by an innovation

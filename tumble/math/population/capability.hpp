@@ -23,8 +23,8 @@ struct Capability {
 /// min(T_U - mean, mean - T_L)/(3 sd) [1] of a normal production. See: docs/equations (8.26).
 double capability_index(const Population& population, const Tolerance& limits);
 
-/// What mean and spread may be, given units with unequal, known uncertainties: the generalised pivot, in order of
-/// spread.
+/// Possible means and spreads of a population, given units with unequal, known uncertainties: draws of the generalised
+/// pivot, in order of spread.
 ///
 ///   Q(t) = Q,  Q ~ chi-square of n - 1 degrees of freedom (t = 0 where Q(0) <= Q);  mean ~ N(mu(t), 1/sum w(t))
 ///

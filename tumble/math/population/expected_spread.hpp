@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// What one unit showed of one parameter, with the errors that it shares with other units.
+/// Value of one parameter that a test of one unit gave, with the errors that it shares with other units.
 struct KeyedUnitValue {
   UnitValue own;                    ///< value and private uncertainty [u]
   std::vector<double> shared = {};  ///< [k] [u]: signed shift by one standard deviation of each error common to several

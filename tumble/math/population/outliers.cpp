@@ -132,7 +132,7 @@ double p_of_permutations(std::span<const UnitValue> units, std::vector<std::size
 
 OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discovery) {
   if (units.size() < 5)
-    throw Error(Error::Kind::bad_data, say("{} units: outliers are looked for among five or more", units.size()));
+    throw Error(Error::Kind::bad_data, say("{} units: at least 5 units are needed to detect outliers", units.size()));
   static_cast<void>(spread_of_units(units));  // its problems
   OutlierUnits out;
   out.z.resize(units.size());
@@ -163,7 +163,7 @@ OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discov
 
 BatchChange batch_change(std::span<const UnitValue> units, double t, std::uint64_t seed) {
   if (units.size() < 2 * least_side)
-    throw Error(Error::Kind::bad_data, say("{} units: a change is looked for among six or more", units.size()));
+    throw Error(Error::Kind::bad_data, say("{} units: at least 6 units are needed to detect a change", units.size()));
   std::vector<std::size_t> order(units.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   BatchChange out;

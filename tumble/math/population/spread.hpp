@@ -5,7 +5,8 @@
 
 namespace tumble {
 
-/// What one unit showed of one parameter. `sd` is the part of its uncertainty that no other unit shares (8.2).
+/// Value of one parameter that a test of one unit gave. `sd` is the part of its uncertainty that no other unit shares
+/// (8.2).
 struct UnitValue {
   double value = 0.0;  ///< [u]
   double sd = 0.0;     ///< [u], >= 0
@@ -32,7 +33,7 @@ struct UnitSpread {
 /// See:      docs/equations (8.3)-(8.5).
 UnitSpread spread_of_units(std::span<const UnitValue> units);
 
-/// What (8.3) gives at one spread.
+/// Weighted mean and its companions at one spread, by (8.3).
 struct MeanAtSpread {
   double mean = 0.0;            ///< weighted [u]
   double weight = 0.0;          ///< sum of 1/(t + u_i^2) [1/u^2]

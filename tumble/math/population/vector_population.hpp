@@ -9,13 +9,13 @@
 
 namespace tumble {
 
-/// What one unit showed of p parameters. A parameter that it did not show is NaN.
+/// Values of p parameters that a test of one unit gave. A parameter that it did not determine is NaN.
 struct UnitVector {
   std::vector<double> values;  ///< [p], each in a unit of its own
   Matrix covariance;           ///< [p x p], the private part (8.2); rows of missing parameters are not read
 };
 
-/// What a test showed of a unit of which some parameters, or only sums of some, were visible.
+/// Values that a test of a unit gave if it determined only some of the parameters, or only sums of some.
 struct ShownOfUnit {
   Matrix combinations;         ///< A [m x p]: each value is the sum of the parameters with these weights
   std::vector<double> values;  ///< [m], each in a unit of its own
@@ -87,7 +87,8 @@ struct VectorInPopulation {
 /// See:      docs/equations (8.13), (8.17).
 VectorInPopulation vector_in_population(const VectorPopulation& population, const ShownOfUnit& unit,
                                         const Matrix& shared = {});
-/// Of a unit whose test shows each of p parameters by itself, or not at all (NaN); `shared` [p x p].
+/// The unit in its population, if its test determines each of p parameters by itself or not at all (NaN). Given:
+/// `shared` [p x p].
 VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
                                         const Matrix& shared = {});
 

@@ -21,8 +21,8 @@ struct JointFit {
   std::vector<FoundEffect> effects;  ///< those that outputs share; empty where predicted
 };
 
-/// Generalised least squares of several outputs observed together: each has parameters and noise of its own, and
-/// known effects whose draws have the same name move them together. What one output shows of a disturbance is thereby
+/// Generalised least squares of several outputs observed together: each has parameters and noise of its own, and known
+/// effects whose draws have the same name move them together. So the part of a disturbance that one output shows is
 /// subtracted from the others.
 ///
 /// Given     outputs   [M] as fit_mixed_model or predict_mixed_model took them; observations in all or in none

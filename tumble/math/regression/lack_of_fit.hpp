@@ -12,7 +12,7 @@ struct LackOfFit {
   double ratio = 0.0;          ///< F [1]
   double freedom = 0.0;        ///< columns that the model does not contain already [1]
   double error_freedom = 0.0;  ///< of the error with which they are compared [1]; may be infinite
-  double probability = 1.0;    ///< [1] that chance gives F or more; 1 where nothing can be compared
+  double probability = 1.0;    ///< p-value [1] of F; 1 where nothing can be compared
   double coefficient = 0.0;    ///< of a single column more [u over that of the column]
   double sd = 0.0;             ///< its standard uncertainty by the covariance as given
 };

@@ -43,7 +43,7 @@ std::vector<BandResponse> local_polynomial_response(std::span<const double> inpu
 std::pair<double, double> occupied_band(std::span<const double> signal, double rate);
 
 /// The greatest number of at most `most` that has no prime factor above 5 and is a multiple of `multiple`: a length
-/// that a Fourier transform likes. 0: there is none.
+/// for which a Fourier transform is fast. 0: no number fits.
 std::size_t smooth_length(std::size_t most, std::size_t multiple);
 
 }  // namespace tumble

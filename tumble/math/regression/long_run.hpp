@@ -31,8 +31,9 @@ struct LongRunVariance {
 /// Given: share [1], 0 to 1/2. Returned: n weights [1].
 std::vector<double> faded_weights(std::size_t n, double share);
 
-/// Of sum w_j x_j: white sum w^2 + blue sum (w_j - w_(j-1))^2/(4 pi^2) + slow `slow_gain`, where `slow_gain` is the
-/// variance of the same sum for S = 1/f (see slow_gain). Zero densities are raised to a part of their uncertainty.
+/// Variance of sum w_j x_j: white sum w^2 + blue sum (w_j - w_(j-1))^2/(4 pi^2) + slow `slow_gain`, where `slow_gain`
+/// is the variance of the same sum for S = 1/f (see slow_gain). Zero densities are raised to a part of their
+/// uncertainty.
 /// Given: density [u^2]; weights w [1]; slow_gain [1]. Returned: variance [u^2].
 LongRunVariance variance_of_sum(const DensityAtZero& density, std::span<const double> weights, double slow_gain = 0.0);
 
@@ -41,7 +42,8 @@ struct LongRun {
   Matrix correlation;                  ///< of the means of the series
 };
 
-/// Of several series of one length that run side by side. Projections on the sines that vanish at both ends,
+/// Spectral densities of several series of one length that run side by side. Projections on the sines that vanish at
+/// both ends,
 ///
 ///   X_k = sqrt(2/n) sum_j (x_j - mean) sin(pi k (j + 1/2)/n),   f = k/(2n),   k = 2, 3, ...
 ///

@@ -56,7 +56,7 @@ enum class SlowOrigin {
   contrasts,      ///< of the observations between segments
   known,          ///< as given
   within,         ///< the parameters explain every contrast between segments: means of parts of the segments
-  beside_known,   ///< they explain every contrast: what is given stands for it
+  beside_known,   ///< they explain every contrast: the given value is used
   nothing_shows,  ///< they explain every contrast, and nothing else shows it: it is zero
 };
 
@@ -86,8 +86,8 @@ struct MixedFit {
 /// segments, else zero; see SlowOrigin.
 ///
 /// Every segment is first compressed to its sufficient statistics (Householder QR of [X | D | 1]), so that a segment at
-/// rest becomes one row and a sum of squares, whatever the number of its observations. The estimate is found as a
-/// correction to ordinary least squares, so that observations without noise give b back to rounding.
+/// rest becomes one row and a sum of squares, for any number of observations. The estimate is found as a correction to
+/// ordinary least squares, so that observations without noise give b back to rounding.
 ///
 /// Throws    Error::bad_data where X has not full rank, or no degree of freedom is left for the noise
 /// See       Patterson and Thompson, Biometrika 58 (1971) 545: restricted likelihood
@@ -102,20 +102,20 @@ MixedFit predict_mixed_model(const MixedData& data, double white_variance);
 /// Given: function c, p coefficients [1/u of each]. Returned: degrees of freedom [1].
 double degrees_of_freedom(const MixedFit& fit, const std::vector<double>& function);
 
-/// A column that the design cannot tell from others: column `dropped` = sum_k weight_k column_k.
+/// A column that the design cannot separate from others: column `dropped` = sum_k weight_k column_k.
 struct Dropped {
   std::size_t column = 0;
   std::vector<double> weights;  ///< one a column of the design, 0 at the dropped ones; all 0: the column is empty
 };
 
-/// Which columns must be left out so that the rest can be told apart: the empty ones, then those that take part in a
-/// null vector, in the order of preference given, until none is left.
+/// Columns that must be removed so that the design can distinguish the others: the empty ones, then those that take
+/// part in a null vector, in the order of preference given, until none is left.
 ///
 /// Given     design      X [N x p]
 ///           weights     [s] N, as in MixedData
 ///           natural     size of each column's entries if the test showed it well (p, or empty): a column whose rms
 ///                       is smaller by more than `limit` is empty
-///           preference  columns, the one to leave out first in front; those not named follow, the last first
+///           preference  columns, the one to remove first in front; those not named follow, the last first
 ///           limit       greatest condition of the design with unit columns
 std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vector<double>& weights,
                                           const std::vector<double>& natural,

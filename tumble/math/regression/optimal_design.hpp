@@ -8,8 +8,8 @@
 
 namespace tumble {
 
-/// Something that may be observed, and what one unit of effort (a second, a repetition) spent on it tells. With effort
-/// d its information about the p parameters is
+/// Something that may be observed, and the information that one unit of effort (a second, a repetition) spent on it
+/// gives. With effort d its information about the p parameters is
 ///
 ///   I(d) = X' (1/d + N N')^-1 X
 ///
@@ -18,7 +18,7 @@ namespace tumble {
 struct DesignPoint {
   Matrix rows;         ///< X, k x p: observations of one unit of effort, divided by the sd of their noise
   Matrix disturbance;  ///< N, k x m: effect on them of what each visit draws anew with sd 1; empty: none
-  double setup = 0.0;  ///< effort that a visit costs before it tells anything
+  double setup = 0.0;  ///< effort that a visit costs before it gives information
   double least = 0.0;  ///< smallest effort of a visit, without the setup
 };
 
@@ -35,7 +35,7 @@ enum class DesignCriterion {
   A   ///< sum over them of variance x weight
 };
 
-/// What is to be found: the visits that make the criterion smallest for a given effort.
+/// Problem to solve: find the visits that make the criterion smallest for a given effort.
 struct DesignProblem {
   std::vector<DesignPoint> points;
   std::size_t parameters = 0;
@@ -52,8 +52,8 @@ Matrix information(const DesignPoint& point, double effort);
 /// Information of the visits together with the prior [p x p].
 Matrix information(const DesignProblem& problem, const Design& design);
 
-/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined
-/// [1 for D, weighted variance for A].
+/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined.
+/// Returned: [1] for D, the weighted variance for A.
 double criterion_of(const DesignProblem& problem, const Design& design);
 
 /// The design with the smallest criterion that an exchange reaches: from a start that adds the most telling point time

@@ -18,7 +18,7 @@ struct Sine {
   std::complex<double> amplitude{0.0};  ///< [u]
 };
 
-/// What is known of a fitted sine.
+/// Uncertainty and other properties of a fitted sine.
 struct SineQuality {
   double level = 0.0;         ///< [u^2] variance of white noise of the density about it
   double amplitude_sd = 0.0;  ///< [u]
@@ -71,7 +71,7 @@ class Sines {
     std::size_t begin = 0, end = 0;
     double taper = 0.0;  ///< [samples] at either end
     double weight(std::size_t n) const;
-    /// Those of the samples from `first` on, at most a block of them.
+    /// Weights of the samples from `first` on, at most a block of them.
     void weights(std::size_t first, const Turning& tapering, std::span<double> result) const;
   };
   /// Sums over blocks of samples turned down by a frequency.

@@ -34,7 +34,7 @@ struct AllanOptions {
 ///   sigma^2(m t0) = 1/(2 (m t0)^2 (N-2m)) sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2,   x the running integral, N its length
 ///
 /// Given     rate         signal [u], evenly spaced; sample_rate [Hz], > 0. NaN: missing samples (the terms that need
-///                        them are left out; a factor with no term left is absent from the answer)
+///                        them are skipped; a factor with no term left is absent from the answer)
 /// Throws    Error::bad_data for fewer than 3 samples or an infinite value; Error::bad_input for options out of range
 /// Accuracy  1e-10 relative against the direct sum in long double, also beside a large mean or drift
 /// See       NIST SP 1065 (2008), eq. (11); noise type: noise_type.hpp; edf: allan_edf.hpp

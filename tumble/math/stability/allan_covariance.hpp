@@ -22,7 +22,7 @@ struct UnitTerm {
 /// Returned  variance [1], of a squared coefficient of one
 double unit_allan_variance(const UnitTerm& term, double factor);
 
-/// Its derivative by the correlation time [samples].
+/// Derivative of the variance by the correlation time [samples].
 double allan_variance_by_markov_time(const UnitTerm& term, double factor);
 
 /// Generalised autocovariance [u^2] of the integral (in samples) of the unit term at a lag in samples: the inverse

@@ -27,7 +27,7 @@ struct PhaseDifference {
 double phase_difference_edf(int alpha, const PhaseDifference& difference, std::size_t factor, std::size_t terms);
 
 /// Equivalent degrees of freedom of the parabolic variance with `terms` terms: M^2 s(0)^2/sum_{|j|<M} (M - |j|) s(j)^2
-/// with the autocovariance s of the weighted sum of 2 m phase points, summed as it stands. Phase as above.
+/// with the autocovariance s of the weighted sum of 2 m phase points, summed directly. Phase as above.
 ///
 /// Given     alpha  -4..2; factor m [samples]; terms  M, the number of differences in the sum
 /// Returned  edf [1]

@@ -11,10 +11,11 @@ namespace tumble {
 /// and Riley 2003, eq. (7)-(9)) E v = tr(Q S) and edf = tr(Q S)^2/tr(Q S Q S), which was computed with the full
 /// matrices for records of 145 to 481 points; here are tables of the results and of their limits for long records.
 ///
-/// What NIST SP 1065 (2008) gives from repetition: table 8 for the bias of the modified total variance (0.94, 0.83,
-/// 0.73, 0.70, 0.69), where the matrices give 0.995, 0.851, 0.772, 0.717, 0.679; the Hadamard total one, which is the
-/// same two powers of f further on, agrees with the matrices (0.995 ... 0.679). Its edf of these two are up to 40 %
-/// larger, and that of Theo1 (Howe and Tasset) becomes negative for random walk beyond 0.6 of the record.
+/// Comparison with NIST SP 1065 (2008), which has values from repetition: table 8 for the bias of the modified total
+/// variance (0.94, 0.83, 0.73, 0.70, 0.69), where the matrices give 0.995, 0.851, 0.772, 0.717, 0.679; the Hadamard
+/// total one, which is the same two powers of f further on, agrees with the matrices (0.995 ... 0.679). Its edf of
+/// these two are up to 40 % larger, and that of Theo1 (Howe and Tasset) becomes negative for random walk beyond 0.6 of
+/// the record.
 ///
 /// alpha -4 ... 2, outside of what is named set to the nearest. factor m, ratio (N - 1)/m of N phase points.
 

@@ -62,10 +62,10 @@ struct StabilityOptions {
 /// Howe, Fast TheoBR, IEEE Trans. UFFC 57 (2010) 2079)
 ///
 /// edf: Greenhall and Riley (2003) for the differences and TIE rms of phase noise; total deviations, Theo1 and ThêoBR:
-/// allan_edf_extended.hpp. 0 and limits equal to the deviation where there is none: MTIE (a maximum grows with the
-/// record), TIE rms of rate noise (its mean square depends on the reference rate and the record), total under phase
-/// noise beyond half the record. In noise of a known type, 95 % limits hold the truth in 93 to 98 % of records of 200
-/// samples, at every tau; from edf 2 on they are a little wide, for the sum is no chi-square.
+/// allan_edf_extended.hpp. edf is 0 and the limits equal the deviation for three measures without one: MTIE (a maximum
+/// grows with the record), TIE rms of rate noise (its mean square depends on the reference rate and the record), total
+/// under phase noise beyond half the record. In noise of a known type, 95 % limits hold the truth in 93 to 98 % of
+/// records of 200 samples, at every tau; from edf 2 on they are a little wide, for the sum is no chi-square.
 ///
 /// Given     phase     x [u s], evenly spaced, no gaps; interval  t0 [s], > 0
 ///           factors   m, ascending. Those that the record is too short for are absent from the answer

@@ -19,7 +19,7 @@ struct AllanFitOptions {
   std::vector<NoiseTerm> terms{NoiseTerm::quantization, NoiseTerm::white, NoiseTerm::flicker, NoiseTerm::random_walk};
   double markov_time = 0.0;    ///< above zero: also one Gauss-Markov process of this correlation time [samples]
   bool select = true;          ///< only the terms that the data support; false: all that are positive
-  double significance = 0.05;  ///< a term remains if chance alone would give it with less than this probability
+  double significance = 0.05;  ///< a term remains if its p-value is below this
 };
 
 struct FittedTerm {

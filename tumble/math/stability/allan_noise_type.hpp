@@ -13,8 +13,8 @@ namespace tumble {
 /// From 30 phase points at stride m on: lag-1 autocorrelation r of the phase less its quadratic, differenced d times
 /// until rho = r/(1 + r) < 0.25; alpha = 2 - round(2 (rho + d)). In a record with gaps all runs are pooled. Below 30
 /// points: ratio B1 of the sample variance of the tau-averages to the Allan variance, and R(n) of the modified to the
-/// plain Allan variance to tell white from flicker phase noise. Below 8 points the record cannot tell: the type is that
-/// of the factor before, and of the first white phase noise.
+/// plain Allan variance to distinguish white from flicker phase noise. Below 8 points the record cannot show the type:
+/// it is that of the factor before, and of the first white phase noise.
 ///
 /// In a sum of power laws the types follow each other from 2 to -4 as tau grows, and rate noise taken for phase noise
 /// would give limits that are far too narrow. So phase noise at longer tau than rate noise is believed only where the

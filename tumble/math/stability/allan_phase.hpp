@@ -16,8 +16,8 @@ struct PhaseRun {
   std::size_t points() const { return last - first + 1; }
 };
 
-/// Running integral of a rate signal, in samples, after its mean has been taken off (no stability variance of second or
-/// higher differences sees the mean, and rounding stays small). Constant across missing samples.
+/// Running integral of a rate signal, in samples, after its mean has been subtracted (no stability variance of second
+/// or higher differences sees the mean, and rounding stays small). Constant across missing samples.
 struct Phase {
   std::span<const double> values;  ///< [u], one more than the rate has samples
   std::vector<PhaseRun> runs;      ///< the whole, or what the gaps leave of it

@@ -24,8 +24,8 @@ MeanSquare theoh_variance(std::span<const double> x, double bias, std::size_t m)
 /// Given: alpha 1 or 2, m [samples]. Returned: ratio [1].
 double expected_allan_over_theo1(int alpha, std::size_t m);
 
-/// This ratio at 4m/3 over its mean over the range of `allan_over_theo1`: what ThêoBR of phase noise is to be
-/// multiplied with. 1 for other noise, whose ratio changes by 5 % or less.
+/// Ratio of expected_allan_over_theo1() at 4m/3 over its mean over the range of `allan_over_theo1`: the factor by which
+/// ThêoBR of phase noise is to be multiplied. 1 for other noise, whose ratio changes by 5 % or less.
 /// Given: alpha, points of the phase, m [samples]. Returned: ratio [1].
 double theo_ratio_change(int alpha, std::size_t points, std::size_t m);
 

@@ -17,7 +17,7 @@ struct alignas(64) Line {
 };
 
 /// The innermost loops over squared differences, in the widest registers of a processor. Lanes and order of addition
-/// are fixed, so that the result does not depend on the processor, but for one whose sums are not `fused`.
+/// are fixed, so that the result does not depend on the processor, except for one whose sums are not `fused`.
 struct DifferenceKernels {
   static constexpr std::size_t registers = 12;  ///< that hold sums
   static constexpr std::size_t chain = 64;      ///< squares that a lane takes before it is added to what is there
@@ -40,8 +40,8 @@ struct DifferenceKernels {
   double (*second_differences)(const double* x, std::size_t m, std::size_t count) = nullptr;
 };
 
-/// Those that this processor can run, the fastest last; their sums are of numbers [u]. Chosen by hand: the resolver of
-/// target_clones runs before a thread sanitiser is ready.
+/// Kernels that this processor can run, the fastest last; their sums are of numbers [u]. Chosen by hand: the resolver
+/// of target_clones runs before a thread sanitiser is ready.
 std::span<const DifferenceKernels> all_difference_kernels();
 
 inline const DifferenceKernels& difference_kernels() { return all_difference_kernels().back(); }

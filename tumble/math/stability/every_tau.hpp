@@ -19,7 +19,7 @@ struct EveryTau {
 ///   sum_n (x_n - 2 x_{n+m} + x_{n+2m})^2 = Q(0, N-2m) + 4 Q(m, N-m) + Q(2m, N) + 2 R(2m) - 8 R(m) + 4 H(m) + 4 G(m)
 ///
 /// with N phase points x, Q(a, b) the sum of squares over a <= n < b, and R, H, G as of `lagged_products`. Before, the
-/// least-squares quadratic is taken off, its part is put back in closed form. Where rounding of this sum of large
+/// least-squares quadratic is subtracted, its part is put back in closed form. Where rounding of this sum of large
 /// numbers may exceed 1e-10, it is done on short pieces of the record, each less its own quadratic; what is then left
 /// is summed directly.
 ///

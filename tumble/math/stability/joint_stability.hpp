@@ -26,7 +26,7 @@ struct AllanCorrelation {
 /// and Schwarz, nu is not larger than the true one of signals of different noise types, and it is the true one if both
 /// are of the same. chance: Student's t with nu - 1 degrees of freedom.
 ///
-/// Given     a, b [any], sampled together; NaN: missing, in one: left out in both. rate [Hz]; factors ascending
+/// Given     a, b [any], sampled together; NaN: missing (skipped in both if one lacks it). rate [Hz]; factors ascending
 /// Returned  the factors that the record is long enough for (edf above 3)
 /// See       Lantz, Calosso, Rubiola, Giordano, Fluhr, Dubois, Vernotte, KLTS: a rigorous method to compute the
 ///           confidence intervals for the three-cornered hat and for Groslambert covariance, IEEE Trans. UFFC 66 (2019)
@@ -46,7 +46,7 @@ struct SignalPair {
 std::vector<SignalPair> allan_correlations(std::span<const std::span<const double>> signals, double rate,
                                            std::span<const std::size_t> factors, double confidence);
 
-/// What instruments that measure the same input are worth by themselves at one averaging time.
+/// Own noise of each of several instruments that measure the same input, at one averaging time.
 struct HatPoint {
   struct Instrument {
     double variance = 0.0;            ///< [u^2] of its own noise; below zero where chance has it so

@@ -11,7 +11,7 @@ namespace tumble {
 ///
 ///   sum_{n<N-2m} (x_{n+2m} - 2 x_{n+m} + x_n)^2 = 2 inner(m) - all(2m)
 ///
-/// Of lags closed under doubling that is one difference a term instead of two.
+/// If the set of lags is closed under doubling, this is one difference a term instead of two.
 struct LagSum {
   double all = 0.0;    ///< sum of d_n^2
   double inner = 0.0;  ///< sum of d_n^2 + d_{n+m}^2 over n < N - 2m

@@ -17,7 +17,7 @@ struct LaggedProducts {
   std::vector<double> trailing;
 };
 
-/// All of them in O(N log^2 N): the plane of (i, lag) is cut into squares of 2M/64 or fewer, each a product of short
+/// All sums in O(N log^2 N): the plane of (i, lag) is cut into squares of 2M/64 or fewer, each a product of short
 /// Fourier transforms; the triangles that `leading` leaves on the diagonal are cut likewise, down to direct sums.
 ///
 /// Given     x [u], N values; longest  M, at most N/2
@@ -25,7 +25,7 @@ struct LaggedProducts {
 /// Accuracy  absolute, about 2e-16 sum x^2 (tested)
 LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads);
 
-/// What third differences take, M at most N/3:
+/// Sums of products for third differences, M at most N/3:
 ///
 ///   whole as above, k = 0 ... 3 M;      one[m] = sum_{i<m} x_i x_{i+m};      two[m]  = sum_{i<2m} x_i x_{i+m};
 ///   half[m] = sum_{i<m} x_i x_{i+2m};   m = 0 ... M, and the last three of the series read backwards
@@ -37,7 +37,7 @@ struct ThirdProducts {
   Ends leading, trailing;
 };
 
-/// In the same way, the plane being cut along i = 2 lag and i = lag/2 too.
+/// Sums for third differences, calculated like lagged_products(), with the plane cut along i = 2 lag and i = lag/2 too.
 /// Given: x [u], N values; longest M, at most N/3; threads as above. Returned: sums [u^2].
 ThirdProducts third_products(std::span<const double> x, std::size_t longest, bool threads);
 

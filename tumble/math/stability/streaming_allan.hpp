@@ -9,7 +9,7 @@
 namespace tumble {
 
 /// Overlapping Allan deviation of a rate signal that arrives piece by piece or does not fit into memory. It holds about
-/// 0.1 MB a stage, whatever the length of the record.
+/// 0.1 MB a stage, for records of any length.
 ///
 /// Factors up to `exact_to` have all their terms, those that overlapping_allan sums. Longer ones are kept by stages,
 /// each of which sees every 16th phase point of the one before: a factor has a term every 16, 256, ... samples, at
@@ -17,7 +17,7 @@ namespace tumble {
 /// by less than 0.1 % (tested); in a finite record it is a slightly different estimate of the same deviation.
 ///
 /// Parts of a record can be worked through apart, at the same time, and joined: the result is that of the whole, to
-/// rounding. A part may begin at any sample. Terms across missing samples (NaN) are left out.
+/// rounding. A part may begin at any sample. Terms across missing samples (NaN) are skipped.
 class StreamingAllan {
  public:
   static constexpr std::size_t exact_to = 1024;

@@ -6,7 +6,7 @@
 /// Closed forms for four positions: docs/equations (3.5) in units of the reference scale factor, y = E/K_m [m/s^2].
 namespace tumble::accelerometer_four_position {
 
-/// What four positions give, in this order.
+/// Results of four positions, in this order.
 enum Quantity : std::size_t { bias, scale_factor_error, second_order, misalignment, quantities };
 
 /// Means in the positions of figure 11: 1 axis up, 2 level, 3 down, 4 level and turned over against 2.

@@ -12,7 +12,7 @@ struct Halves {
   double mean = 0.0, change = 0.0;  ///< [u]; NaN and 0 where there are no samples
 };
 
-/// Given: one value [u] a sample of the channel, NaN where there is none. Returned: [u].
+/// Given: one value [u] a sample of the channel, NaN: missing. Returned: [u].
 Halves halves_of(const Channel& channel, std::span<const double> values, const Stretch& stretch);
 
 }  // namespace tumble::accelerometer_four_position

@@ -14,7 +14,7 @@ struct ChangeWithin {
   double value = 0.0, sd = 0.0;  ///< [m/s^2]
 };
 
-/// What a unit that follows the thermometer late does to the result.
+/// Error of the result of a unit whose temperature follows the thermometer late.
 struct LateUnit {
   bool shown = false;        ///< the changes within the positions show a lag; else they do not exclude it
   double behind = 0.0;       ///< [K] of the thermometer

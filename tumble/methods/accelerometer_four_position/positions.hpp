@@ -15,7 +15,7 @@
 /// (3.6)
 namespace tumble::accelerometer_four_position {
 
-/// Which way the axes point in a position.
+/// Direction of the axes in a position.
 enum class Place { none, up, down, level };
 
 /// The output over one segment.

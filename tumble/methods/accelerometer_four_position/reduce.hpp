@@ -45,7 +45,7 @@ struct Reduced {
 ///   sqrt(nu') = (8 sqrt(d) + d^2 sqrt(nu))/(8 + d^2)    where nu > d
 ///   1/d = sum_c V_c/d_c/sum_c V_c,  V_c = (dv/ds_c^2)^2 Var(s_c^2)
 ///
-/// v is a known part and one with d degrees of freedom. Where the latter is small by chance, v is small and nu is
+/// v is a known part and one with d degrees of freedom. Where the latter happens to be small, v is small and nu is
 /// large: an interval of 95 % by nu holds the truth in 87 to 95 % of tests with d = 1 and in 93.5 to 95 % with d = 3,
 /// one by nu' in 94.0 to 97.1 % and 94.7 to 95.5 %, with any share of the known part.
 ///

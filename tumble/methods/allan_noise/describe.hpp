@@ -30,7 +30,7 @@ struct FittedLine {
   double unsteadiness = 0.0;  ///< how far parts of the record depart from it over the amplitude; 0: not beyond noise
 };
 
-/// What is far from the samples beside it: begin <= i < end.
+/// Samples that are far from those beside them: begin <= i < end.
 struct Outlier {
   std::size_t begin = 0, end = 0, worst = 0;  ///< number of the sample
   std::size_t samples = 0;                    ///< values that are far

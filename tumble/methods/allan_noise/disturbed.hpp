@@ -19,8 +19,8 @@ std::vector<RecordPart> disturbed_parts(const EvenSignal& signal, const BlockSca
 /// Sets samples missing.
 void set_missing(const std::vector<RecordPart>& parts, EvenSignal& signal);
 
-/// Sets the disturbed parts missing, with a finding; where there are none, or `disturbed` = "keep", the finding only
-/// names disturbed blocks.
+/// Sets the disturbed parts missing, with a finding; where nothing is disturbed, or `disturbed` = "keep", the finding
+/// only names disturbed blocks.
 void set_disturbed_aside(const Settings& settings, EvenSignal& signal, ChannelNoise& result);
 
 /// Table `set_aside`, if a part was set aside.

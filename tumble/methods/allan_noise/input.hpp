@@ -10,13 +10,13 @@
 
 namespace tumble::allan_noise {
 
-/// What is wrong with `data`, `pulse`, `taus` beside each other; empty: nothing.
+/// Problems of `data`, `pulse` and `taus` beside each other; empty: they fit.
 Problems input_problems(const Settings& settings);
 
 /// The channels that `data` may be in.
 ChannelsWanted channels_of_data(const Settings& settings);
 
-/// What the deviation of a channel is of: angular rate or specific force; `other`: a fractional frequency.
+/// Quantity of the deviation of a channel: angular rate or specific force; `other`: a fractional frequency.
 QuantityKind kind_of_rate(const Channel& channel, const Settings& settings);
 
 /// The samples of a stretch as a rate [u] on an even clock, from what `data` says they are, T the sampling interval:

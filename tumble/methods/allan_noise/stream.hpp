@@ -20,7 +20,7 @@ namespace tumble::allan_noise {
 class ScatterBlocks {
  public:
   ScatterBlocks() = default;
-  /// Those of a part of a record of `total` [samples] that begins at sample `start`: its blocks are those of the whole.
+  /// Blocks of a part that begins at sample `start` of a record of `total` [samples]: they lie as in the whole record.
   ScatterBlocks(std::size_t start, std::size_t total);
 
   /// The next samples [u].
@@ -44,8 +44,8 @@ class ScatterBlocks {
 class SegmentSample {
  public:
   SegmentSample() = default;
-  /// Those of a part of a record of `total` [samples] that begins at sample `start`: its segments are those of the
-  /// whole.
+  /// Segments of a part that begins at sample `start` of a record of `total` [samples]: they lie as in the whole
+  /// record.
   SegmentSample(std::size_t start, std::size_t total);
 
   /// The next samples [u].
@@ -65,7 +65,7 @@ class SegmentSample {
   std::size_t position_ = 0, stride_ = 1;
 };
 
-/// What an even clock made of the stamps of a record.
+/// Result of an even clock for the stamps of a record.
 struct Clocked {
   double rate = 0.0;                  ///< [Hz] 0 where the samples do not determine it
   double begin = 0.0, end = 0.0;      ///< [s] times of the first and the last sample
@@ -80,7 +80,7 @@ struct Clocked {
 };
 Findings findings_of(const Clocked& clocked, const std::string& label);
 
-/// The samples of one channel on an even clock, block after block. Stamps must keep to one interval but for lost
+/// The samples of one channel on an even clock, block after block. Stamps must keep to one interval except for lost
 /// samples, unless the rate is given or `timing` is "even".
 class EvenStream {
  public:
@@ -106,7 +106,7 @@ class EvenStream {
   double ticked_ = 0.0;       ///< [s] interval of samples whose stamps come from a coarse clock; 0: none so far
 };
 
-/// What is kept of one channel of a record, or of a part of it, that passed by.
+/// State of the noise analysis of one channel of a record, or of a part of it, after its samples were read.
 struct ChannelState {
   std::string label;
   QuantityKind kind = QuantityKind::angular_rate;
@@ -148,7 +148,7 @@ std::vector<std::pair<ChannelRun, std::size_t>> channels_of_block(const Recordin
 
 /// Throws Error::bad_input with what is wrong about the settings together.
 void check_settings(const Settings& settings);
-/// ... with those that look at the record as a whole.
+/// Throws Error::bad_input with the settings that need the record as a whole.
 void refuse_unstreamable(const Settings& settings);
 
 /// The estimate of channels whose samples passed by. Throws Error::bad_data where none could be analysed.

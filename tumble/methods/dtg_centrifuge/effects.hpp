@@ -16,7 +16,7 @@ struct Effect {
   double sd = 0.0;                     ///< [SI] of an error of the rig
 };
 
-/// All that the estimator was given besides the lines.
+/// Data that the estimator gets in addition to the lines.
 struct Circumstances {
   const Test& test;
   const std::vector<Measured>& measured;

@@ -28,8 +28,8 @@ struct LagColumn {
 
 /// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.
 ///
-/// The white noise is that of the parts about their mean. Where its level differs between the rates beyond chance (0.1
-/// % of a chi-square of Bartlett's), each level has its own.
+/// The white noise is that of the parts about their mean. Where its level differs between the rates significantly
+/// (0.1 % of a chi-square of Bartlett's), each level has its own.
 ///
 /// Given     lag  empty: the loop is known. Otherwise its lag is a quantity too, the last: how much more it is than the
 ///                lines are corrected for, in units of the standard deviation known beforehand

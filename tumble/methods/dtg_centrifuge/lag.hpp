@@ -10,7 +10,7 @@
 /// where arm and table turn the other way.
 namespace tumble::dtg_centrifuge {
 
-/// What is known of a lag beforehand: a few milliseconds. This one is of 11 Hz with a damping ratio of 0.7.
+/// Standard deviation of a lag that is not known: a few milliseconds. This one is of 11 Hz with a damping ratio of 0.7.
 inline constexpr double usual_lag = 0.02;  // [s] standard deviation about zero
 
 /// The lines of one output without a lag of so many seconds [s].
@@ -19,7 +19,7 @@ std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output,
 /// The lag beyond the one that the lines are corrected for, `known` [s].
 LagColumn lag_column(const Circumstances& around, const std::vector<Observation>& observations, double known);
 
-/// What levels and polynomial show of the lag [s], beyond the one that the lines are corrected for.
+/// Lag [s] that levels and polynomial show, beyond the one that the lines are corrected for.
 struct LagFit {
   double value = 0.0, sd = 0.0;
   std::vector<double> gradient;  ///< [s] by the quantities of the levels

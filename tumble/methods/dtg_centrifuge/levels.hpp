@@ -31,7 +31,7 @@ class Levels {
   Function fitted(const Level& level) const;
   /// [1] K over that of the lowest level with the same orientation, less one.
   Function zeta(std::size_t level) const;
-  /// Of the polynomial, where it may change over the levels; without number where it is constant.
+  /// zeta of the polynomial, where it may change over the levels; without number where it is constant.
   Function zeta_fitted(std::size_t level) const;
   Function zeta_fitted(const Level& level, std::size_t first) const;
   bool bends() const { return outcome_.polynomial.powers > 0; }

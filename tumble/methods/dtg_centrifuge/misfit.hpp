@@ -9,8 +9,8 @@ namespace tumble::dtg_centrifuge {
 /// what is known of the rig: the residual square of the polynomial over its degrees of freedom. One sound test in 1e5
 /// is accused.
 struct LevelMisfit {
-  double ratio = 0.0;        ///< F [1]; 0: no level is left over
-  double probability = 1.0;  ///< [1] of this F or more by chance
+  double ratio = 0.0;        ///< F [1]; 0: no level remains to test
+  double probability = 1.0;  ///< p-value [1] of this F
   std::size_t worst = 0;     ///< level that lies farthest off in its own uncertainty
   double off = 0.0;          ///< by how much [rad/s / (m/s^2)]
 };
@@ -18,7 +18,7 @@ struct LevelMisfit {
 /// Given: levels as those of the reduction.
 LevelMisfit level_misfit(const Outcome& outcome, const std::vector<Level>& levels);
 
-/// An error where chance gives the misfit in less than 1e-5: the uncertainties do not include it.
+/// An error where the p-value of the misfit is below 1e-5: the uncertainties do not include it.
 void check_levels(const Outcome& outcome, const std::vector<Level>& levels, Findings& findings);
 
 /// An error where the specific force that a level is reduced with is not that of the plan's rig at the rate of the arm

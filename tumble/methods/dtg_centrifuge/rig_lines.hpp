@@ -23,7 +23,7 @@ RigLines rig_lines_of(const Test& test, const Spin& spin);
 /// One error of a plan's rig, off by one standard deviation, and the lines at the spins given with it.
 using RigLinesShift = WithError<RigLines>;
 
-/// What another test must share for the errors to be the same: one a shift, see key_of of reduce/rig_effects.
+/// Keys of errors, one a shift: another test with the key has the same error, see key_of of reduce/rig_effects.
 std::vector<std::string> keys_of(const Test& test, const std::vector<RigLinesShift>& shifts);
 
 /// Each error of the rigs of all plans, off by one standard deviation, at the spins given.

@@ -6,9 +6,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/fog_thermal_bias/fit.hpp"
 
-/// What a real coil does beyond the model: it depends on the direction from which the temperature came, and its inside
-/// follows the case with a lag. These columns are fitted beside the model, so that the noise of the averages is that of
-/// the instrument, and what the model does not follow shows as such.
+/// Departures of a real coil from the model: it depends on the direction from which the temperature came, and its
+/// inside follows the case with a lag. These columns are fitted beside the model, so that the noise of the averages is
+/// that of the instrument, and an error that the model does not follow is shown as such.
 namespace tumble::fog_thermal_bias {
 
 /// Columns of departures_of().
@@ -21,8 +21,8 @@ const std::vector<Departure>& departure_columns();
 /// Given: interval between the averages [s]. Returned: intervals x 6.
 Matrix departures_of(const RunData& run, double interval);
 
-/// Those of the columns from `first` on that the columns `model` do not explain within the runs, as indices of columns.
-/// None where the averages are too few to fit them.
+/// The columns from `first` on that the columns `model` do not explain within the runs, as indices of columns. None
+/// where the averages are too few to fit them.
 std::vector<std::size_t> determined_departures(const std::vector<RunData>& runs, const std::vector<std::size_t>& model,
                                                std::size_t first);
 
@@ -46,8 +46,8 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
                  const std::vector<std::size_t>& columns, const std::vector<double>& parameters,
                  const std::vector<std::size_t>& departures, std::size_t first);
 
-/// What a correction of another power-up is off by, beyond what the noise of its coefficients explains: rms over the
-/// averages of the departure since the start of each run, with the coefficients that the other runs give.
+/// Error of a correction of another power-up, beyond the noise of its coefficients: rms over the averages of the
+/// departure since the start of each run, with the coefficients that the other runs give.
 ///
 ///   mean over k of ((x_k - x_0)' (b - a_r))^2 - (x_k - x_0)' Cov(b - a_r) (x_k - x_0)
 ///

@@ -4,7 +4,7 @@
 
 namespace tumble::frequency_response {
 
-/// What flat tops take from a tone.
+/// Loss of amplitude of a tone by flat tops.
 struct FlatTops {
   double loss = 0.0;         ///< [1] of the amplitude of the fundamental; 0: none
   double improvement = 0.0;  ///< of chi-square against harmonics 2 and 3 alone

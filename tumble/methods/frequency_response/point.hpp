@@ -18,7 +18,7 @@ struct Point {
   std::complex<double> response;  ///< corrected for windows, increments and clock
   double output_gain_variance = 0.0, output_phase_variance = 0.0, output_dof = 1.0;           ///< of ln H
   double reference_gain_variance = 0.0, reference_phase_variance = 0.0, reference_dof = 1.0;  ///< of ln H
-  /// Of ln H between repeats of a measurement, beyond their noise.
+  /// Scatter of ln H between repeats of a measurement, beyond their noise.
   double scatter_gain_variance = 0.0, scatter_phase_variance = 0.0, scatter_gain_dof = 1.0, scatter_phase_dof = 1.0;
   double counting_variance = 0.0;  ///< of ln gain and phase, see vibration::rounding_log_variance
   double coherence = 0.0;

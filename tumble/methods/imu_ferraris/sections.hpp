@@ -23,7 +23,7 @@ struct Part {
   double begin = 0.0, length = 0.0;  ///< [s, recording's clock], [s]
 };
 
-/// What the second half of a part differs by from the first: slow noise shows in it.
+/// Difference of the second half of a part from the first: slow noise shows in it.
 struct Halves {
   double squares = 0.0;  ///< of the differences of the means, sum over the parts
   double noise = 0.0;    ///< sum of 4/samples: by so much the density of the noise makes them

@@ -37,7 +37,7 @@ struct Cause {
   std::string key = {};  ///< of one error, see Contribution
 };
 
-/// What a cause does to the parameters.
+/// Errors of the parameters that a cause makes.
 struct Moments {
   Matrix covariance;          ///< [p x p] in SI, second moments of the errors about their mean
   std::vector<double> shift;  ///< [p] in SI, mean of the errors: not zero where the cause is curved

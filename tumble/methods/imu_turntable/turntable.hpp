@@ -53,7 +53,7 @@ Findings faults_of(const Evidence& evidence, const Task& task);
 /// The answer with its tables: `observability`, `correction`, `positions`, `rig_errors`, `covered`.
 Estimate answer_of(const Task& task, const linear::JointSolution& solution);
 
-/// Value [SI] of a parameter; 0: the result does not have it.
+/// Value [SI] of a parameter; 0 if the result lacks it, since its term is then not in the model.
 double value_of(const Estimate& estimate, const std::string& name);
 
 /// 1 + S [1]: the response of a triad by its scale factor errors and misalignments.

@@ -45,7 +45,7 @@ std::vector<Option> instrument_options();
 /// Remove the quantity from the priors.
 void forget(Instrument& instrument, Quantity quantity);
 
-/// As the settings have it: nominal scale factors, no misalignment, with the uncertainties stated.
+/// The instrument by the settings: nominal scale factors, no misalignment, with the uncertainties stated.
 Instrument nominal_instrument(const Plan& plan, const Records& records);
 
 /// Values of the calibration in place of the nominal ones, with their covariance. Throws Error::bad_input where it has

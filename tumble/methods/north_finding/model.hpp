@@ -99,7 +99,7 @@ std::pair<double, double> sensitivity_in_base(const Row& row);
 double output_of(const State& state, const Row& row);
 /// Output of the channel by the model [SI of the channel, counts per second] with other views.
 double output_of(const State& state, const Row& row, const std::vector<View>& views);
-/// Its derivatives [quantities].
+/// Derivatives of the output [quantities].
 std::array<double, quantities> slopes_of(const State& state, const Row& row);
 
 /// (2.12): azimuth from the horizontal parts of the Earth's rate [rad/s] and of up (a unit vector) in the base.

@@ -36,7 +36,7 @@ struct Statistic {
   std::map<std::size_t, double> scale;  ///< by unit: derivative by the logarithm of its scale factor
 };
 
-/// All of one vibration. [SI], of pulses where they are counted.
+/// All statistics of one vibration. [SI], of pulses where they are counted.
 std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::Data& data,
                                      const std::vector<Type>& types, Findings& findings);
 

@@ -26,7 +26,7 @@ struct DeadBand {
   std::vector<std::size_t> rows;     ///< points in the order of the fit's rows
 };
 
-/// Fits the points without dither, or all where there are none.
+/// Fits the points without dither, or all points if all have dither.
 ///
 ///   w = sign(f) sqrt((f/K)^2 + W_L^2) - b                                                            from (4.23)
 ///

@@ -17,9 +17,9 @@ using Summaries = std::array<std::span<const linear::SegmentSummary>, outputs>;
 
 Means measured(const Summaries& segments);
 
-/// (2.1)-(2.7), in the order of wanted() [SI]. Positions are taken by the axis that stands upright, whatever the order
-/// of the path and the senses of its turns; several of a kind are averaged, but z up is the last one and z down the
-/// first one recorded between (positions 6 and 7). Of (2.5) all that the Earth gives at the four positions:
+/// (2.1)-(2.7), in the order of wanted() [SI]. Positions are taken by the axis that stands upright, for any order of
+/// the path and the senses of its turns; several of a kind are averaged, but z up is the last one and z down the first
+/// one recorded between (positions 6 and 7). Of (2.5) all that the Earth gives at the four positions:
 ///
 ///   eps = eps' - mean(w_x + gamma_y w_y + gamma_z w_z)
 ///

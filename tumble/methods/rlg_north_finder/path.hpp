@@ -13,7 +13,7 @@ namespace tumble::rlg_north_finder {
 struct Turning {
   std::size_t segment = 0;  ///< in the output's segments
   int axis = 0;             ///< body x, y, z
-  double turns = 0.0;       ///< signed; whole if the plan is sound, but for the turn of the Earth meanwhile
+  double turns = 0.0;       ///< signed; whole if the plan is sound, except for the turn of the Earth meanwhile
   double beyond = 0.0;      ///< [rad] against the ground, more than whole turns: by hand
   double seconds = 0.0;
 };

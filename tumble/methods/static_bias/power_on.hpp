@@ -24,9 +24,8 @@ struct NoiseHypothesis {
   std::vector<double> variances;  ///< [u^2], one a power-up
 };
 
-/// What the noise of the power-ups may be: white noise, bias instability and random walk, on a grid of the ratios of
-/// the three, with the level by its restricted likelihood. The ratios weigh alike on a logarithmic scale before the
-/// data.
+/// Possible noise of the power-ups: white noise, bias instability and random walk, on a grid of the ratios of the
+/// three, with the level by its restricted likelihood. The ratios weigh alike on a logarithmic scale before the data.
 ///
 ///   weight ~ exp(log L(B^2/N^2, K^2/N^2)),   Var(mean) = N^2/T + B^2 g + K^2 T/3,   g by mean_variance()
 ///

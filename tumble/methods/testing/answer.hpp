@@ -23,13 +23,13 @@ inline bool says(const Findings& findings, const std::string& words) {
   return std::ranges::any_of(findings, [&](const Finding& f) { return f.message.find(words) != std::string::npos; });
 }
 
-/// The first finding of this code; null where there is none.
+/// The first finding of this code, or null.
 inline const Finding* finding_of(const Findings& findings, const std::string& code) {
   const auto finding = std::ranges::find(findings, code, &Finding::code);
   return finding == findings.end() ? nullptr : &*finding;
 }
 
-/// A value [SI] of the first finding of this code; NaN, and a failure, where there is none.
+/// A value [SI] of the first finding of this code; NaN, and a failure, without it.
 inline double value_of(const Findings& findings, const std::string& code, const std::string& name) {
   if (const Finding* finding = finding_of(findings, code))
     for (const FindingValue& v : finding->values) {
@@ -63,7 +63,7 @@ inline bool has_error(const Findings& findings, const std::string& code) {
   return finding != nullptr && finding->severity == Finding::Severity::error;
 }
 
-/// A text, or the key of a phrase, of the first finding of this code; empty, and a failure, where there is none.
+/// A text, or the key of a phrase, of the first finding of this code; empty, and a failure, without it.
 inline std::string text_of(const Findings& findings, const std::string& code, const std::string& name) {
   if (const Finding* finding = finding_of(findings, code))
     for (const FindingValue& v : finding->values) {

@@ -18,7 +18,7 @@ inline Evidence noise_evidence(std::vector<Channel> channels) {
   return evidence;
 }
 
-/// Of one gyro, values [rad/s] at `rate` [Hz].
+/// One recording of one gyro, values [rad/s] at `rate` [Hz].
 inline Evidence noise_evidence(std::vector<double> values, double rate) {
   return noise_evidence(
       {{"gyro.x", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, rate, nullptr}, std::move(values)}});

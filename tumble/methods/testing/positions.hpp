@@ -62,9 +62,9 @@ inline Evidence evidence_of(const std::vector<Position>& positions, const Coeffi
   return evidence;
 }
 
-/// The same with +-1 mV from second to second, whose mean over a position is zero, and as many samples in the first
-/// position as in the others. Beside it no drift between the positions is seen, so that all are weighted alike whatever
-/// the model does not hold, as harmonics of evenly spaced positions suppose.
+/// The evidence with +-1 mV from second to second, whose mean over a position is zero, and as many samples in the first
+/// position as in the others. Beside it no drift between the positions is seen, so that all are weighted alike with any
+/// effect that the model does not hold, as harmonics of evenly spaced positions suppose.
 inline Evidence evenly_weighted(Evidence evidence) {
   auto& values = evidence.recordings[0].channels[0].values;
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += i % 2 == 0 ? 1e-3 : -1e-3;

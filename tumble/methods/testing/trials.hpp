@@ -18,7 +18,8 @@ struct Trial {
   std::vector<std::pair<std::string, double>> truth;  ///< parameter name, true value [SI]
 };
 
-/// Tests of a method by simulation, `<method>::trials`. Evidence is drawn with the seed, from a truth that every seed shares.
+/// Tests of a method by simulation, `<method>::trials`. Evidence is drawn with the seed, from a truth that every seed
+/// shares.
 struct Trials {
   Trial (*first)(std::uint64_t seed);
   /// A trial that differs from the first in what that one holds at zero or ideal: offsets, filters, gaps, outliers, the

@@ -8,7 +8,7 @@
 /// and the state is kept from block to block. Lengths of the blocks do not matter.
 namespace tumble::electronics {
 
-/// One response after the other; empty ones are left out. Null when nothing remains.
+/// One response after the other; empty ones are skipped. Null when nothing remains.
 Response in_series(std::vector<Response> stages);
 
 /// y'' + 2 zeta w y' + w^2 y = w^2 u: a rebalance or servo loop, docs/equations (4.3).

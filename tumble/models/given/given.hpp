@@ -6,7 +6,7 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/units/sentence.hpp"
 
-/// Physical constants that a [truth] may give or leave out.
+/// Physical constants that a [truth] may give or omit.
 namespace tumble::given {
 
 /// An option without default.
@@ -15,7 +15,7 @@ Option physical(std::string name, std::string unit, std::string description);
 /// A constant [SI] of the truth, or `fallback` [SI] where it is not given.
 double number_or(const Settings& truth, std::string_view name, double fallback);
 
-/// Those of the names that have a value.
+/// The names, of those given, whose constant has a value.
 std::vector<std::string> given_of(const Settings& truth, const std::vector<std::string>& names);
 
 /// "a, b, c"
@@ -28,7 +28,7 @@ void require_positive(const Settings& truth, const std::vector<std::string>& nam
 void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
                   Problems& problems);
 
-/// Throws Error::bad_input that lists the problems of [truth]; nothing if there is none.
+/// Throws Error::bad_input that lists the problems of [truth]; returns if the list is empty.
 void refuse(Problems problems);
 
 }  // namespace tumble::given

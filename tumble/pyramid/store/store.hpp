@@ -60,7 +60,7 @@ class Levels {
   std::vector<std::vector<Moments>> moments_;
 };
 
-/// What a file says of its recording in JSON, without the numbers of samples.
+/// Description of a recording as JSON, as a file of a pyramid has it, without the numbers of samples.
 Json description_of(const Recording& recording);
 Recording recording_of(const Json& description);
 

@@ -27,8 +27,8 @@ Shares shares_of(const Term& hidden, const linear::Solution& solution);
 /// The columns of a matrix [m x n] scaled to length 1, and their lengths [n]; 1 for a column of zeros.
 std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x);
 
-/// The coefficients that absorb the term, each with its share where that is above 0.02: "bias + K_oq, scale_factor
-/// (1 + 0.34 K_oq)"; empty: there is none.
+/// The coefficients that absorb the term, each with its share where that is above 0.02: "bias + K_oq, scale_factor (1 +
+/// 0.34 K_oq)"; empty: no coefficient does.
 std::string meanings(const Shares& shares, const Term& hidden);
 
 /// States in the parameters of an estimate that they contain the term, where the columns absorb it completely; the

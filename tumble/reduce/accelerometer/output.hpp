@@ -11,13 +11,13 @@
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
-/// What the methods for accelerometers share: how an output is read as specific force.
+/// Reading of an output as specific force, which the methods for accelerometers share.
 namespace tumble::accelerometer {
 
 /// The output of an accelerometer, in any of its units.
 std::vector<Role> roles();
 
-/// What an accelerometer gives for specific force: E = K_1 A, A the indicated specific force.
+/// Form in which an accelerometer shows specific force: E = K_1 A, A the indicated specific force.
 struct Output {
   Unit scale_factor;        ///< of K_1 as shown: pulse/s/g, mA/g, V/g; "1" where the output is a specific force
   double per_second = 1.0;  ///< E [SI] for one SI unit of the channel: pulses are counted per window of 1/per_second
@@ -29,14 +29,14 @@ Output output_of(const Channel& channel);
 
 /// The output that a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
 Output output_of(const Settings& truth, double sample_rate);
-/// Its K_1 [SI].
+/// K_1 of that accelerometer [SI].
 double scale_factor_of(const Settings& truth);
 /// Terms of the model of these names, with the default constants.
 std::vector<Term> terms_of(const std::vector<std::string>& names);
 
 /// Option `scale_factor`, a text: its unit depends on the output.
 Option scale_factor_option(const std::string& description);
-/// Its value [SI]; nothing where it is absent. Throws Error::bad_input.
+/// Value [SI] of that option; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
 /// The error model with the terms of these names that the fit has; K_1 is that of the result where it has one, else

@@ -9,7 +9,7 @@
 /// Faults that show in single samples of a segment.
 namespace tumble::accelerometer {
 
-/// Problems: counts that are off by a power of two, and the remedy; empty: there are none.
+/// Problems: counts that are off by a power of two, and the remedy; empty: no problem.
 Problems overflows_of(const Evidence& evidence, const Normalised& fit);
 
 /// A finding about segments whose output still changes between the halves of the samples used.

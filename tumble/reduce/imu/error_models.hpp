@@ -30,7 +30,7 @@ OutputModel directed_model(const Estimate& estimate, Kind kind, std::size_t axis
                            const Vector3& force);
 
 /// The model holds where rates and specific forces of both triads lie within these [rad/s], [m/s^2] on both sides of
-/// zero, but for noise. All zero: nothing is known of it.
+/// zero; noise is not counted. All zero: the test shows no range.
 void set_covered(const Vector3& rate, const Vector3& force, OutputModel& model);
 
 }  // namespace tumble::imu

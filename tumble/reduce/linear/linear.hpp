@@ -105,9 +105,9 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
 std::vector<Option> options(const std::string& settling, const std::string& averaging);
 /// `bias_instability`, after a prefix where a method has outputs of several kinds.
 Option bias_instability_option(const std::string& unit, const std::string& prefix = "");
-/// Its value [SI]; 0: it is absent.
+/// Value [SI] of that option; 0: it is absent.
 double stated_bias_instability(const Settings& settings, const std::string& prefix);
-/// Puts them into a problem.
+/// Puts the options into a problem.
 void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix = "");
 
 /// `natural_frequency`, `damping_ratio` and `loop_lag_sd` of a rebalance or servo loop.
@@ -158,10 +158,10 @@ Estimate estimate_of(const Solution& solution);
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
 
-/// The solution as an estimate, with the method's name, the error model, the table `positions` and,
-/// of an identification, a warning where the segments differ from the model by 30 times what the white noise within
-/// them lets expect: a wrong scale factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound
-/// instrument stays within ten times.)
+/// The solution as an estimate, with the method's name, the error model, the table `positions` and, of an
+/// identification, a warning where the segments differ from the model by 30 times what the white noise within them lets
+/// expect: a wrong scale factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound instrument
+/// stays within ten times.)
 Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
                    const std::vector<std::string>& axes, const std::string& rate_unit = "");
 

@@ -8,7 +8,7 @@
 /// Moves that are used whole: the total of an output from rest to rest, or over whole turns.
 namespace tumble::linear {
 
-/// Instants of an interval and the share of it that each stands for: the mean over the interval is the weighted sum.
+/// Instants of an interval and the share of it that each represents: the mean over the interval is the weighted sum.
 struct Instants {
   std::vector<double> time;   ///< [s]
   std::vector<double> share;  ///< their sum is 1

@@ -12,7 +12,7 @@ namespace tumble::linear {
 /// Line of the budget for noise that shifts the mean of a segment.
 inline constexpr const char* drift_source = "drift between positions";
 
-/// Its name in the budget where the user has stated it.
+/// Name of that line in the budget where the user has stated it.
 inline constexpr const char* stated_source = "bias instability, as stated";
 
 /// When a segment's mean was taken: power-up, and from when to when since then [s].

@@ -8,7 +8,7 @@
 #include "tumble/core/role.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
-/// What the methods for single-degree-of-freedom gyros share.
+/// Parts that the methods for single-degree-of-freedom gyros share.
 namespace tumble::sdof_gyro_support {
 
 /// The output of the gyro.

@@ -7,7 +7,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/reduce/stretches.hpp"
 
-/// What the encoders of a rig recorded, and in which segments of the plan.
+/// Angles that the encoders of a rig recorded, and the segments of the plan in which they did.
 namespace tumble::table {
 
 /// A segment of a schedule and where it was recorded [s, recording's clock].

@@ -9,7 +9,7 @@
 /// Turning and oscillating axes, where the encoders of a rig recorded them.
 namespace tumble::table {
 
-/// What differs from the plans of an evidence.
+/// Plans of an evidence with the angles and rates that were recorded.
 struct RecordedTurns {
   Plan plan;                                            ///< in place of Evidence::plan
   std::vector<std::shared_ptr<const Plan>> plans = {};  ///< in place of Evidence::plans
@@ -44,7 +44,7 @@ struct RecordedTurns {
 /// A segment that several recordings hold with different phases has a plan of its own in each; the errors of the rig
 /// are then those of several rigs.
 ///
-/// What is neglected: the zero of the encoder, which remains in the budget as the rig's `index_zero_sd`; that of the
+/// Neglected effects: the zero of the encoder, which remains in the budget as the rig's `index_zero_sd`; that of the
 /// fit itself, of the order of the encoder's noise over the root of the number of readings; an error of the frequency;
 /// encoders that read at another time than the middle of a sample, which shifts by rate times that time. What an axis
 /// does in a segment that does not mention it, after it turned, still follows from the plan.

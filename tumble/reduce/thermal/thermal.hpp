@@ -14,7 +14,7 @@ struct Slice {
   std::vector<double> time, value;
 };
 
-/// Those between `begin` and `end` [s].
+/// The samples between `begin` and `end` [s].
 Slice slice(const Channel& channel, double begin, double end);
 
 /// Mean time between readings [s]; infinite: one reading.

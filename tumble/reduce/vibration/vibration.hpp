@@ -99,9 +99,9 @@ struct AtRest {
 /// one power-up, interpolated linearly in time.
 AtRest at_rest(const Data& data, const Series& series);
 
-/// What the rests say of the scale factors: a finding for each of Data::departures. With the axis both ways it is the
-/// scale factor, else a tone decides: a scale factor that is wrong raises gain and rest alike, a bias the rest alone.
-/// An error where it is the scale factor or the sign; it names the parameters.
+/// Findings of the rests about the scale factors: one for each of Data::departures. With the axis both ways the scale
+/// factor is wrong, else a tone decides: a wrong scale factor raises gain and rest alike, a bias the rest alone. The
+/// finding is an error where it is the scale factor or the sign; it names the parameters.
 ///
 /// Given     log_gain     ln of the gain [1] of each unit where its loop does not act; NaN: not known
 ///           uncertainty  of it [1], of each unit

@@ -11,7 +11,7 @@
 namespace tumble::figure {
 
 /// From the smallest number to the largest, as of CSS: dark blue over grey to yellow ("cividis" of matplotlib), which
-/// people read alike who see red and green or do not, and which stays in order on paper without colours.
+/// people read alike who see red and green or do not, and which stays in order when printed without colours.
 const std::vector<std::string>& colours();
 
 /// Ends and ticks of the axis z, over the cells of the map and the coloured points.

@@ -4,7 +4,7 @@
 
 namespace tumble::chain {
 
-/// What the rigs with a centrifuge's arm share. The arm is axis 0 and turns about z (upwards); x points radially
+/// Parts that the rigs with a centrifuge's arm share. The arm is axis 0 and turns about z (upwards); x points radially
 /// outwards.
 
 /// The drive of the arm.

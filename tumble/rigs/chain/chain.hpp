@@ -73,9 +73,9 @@ struct Chain {
   Oven oven = {};
 };
 
-/// What the instrument feels at first, first + step, ... [s]. No storage is taken, so any thread may ask.
+/// Motion that the instrument feels at first, first + step, ... [s]. No storage is taken, so any thread may ask.
 ///
-/// Accuracy  rounding; no angle is taken as small. What changes with the place within the rig is left out: the
+/// Accuracy  rounding; no angle is taken as small. Effects that change with the place within the rig are ignored: the
 ///           Earth's centrifugal and gravity gradients (3e-6 m/s^2 for a metre of height)
 void felt(const Chain& chain, double first, double step, std::span<Felt> out);
 

@@ -46,14 +46,15 @@ void check_oven(const Settings& options, Problems& problems);
 /// Temperatures that the oven cannot do, or not within their segment.
 void check_oven_schedule(const Schedule& schedule, const Settings& options, Problems& problems);
 
-/// What the oven makes of a run's schedule. It starts at the first temperature that is held, soaked through; else in
+/// Course of the oven under a run's schedule. It starts at the first temperature that is held, soaked through; else in
 /// the laboratory.
 Oven oven_of(const Schedule& run, const Settings& options, const ErrorValues& errors);
 
-/// Of the instrument at `time` [s]; `piece` is where to look first and is left where it was found. The oven has pieces.
+/// Warmth of the instrument at `time` [s]. `piece` is the index where the search begins, and is set to the piece found.
+/// The oven has pieces.
 Warmth at(const Oven& oven, double time, std::size_t& piece);
 
-/// What the thermometer shows where the instrument is at `temperature` [K].
+/// Temperature [K] that the thermometer shows while the instrument is at `temperature` [K].
 double shown_by(const Oven& oven, double temperature);
 
 /// Until when the temperature stays as it is [s]. Given: time [s].

@@ -22,7 +22,7 @@ struct Turn {
 ///   s^3 (10 - 15 s + 6 s^2)
 Turn smooth_step(double s, double duration);
 
-/// What the drive of one axis can do.
+/// Limits of the drive of one axis.
 struct AxisLimits {
   std::string axis;
   double max_rate = 1.0;                                     ///< [rad/s], > 0
@@ -57,11 +57,11 @@ struct Piece {
 struct Profile {
   std::vector<Piece> pieces;             ///< in order of time; the last one lasts
   std::vector<double> rests_until = {};  ///< a piece each: when the axis leaves its angle [s]; its begin if it moves
-  std::vector<double> settled;  ///< a segment each: when the axis does what it was told [s], at most the segment's end
+  std::vector<double> settled;  ///< a segment each: when the axis does as commanded [s], at most the segment's end
 };
 
-/// What the drive of an axis makes of a run's schedule. The axis starts at rest, at the angle that the first segment
-/// holds, else at 0. It changes rate with max_acceleration:
+/// Motion that the drive of an axis makes of a run's schedule. The axis starts at rest, at the angle that the first
+/// segment holds, else at 0. It changes rate with max_acceleration:
 ///
 /// * hold: goes there by the fastest move within the limits and stands. After a `rate` motion on an axis without stops
 ///   it takes the nearest of the angles that differ by whole turns.

@@ -47,7 +47,7 @@ struct Connection {
     server.known.erase(number);
     release_body();
   }
-  /// What is going on must have ended after so many seconds [s].
+  /// Sets the time [s] after which the operation under way must have ended.
   void patience(double seconds) {
     stream.lowest().expires_after(std::chrono::milliseconds(static_cast<long>(seconds * 1e3)));
   }
@@ -100,7 +100,7 @@ void refuse(Shared c, HttpResponse response);
 /// Has the request answered by a thread of its lane.
 void answer(Shared c);
 
-/// What is refused before any route sees it, in the form of all refusals. The text has no quotes.
+/// Refusal before any route gets the request, in the form of all refusals. The text has no quotes.
 HttpResponse plain(unsigned status, const std::string& text);
 
 /// A refusal of somebody who takes too much, in the language of the page.

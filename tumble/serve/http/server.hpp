@@ -12,7 +12,7 @@
 
 namespace tumble::http {
 
-/// What the connections of a server share.
+/// State that the connections of a server share.
 struct Server {
   struct Known {
     std::function<void()> close;

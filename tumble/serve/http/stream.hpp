@@ -30,7 +30,7 @@ class Stream {
   beast::tcp_stream& lowest();
   executor_type get_executor() { return lowest().get_executor(); }
   bool is_secure() const { return stream_.index() == 1; }
-  /// Of TLS alone.
+  /// Handshake and shutdown of TLS; a stream without TLS has neither.
   void handshake(std::function<void(Code)> done);
   void shutdown(std::function<void(Code)> done);
 

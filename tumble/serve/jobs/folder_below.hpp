@@ -35,7 +35,7 @@ bool make_folder_below(const std::string& root, const std::string& place, const 
 /// A number that another folder of this file system does not have; 0: it cannot be read.
 std::uint64_t number_of(const Descriptor& folder);
 
-/// A file that stands in a folder and is no link; none where there is none.
+/// A file in a folder that is not a link; an empty descriptor without such a file.
 Descriptor file_in(const Descriptor& folder, const std::string& name);
 
 /// The regular files in a folder, no links, in the order of their names.

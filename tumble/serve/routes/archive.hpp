@@ -5,7 +5,7 @@
 #include "tumble/archive/archive.hpp"
 #include "tumble/serve/routes/routes.hpp"
 
-/// What the routes of the archive have in common.
+/// Helpers that the routes of the archive have in common.
 namespace tumble::routes {
 
 /// The archive of this workbench. Throws Error::bad_input where it has none.

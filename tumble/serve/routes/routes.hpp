@@ -21,7 +21,7 @@ namespace tumble::routes {
 
 using Json = nlohmann::ordered_json;
 
-/// What the answers are made from.
+/// State from which the answers are made.
 struct Context {
   WorkbenchOptions options;
   Guard guard;
@@ -47,7 +47,7 @@ struct Route {
   Lane lane = Lane::usual;       ///< of orders to a run, those to stop it go a way of their own
 };
 
-/// What a user must be allowed to do at this route. The workbench asks it before any body is read.
+/// Right that a user needs for this route. The workbench asks it before any body is read.
 Right role_of(const Route& route);
 
 std::vector<Route> page_routes();
@@ -99,7 +99,7 @@ std::vector<std::string> all_of(const HttpRequest& request, std::string_view nam
 
 /// The parameter language: English where it is absent. Throws Error::unsupported for another language.
 Language language_asked(const HttpRequest& request);
-/// Findings as they stand in a result or an inspection, their messages in this language.
+/// Findings of a result or an inspection, their messages in this language.
 Json findings_in(Language language, Json findings);
 
 /// An answer whose sentences for people, those under problems, message, doing, text, reason and ending_text, are said

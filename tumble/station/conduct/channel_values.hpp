@@ -6,10 +6,10 @@
 #include "tumble/station/executive.hpp"
 #include "tumble/station/recorder_stream.hpp"
 
-/// The channels of instruments as the executive is told of them: "slot.channel".
+/// The channels of instruments as the executive gets them: "slot.channel".
 namespace tumble::conduct {
 
-/// Those that interlocks and settle rules look at.
+/// Channels that interlocks and settle rules look at.
 std::set<std::string> watched_channels(const Station& station);
 
 /// Adds the last value [SI] of each channel that a stream has delivered.

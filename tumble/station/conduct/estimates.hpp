@@ -8,7 +8,8 @@
 
 namespace tumble::conduct {
 
-/// When the estimate so far is asked for while a segment is recorded, and what the executive and people are told of it.
+/// Estimates during a run: when the estimate so far is asked for while a segment is recorded, and how the executive and
+/// people get it.
 class Estimates {
  public:
   /// `live` may be null: nothing is estimated.

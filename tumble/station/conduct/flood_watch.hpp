@@ -21,13 +21,13 @@ double explained_rate(const Station& station, std::size_t device, const Controll
 /// [byte/s] that a stream may deliver: ten times its declared rate, and 256 kB more; 16 MB where no rate is declared.
 double explained_rate(const StationInstrument& instrument, const FrameCodec& codec);
 
-/// What arrives at a link, against what explains it. More than that for a second is a flood, of which only the latest
-/// bytes are taken: those of before are late.
+/// Compares the bytes that arrive at a link with the rate that is explained. More than that for a second is a flood, of
+/// which only the latest bytes are taken: earlier bytes are late.
 class FloodWatch {
  public:
   explicit FloodWatch(double rate) : rate_(rate) {}  ///< [byte/s] that is explained
 
-  /// What is taken of bytes that have arrived at `time` [s].
+  /// The part that is taken of bytes which have arrived at `time` [s].
   std::string_view take(std::string_view bytes, double time);
   /// Nobody looked for so long [s]: what came in that time comes now.
   void overslept(double seconds) { level_ -= rate_ * seconds; }
@@ -62,11 +62,12 @@ class Floods {
   /// Given     longest_look  [s] usual between two looks
   Floods(const Station& station, const StationParts& parts, double longest_look);
 
-  /// What is taken of the bytes of an event. `stop` is told once for each wire why its flood ends the run.
+  /// The part that is taken of the bytes of an event. `stop` gets once for each wire the reason why its flood ends the
+  /// run.
   std::string_view take(const LinkEvent& event, const std::function<void(const std::string&)>& stop);
   /// Is called after each wait, at `now` [s]: what came while this process was stopped is no flood.
   void looked(double now);
-  /// What is not kept, in words.
+  /// Bytes that are not kept, in words.
   std::vector<std::string> dropped() const;
 
  private:

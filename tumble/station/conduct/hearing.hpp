@@ -18,7 +18,7 @@ class Hearing {
   void records(int power_up, double time);
   /// A stream was started or stopped: whether all run is known when the next segment is recorded.
   void switched() { power_up_.reset(); }
-  /// It has failed: nothing is expected of it any more.
+  /// The instrument has failed: nothing is expected of it any more.
   void give_up(std::size_t i);
   double silence(std::size_t i, double now) const;  ///< [s] while it should have run
   /// In words what did not come until the end of a segment; empty: all came. Given: rate [Hz], 0: unknown.

@@ -10,7 +10,7 @@
 
 namespace tumble::conduct {
 
-/// What keeps the stream of an instrument; null: it has none. `several`: units are in the run.
+/// Recorder of the stream of an instrument; null: it has no stream. `several`: units are in the run.
 std::unique_ptr<InstrumentRecorder> recorder_of(const StationInstrument& instrument, const StationParts::Stream& stream,
                                                 bool several, Recorder& recorder, LiveEstimates* estimates);
 
@@ -22,7 +22,7 @@ class ToldEvents {
   /// Returned: its number; 0: the recording has stopped.
   std::uint64_t record(StoreEvent event);
   void tell();
-  /// The number up to which all events were told, of those up to `on_disk`.
+  /// The number up to which all events were passed on, of those up to `on_disk`.
   std::uint64_t told(std::uint64_t on_disk) const;
 
  private:

@@ -13,7 +13,7 @@ class RowWait {
 
   /// A row with this number of the store; 0: it was not taken, and never will be.
   void wrote(std::uint64_t sequence);
-  /// What is on the disk at `now` [s]. Returned: rows have come to it since the last call.
+  /// Takes note of the rows that are on the disk at `now` [s]. Returned: rows have come to it since the last call.
   bool look(std::uint64_t on_disk, double now);
   bool waits() const { return !rows_.empty(); }
   std::uint64_t stored() const { return stored_; }

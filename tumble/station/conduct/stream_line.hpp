@@ -21,8 +21,8 @@ class StreamLine {
   void stop();
   /// The link came back: what was sent before may be lost. `time` [s].
   void link_is_up(double time);
-  /// What has arrived at `time` [s], and whether a frame with channels was among it. Returned: the stream runs from now
-  /// on.
+  /// Takes bytes that have arrived at `time` [s], and whether a frame with channels was among them. Returned: the
+  /// stream runs from now on.
   bool receive(std::string_view bytes, bool has_frame, double time);
   /// Sends all again where something is overdue at `time` [s]. Returned: what did not come; empty: nothing is overdue.
   std::string at(double time);

@@ -9,7 +9,7 @@
 
 namespace tumble::conduct {
 
-/// What people see of the state of a run and of its streams.
+/// State of a run and of its streams as people see it.
 ///
 /// Given     streams   by instrument; null: one without a stream
 ///           time      [s] since the beginning of the run

@@ -15,8 +15,8 @@ struct CurveBar {
   std::vector<double> low, high;
 };
 
-/// What is drawn of the channels of a run, in constant memory: the last bars as they came, and the whole run in bars
-/// that hold ever more of them.
+/// Curves of the channels of a run as they are drawn, in constant memory: the last bars as they came, and the whole run
+/// in bars that hold ever more of them.
 class Curves {
  public:
   explicit Curves(std::size_t most = 600) : most_(most) {}

@@ -20,7 +20,7 @@ Json json_of(const EstimateHistory& history);
 /// Time [s] of the store's clock; of the rows of the journal their steps too.
 Json json_of(std::uint64_t sequence, const StoreEvent& event);
 Json json_of(const RunFacts& facts);
-/// What became of each segment: "done", "skipped", "now" or "next", and how often it was begun.
+/// State of each segment: "done", "skipped", "now" or "next", and how often it was begun.
 Json json_of(const std::vector<SegmentProgress>& progress, std::size_t now);
 
 }  // namespace tumble::desk

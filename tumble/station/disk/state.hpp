@@ -13,7 +13,7 @@
 
 namespace tumble::disk {
 
-/// What becomes of a call.
+/// Outcome of a call.
 enum class Outcome { done, fails, full, ignored };
 
 /// Calls counted, the fault carried out and, where the fault is a crash, everything remembered that has not been

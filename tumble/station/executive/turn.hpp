@@ -54,7 +54,7 @@ bool is_active(RunPhase phase);
 bool in_attempt(RunPhase phase);
 
 // devices.cpp
-std::size_t device_of(const Turn& turn, const std::string& name);  ///< their number where there is none of that name
+std::size_t device_of(const Turn& turn, const std::string& name);  ///< the number of devices if none has that name
 void ask(Turn& turn, std::size_t device, const PendingRequest& request);
 /// Requests of this purpose that wait or are on their way.
 bool outstanding(const Turn& turn, Purpose purpose);
@@ -63,7 +63,7 @@ void take_reply(Turn& turn, const DeviceReply& reply);
 void take_lost(Turn& turn, const LinkLost& lost);
 void take_up(Turn& turn, const LinkUp& up);
 void check_timeouts(Turn& turn);
-/// What had to happen while nobody looked has that time [s] longer.
+/// Extends by `overslept` [s] all times within which something had to happen, because nobody looked for so long.
 void forgive(Turn& turn, double overslept);
 void send_waiting(Turn& turn);
 
@@ -76,7 +76,7 @@ void expect_set_point(Turn& turn, std::size_t device, const ControllerRequest& r
 std::vector<ControllerRequest> polls_of_set_points(const Turn& turn, std::size_t device);
 void take_set_point(Turn& turn, std::size_t device, int axis, const ControllerReply& reply);
 bool has_open_set_points(const Turn& turn);
-/// Those that are overdue are failures.
+/// Set points that are overdue are failures.
 void check_set_points(Turn& turn, std::size_t device);
 
 // axes.cpp
@@ -107,7 +107,7 @@ std::map<std::string, double> achieved(const Turn& turn);
 // rates.cpp
 /// One more reading of the rate of an axis that turns; `derived` from its positions.
 void watch_rate(Turn& turn, const StationAxis& axis, AxisProgress& progress, bool derived);
-/// An axis that turns as nobody told it stops the run.
+/// An axis that turns without a command stops the run.
 void check_rates(Turn& turn);
 /// [rad/s] within which a commanded rate counts as reached.
 double rate_tolerance(const StationAxis& axis, double rate);

@@ -21,8 +21,8 @@ struct Change {
   std::size_t wire = 0;
 };
 
-/// What the guard has when it begins. It is made before the process is, and only read afterwards: the process of a run
-/// has threads, so that its child may neither allocate nor lock.
+/// Data of the guard when it begins. They are made before the process is, and only read afterwards: the process of a
+/// run has threads, so that its child may neither allocate nor lock.
 struct Post {
   Shared* shared = nullptr;
   int line = -1;                 ///< to the process of the run

@@ -51,7 +51,7 @@ class Loop {
   explicit Loop(std::function<double()> clock) : clock_(std::move(clock)) {}  ///< clock [s]
   ~Loop();
 
-  /// As Links does it; times [s].
+  /// Opens links as Links does; times [s].
   std::size_t open_tcp(const LinkAddress& address, double timeout, double silence);
   std::size_t open_udp(const LinkAddress& address, double silence);     ///< [s]
   std::size_t open_serial(const LinkAddress& address, double silence);  ///< [s]

@@ -9,7 +9,7 @@ namespace tumble::recorder {
 class EarliestLine {
  public:
   void add(double x, double t);  ///< x does not go back
-  double slope() const;          ///< of the longest edge; 0: there is none
+  double slope() const;          ///< of the longest edge; 0: no edge
   double width() const;          ///< [x] of that edge
 
  private:

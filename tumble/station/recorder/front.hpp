@@ -7,7 +7,7 @@
 
 namespace tumble::recorder {
 
-/// What was appended and waits for its commit. Not safe for several threads.
+/// Items that were appended and wait for their commit. Not safe for several threads.
 class Front {
  public:
   Front(const StoreFile::State& state, const RecorderOptions& options)

@@ -12,7 +12,7 @@
 
 namespace tumble::recorder {
 
-/// Which attempt at each segment counts, and when it recorded.
+/// Finds in the journal which attempt at each segment counts, and when it recorded.
 class JournalReader {
  public:
   void add(const JournalRow& row);

@@ -11,7 +11,7 @@
 
 namespace tumble::recorder {
 
-/// The recordings of a store that was looked through once, but for their samples.
+/// The recordings of a store that was looked through once, except for their samples.
 class StoreReading {
  public:
   /// The store must live as long. Throws Refusal; Error::bad_data for a store without samples. `path`: for messages.
@@ -23,7 +23,7 @@ class StoreReading {
   /// Hands out the recording of a slot, by its number, in blocks of about `samples` of a channel; the first has marks,
   /// facts and findings too. A recording without even clocks is one block. Throws Refusal.
   void stream(std::size_t slot, std::size_t samples, const BlockSink& sink);
-  /// All of them in memory; can be asked once. Throws Refusal.
+  /// All recordings in memory; can be asked once. Throws Refusal.
   std::vector<StoreRecording> recordings(const Progress& progress);
 
  private:

@@ -12,7 +12,7 @@
 
 namespace tumble::recorder {
 
-/// What a run says besides its samples: marks, how it ended, and what its links lost.
+/// Facts about a run that are not samples: marks, how it ended, and what its links lost.
 class RunReader {
  public:
   explicit RunReader(const StoreContent& content);
@@ -20,7 +20,7 @@ class RunReader {
   /// After the last item.
   void finish();
   std::vector<Mark> marks() const { return journal_.marks(); }
-  /// Of the links of a slot, and of the run.
+  /// Findings about the links of a slot, and about the run.
   Findings findings(const StoreContent& content, const std::string& slot) const;
   const std::string& started() const { return started_; }  ///< UTC; empty: nobody said
 

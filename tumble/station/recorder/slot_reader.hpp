@@ -28,7 +28,7 @@ class SlotReader {
   /// The channels that have samples, with those taken since the last time. Unless streams(), after all were taken.
   std::vector<Channel> channels();
   std::string instrument() const;
-  /// What is suspicious: infinite samples, another rate than declared.
+  /// Suspicious observations: infinite samples, another rate than declared.
   Findings findings() const;
 
  private:

@@ -10,7 +10,7 @@
 
 namespace tumble::recorder {
 
-/// What one commit writes.
+/// Contents of one commit.
 struct Batch {
   std::vector<Chunk> chunks;
   std::vector<std::pair<std::size_t, std::string>> links, streams;  ///< number, JSON

@@ -15,7 +15,7 @@ std::string path_of_store(const std::string& run);
 StoreFile open_store(const std::string& path, Disk& disk);
 [[noreturn]] void refuse_to_read(const std::string& path, const Refusal& refusal);
 
-/// Its links, streams and facts. Throws Refusal.
+/// Links, streams and facts of a store. Throws Refusal.
 StoreContent describe(const StoreFile& store);
 /// Hands out its items in order, all or those of one kind, and counts them in `content`. Throws Refusal.
 void visit(const StoreFile& store, StoreContent& content, const std::function<void(const StoreItem&)>& visitor,

@@ -36,7 +36,7 @@ class Writer {
   Acknowledged acknowledged() const;
   std::optional<StoreFailure> failure() const;
   StoreLoad load() const;
-  /// As Recorder; time [s].
+  /// Closes the store as Recorder::close() does; time [s].
   bool close(double time, const std::string& ending);
 
  private:

@@ -25,7 +25,7 @@ std::vector<const toml::table*> tables_at(Section& section, const std::string& k
 bool flag(Section& section, const std::string& key);
 /// The text at `key`; a problem where it is missing or empty.
 std::string needed(Section& section, const std::string& key, const std::string& example);
-/// The index of the device of that name; a problem, and absent, where there is none.
+/// The index of the device of that name; a problem, and absent, for an unknown name.
 std::optional<std::size_t> device_at(Section& section, const std::string& key, const Station& station);
 /// One of the words, by its index; a problem where another stands there.
 std::optional<std::size_t> choice(Section& section, const std::string& key, const std::vector<std::string>& words);

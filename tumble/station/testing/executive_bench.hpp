@@ -13,11 +13,11 @@
 
 namespace tumble::testing {
 
-/// What goes wrong with a device of the bench, from `from` until `until`.
+/// Fault of a device of the bench, from `from` until `until`.
 struct BenchFault {
   enum class Kind {
     silent,      ///< requests and replies are lost, without notice
-    cut,         ///< the same, and the executive is told at `from` that the link is lost, at `until` that it is up
+    cut,         ///< the same, and the executive gets the loss of the link at `from`, and its return at `until`
     deaf_reply,  ///< requests are carried out, replies of `verb` are lost
     refuses,     ///< `verb` is refused
     stuck,       ///< the axis goes on as it moves, and `stop` changes nothing
@@ -122,7 +122,7 @@ Motion warm_to(double celsius);             ///< [degC]
 
 /// The rows of one kind in the journal of the bench.
 std::vector<RunRow> rows_of_kind(const ExecutiveBench& bench, RunRow::Kind kind);
-/// What the bench was asked for with this verb.
+/// Requests that the bench got with this verb.
 std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb);
 
 }  // namespace tumble::testing

@@ -30,8 +30,8 @@ struct AxisControl {
   double drifts_since = 0.0;                ///< [s]
   std::optional<AxisReading> frozen = {};
   unsigned commands = 0;  ///< what was planned for later is void after a further command
-  /// [rad] whole turns that rates have made, which the drive adds to the positions that it is told (profile_of() of the
-  /// rigs): a controller counts them
+  /// [rad] whole turns that rates have made, which the drive adds to commanded positions (profile_of() of the rigs): a
+  /// controller counts them
   double whole_turns = 0.0;
 
   bool has(Trouble trouble) const { return troubles.contains(trouble); }
@@ -73,7 +73,7 @@ struct Bench {
   Bench(const Plan& plan, std::uint64_t seed, SampleTiming timing);
 
   Course& course() { return courses.rbegin()->second; }
-  AxisControl& control(const std::string& axis);  ///< throws Error::bad_input where there is none
+  AxisControl& control(const std::string& axis);  ///< throws Error::bad_input for an unknown axis
   /// `time` [s].
   DriveState drive(double time, const std::string& axis);
 
@@ -104,7 +104,7 @@ struct Bench {
   /// `time` [s].
   Refusal refusal_of(double time, const std::string& axis, const Motion& motion, double& trips_after);
   /// `time` [s].
-  Motion standstill(double time, const std::string& axis);  ///< a motion that stays where the axis is or is told to be
+  Motion standstill(double time, const std::string& axis);  ///< a motion that stays where the axis is or shall be
 
   /// `time` [s].
   AxisReading reading(double time, const std::string& axis);
@@ -114,7 +114,7 @@ struct Bench {
   void carry(double time, const Later& later);
   void enter(double time, const std::map<std::string, Motion>& changes, bool others_go_on);
   bool is_soaked(double time) const;
-  /// The motion of a controller, whose positions count all turns, as the drive must be told it. `time` [s].
+  /// The motion of a controller, whose positions count all turns, in the form that the drive needs. `time` [s].
   Motion without_turns(double time, AxisControl& control, Motion motion);
   Motion altered(double time, const AxisControl& control, const Motion& motion);
   void plan_later(double time, const std::string& axis, const Motion& motion, double trips_after);

@@ -9,8 +9,8 @@
 
 namespace tumble::virtual_rig {
 
-/// What the rig does between two standstills at which instruments were switched on: the schedule as carried out so far,
-/// the last segment being open, and what the rig makes of it. Times are [s] since its begin.
+/// Course of the rig between two standstills at which instruments were switched on: the schedule as carried out so far,
+/// the last segment being open, and the motion that the rig makes of it. Times are [s] since its begin.
 class Course {
  public:
   /// `run`, `first`: number and first segment of the run. `begin` [s].
@@ -30,7 +30,7 @@ class Course {
 
   /// Valid until `until` at least. `until` [s].
   const Reference& reference(double until);
-  /// When all axes do what they were told last, if nothing else is commanded. [s].
+  /// When all axes do what was commanded last, if nothing else is commanded. [s].
   double settled();
 
  private:

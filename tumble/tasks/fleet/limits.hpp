@@ -14,11 +14,11 @@ struct WrittenLimits {
 };
 using LimitsByName = std::map<std::string, WrittenLimits>;
 
-/// Of settings "NAME.min" and "NAME.max". Throws Error::bad_input for other keys.
+/// Limits by the settings "NAME.min" and "NAME.max". Throws Error::bad_input for other keys.
 LimitsByName limits_by_name(const Sets& sets);
 
-/// Limits [SI] of a parameter that people are shown in this unit; infinite where there are none. Throws
-/// Error::bad_input for another dimension, and a lower limit that is not below the upper one.
+/// Limits [SI] of a parameter that people are shown in this unit; infinite: no limit. Throws Error::bad_input for
+/// another dimension, and a lower limit that is not below the upper one.
 ParameterLimits limits_in(const LimitsByName& limits, const std::string& name, const Unit& unit);
 
 }  // namespace tumble::fleet

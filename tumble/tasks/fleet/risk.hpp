@@ -15,7 +15,7 @@ struct WantedParameter {
   ParameterLimits limits;  ///< [SI]
 };
 
-/// What is said of all parameters together.
+/// Results that concern all parameters together.
 struct Overview {
   Table table;                     ///< one line a parameter
   std::vector<NoticedIn> noticed;  ///< findings of each parameter: those of one kind become one

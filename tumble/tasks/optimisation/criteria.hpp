@@ -10,9 +10,9 @@
 namespace tumble::optimisation {
 
 /// How well an estimate knows the terms, relative to a reference sd of each. All are like a ratio of sds: the smaller
-/// the better; +inf where a term is not told.
+/// the better; +inf where a term is not determined.
 struct Criteria {
-  std::vector<double> sd;    ///< [SI] of each term; +inf: not told
+  std::vector<double> sd;    ///< [SI] of each term; +inf: not determined
   double determinant = 0.0;  ///< geometric mean over the axes of the uncertainty ellipsoid: det^(1/2p)
   double trace = 0.0;        ///< root mean square of sd/reference
   double worst = 0.0;        ///< largest of them

@@ -19,7 +19,7 @@ struct DesignSpace {
 
 /// The information that each candidate gives is calculated for two durations, `dwell` and twice that [s]; from these
 /// follow what grows with time and what does not (see DesignPoint). Errors that shift no output noticeably beside the
-/// white noise of `time` [s] are left out.
+/// white noise of `time` [s] are not used.
 DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all,
                          const std::vector<prediction::OutputProblem>& outputs, double time, double dwell);
 

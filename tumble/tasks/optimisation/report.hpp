@@ -14,7 +14,7 @@ struct ScheduleRow {
   std::string name;
   Schedule schedule;
   std::optional<Estimate> estimate;
-  std::string refused;  ///< why there is none
+  std::string refused;  ///< why it has no estimate
 };
 
 /// The estimate of the schedule chosen, with tables: `schedules` (criteria of every row), `schedule_sd` (sd of every

@@ -13,9 +13,9 @@ struct StandardSet {
   std::vector<std::size_t> candidates;
 };
 
-/// Those of the usual sets that the candidates hold: specific force along the faces, edges and corners of a cube fixed
-/// to the instrument, the 24 orientations of the cube, rates of each axis alone at equal steps. Of several positions
-/// with the same direction the first, which is the simplest, is taken.
+/// Usual sets, as far as the candidates hold them: specific force along the faces, edges and corners of a cube fixed to
+/// the instrument, the 24 orientations of the cube, rates of each axis alone at equal steps. If several positions have
+/// the same direction, the first one is taken, which is the simplest.
 std::vector<StandardSet> standard_sets(const std::vector<prediction::Candidate>& all);
 
 }  // namespace tumble::optimisation

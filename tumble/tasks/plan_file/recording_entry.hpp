@@ -8,8 +8,8 @@
 
 namespace tumble::plan_file {
 
-/// What [[recording]] says of its file, all but `plan`; names are relative to `folder`. What is wrong becomes a problem
-/// of the section.
+/// Entry of [[recording]] for its file, without `plan`; names are relative to `folder`. A fault becomes a problem of
+/// the section.
 RecordingEntry read_recording_entry(tables::Section& section, const std::filesystem::path& folder);
 
 }  // namespace tumble::plan_file

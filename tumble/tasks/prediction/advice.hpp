@@ -8,15 +8,15 @@
 
 namespace tumble::prediction {
 
-/// What would show the terms that a schedule does not.
+/// Motions that would show the terms which a schedule does not show.
 struct Advice {
-  std::vector<std::string> add;           ///< motions of the rig, each in words, the most telling first
-  std::vector<std::string> out_of_reach;  ///< terms of which nothing that the rig can do tells some combination
+  std::vector<std::string> add;           ///< motions of the rig, each in words, the most useful first
+  std::vector<std::string> out_of_reach;  ///< terms of which no motion of the rig determines some combination
 };
 
-/// Which candidate motions raise the rank of the schedule most, one after the other, until all terms are told apart or
-/// nothing helps. Tried first: the axes and kinds of motion of the plan, with the terms that only they excite; then all
-/// that the rig has.
+/// Candidate motions that raise the rank of the schedule most, one after the other, until the schedule distinguishes
+/// all terms or no motion helps. Tried first: the axes and kinds of motion of the plan, with the terms that only they
+/// excite; then all that the rig has.
 ///
 /// Given     felt         what the plan's schedule feels, see felt_over()
 ///           terms        that it excites

@@ -22,7 +22,7 @@ struct Candidate {
   std::vector<Felt> felt = {};  ///< nominal: one at rest, several over `least` in motion
 };
 
-/// What may be moved, and how.
+/// Axes and kinds of motion among which candidates are sought.
 struct CandidateRange {
   std::vector<std::string> axes;  ///< those not named stay where the rig has them
   bool rates = false, sines = false;
@@ -38,7 +38,7 @@ CandidateRange range_of(const Plan& plan, double step);
 /// the rig accepts between the extremes of the plan.
 std::vector<Candidate> candidates(const Plan& plan, const CandidateRange& range);
 
-/// What all of them feel.
+/// Motions that the instrument feels in all candidates, one after the other.
 std::vector<Felt> felt_of(const std::vector<Candidate>& all);
 
 struct CandidateVisit {

@@ -39,7 +39,7 @@ inline double value_of_bits(const FrameNumber& number, std::uint64_t bits) {
   return static_cast<double>(static_cast<std::int64_t>(bits << above) >> above);
 }
 
-/// Its value [1], before any scale.
+/// The value [1] of a number, before any scale.
 inline double value_of(const FrameNumber& number, const unsigned char* from) {
   return value_of_bits(number, natural_of(number, from));
 }

@@ -11,7 +11,7 @@
 
 namespace tumble::codec {
 
-/// What the counter of one frame says.
+/// Reading of the counter of one frame.
 struct CounterReading {
   std::uint64_t value = 0, modulus = 256;
   std::uint64_t step = 1;           ///< 0: as the stream shows

@@ -13,7 +13,7 @@ namespace tumble::controller {
 
 enum class Direction { request, reply };
 
-/// What stands between the ends of a line.
+/// Body of a line, between its ends.
 struct Line {
   std::optional<std::string> body;
   std::string problem;            ///< empty: none

@@ -23,7 +23,7 @@ ControllerTemplate parse_template(std::string_view text);
 /// A field from what stands in its braces: "position.2:.4f deg=0". Throws Error::bad_input.
 ControllerPiece parse_field(std::string_view text);
 
-/// What the fields of a template say, in one direction or the other. Words are as the device writes them.
+/// Values of the fields of a template, in one direction or the other. Words are as the device writes them.
 struct Content {
   std::map<std::string, double> values;  ///< [SI]
   std::map<std::string, std::string> words;
@@ -44,10 +44,10 @@ std::optional<std::size_t> size_of(const ControllerTemplate& form);
 /// "position.2"
 std::string key_of(const ControllerPiece& piece);
 
-/// A number [SI] as it stands on the line. Throws Error::bad_input where it does not fit.
+/// A number [SI] as the line has it. Throws Error::bad_input where it does not fit.
 std::string write_number(const ControllerPiece& piece, double si);
 
-/// The number [SI] at the begin of `bytes`, which it is removed from; absent where there is none of this format.
+/// The number [SI] at the begin of `bytes`, which it is removed from; absent if they begin otherwise.
 std::optional<double> take_number(const ControllerPiece& piece, std::string_view& bytes);
 
 /// [SI] half a step of the format at a value.

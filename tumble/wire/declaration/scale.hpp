@@ -8,7 +8,7 @@
 
 namespace tumble::declaration {
 
-/// What one step of a number means: "2^-14 deg/s", "2^-21 deg/sample".
+/// Value of one step of a number: "2^-14 deg/s", "2^-21 deg/sample".
 struct Scale {
   double factor = 1.0;  ///< [unit]
   Unit unit;            ///< without "/sample"

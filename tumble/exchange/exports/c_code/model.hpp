@@ -11,11 +11,11 @@ namespace tumble::c_code {
 
 enum class Number { double_precision, single_precision, fixed };
 
-/// What both kinds of code need.
+/// Settings that both kinds of code need.
 struct Plan {
   std::string name;  ///< of the function, "tumble_compensate"
   Number number = Number::double_precision;
-  int force_passes = 0, rate_passes = 0;  ///< of the iteration that inverts the curves; 0: there are none
+  int force_passes = 0, rate_passes = 0;  ///< of the iteration that inverts the curves; 0: no curves
 };
 
 /// Passes after which u = inv(K)(y - q(u)) has converged to `rounding` [1] over the range of a triad.
@@ -35,7 +35,7 @@ int curve_exponent(const TriadCalibration& triad, std::size_t axis);
 /// Whether a part is in the calibration.
 bool has_curve(const TriadCalibration& triad);
 bool has_terms(const TriadCalibration& triad);  ///< of the curve: powers, magnitude, signed square
-/// Of the longest table of departures of its axes; 0: there is none.
+/// Points of the longest table of departures of its axes; 0: no table.
 std::size_t table_points(const TriadCalibration& triad);
 
 /// Tables of three axes, all as long as the longest.

@@ -7,7 +7,8 @@
 #include "tumble/exchange/calibration.hpp"
 #include "tumble/units/sentence.hpp"
 
-/// What PX4 and ArduPilot have in common: offset and scale of each axis, and a polynomial over temperature.
+/// Form of calibration that PX4 and ArduPilot have in common: offset and scale of each axis, and a polynomial over
+/// temperature.
 namespace tumble::writing {
 
 /// u = (y - t(T) - offset) scale for one axis.
@@ -22,7 +23,7 @@ struct AxisCorrection {
   bool states_scale() const { return states_offset() || (calibrated && scale != 1.0); }
 };
 
-/// Of a triad without misalignment. Problems: a polynomial of more than three powers, one without a range.
+/// Corrections of a triad without misalignment. Problems: a polynomial of more than three powers, one without a range.
 std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, bool gyro, Problems& problems);
 bool has_temperature(const std::array<AxisCorrection, 3>& axes);
 

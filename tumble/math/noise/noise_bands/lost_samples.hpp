@@ -22,8 +22,8 @@ std::vector<double> markov_below_variance(double unit, double time, int lags);
 
 namespace tumble::noise_bands {
 
-/// Of the blocks of one scale in which values are missing: what their cosines (of the values less the mean of those
-/// present, zero where missing) and their means hold of each lag, over all blocks of the scale.
+/// Products of weights at each lag, summed over all blocks of one scale of which some lack values: the weights of their
+/// cosines (of the values less the mean of the present ones, zero where missing) and of their means.
 struct PatternsOfScale {
   double contrasts = 0.0;  ///< independent ones in a band: a block with k of p values has (k-1)/(p-1)
   std::vector<std::vector<double>> products;  ///< [order][lag] of the cosine's weights, divided by `contrasts`
@@ -38,7 +38,7 @@ namespace tumble {
 /// Given: sums over the blocks of a scale, of `radix` values each.
 noise_bands::PatternsOfScale patterns_of(const ContrastSums& sums, int radix);
 
-/// What missing values add to the variance of the means that the next scale works with.
+/// Variance that missing values add to the means with which the next scale works.
 /// Given: before (of the values of this scale; may be null); unit [samples] of these values.
 std::shared_ptr<const LostSamples> lost_after(const std::shared_ptr<const LostSamples>& before,
                                               const noise_bands::PatternsOfScale& patterns, double unit);

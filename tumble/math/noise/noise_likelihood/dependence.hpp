@@ -14,7 +14,7 @@ struct WeightedTerm {
   std::vector<double> autocovariance;  ///< of white noise that was filtered, for a density of one; else empty
 };
 
-/// What the covariance between contrasts adds to that of weighted sums of squares
+/// Part of the covariance of weighted sums of squares that comes from the covariance between contrasts:
 ///   U_t = 1/2 sum_b weight_bt count_b z_b,   covariance 1/2 sum over pairs of different contrasts w_t w_u C^2.
 /// Counted: cosines of one scale, in the same block and up to three blocks apart; of neighbouring scales; of the last
 /// scale with the sines; of the ends of the sines under quantization. The others are far apart in time or frequency.

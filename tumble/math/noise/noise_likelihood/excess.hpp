@@ -14,14 +14,16 @@ struct ExcessScatter {
   double ratio = 1.0;     ///< sd of the mean power over that of Gaussian noise
 };
 
-/// Of each scale of `bands.scatter`, fast ones first. The sum of the powers of each group over their means,
+/// Excess scatter of each scale of `bands.scatter`, fast scales first. The sum of the powers of each group over their
+/// means,
 ///   q_g = sum_k (S_gk/z_k - n_g),   variance V = G/(G-1) sum_g q_g^2,
-/// has the variance V_0 = 2 sum n of Gaussian noise, with the dependence of the contrasts under the terms counted. What
-/// exceeds it by 4 of its sd is an excess, and belongs to the slower scales too: their values are means of the same
-/// samples.
+/// has the variance V_0 = 2 sum n of Gaussian noise, with the dependence of the contrasts under the terms counted. The
+/// part that exceeds it by 4 of its sd is an excess, and belongs to the slower scales too: their values are means of
+/// the same samples.
 std::vector<ExcessScatter> excess_scatter(const BandData& data, const std::vector<WeightedTerm>& terms);
 
-/// What an excess adds to the covariance of the sums U_t = 1/2 sum_b weight_bt count_b z_b: common to all bands,
+/// Covariance of the sums U_t = 1/2 sum_b weight_bt count_b z_b that comes from an excess, which is common to all
+/// bands:
 ///   1/4 v_t v_u,   v_t = sum_b e_b weight_bt count_b s_b,   e_b the root of the relative variance in the scale of the
 ///   band.
 /// Given: count [bands] of independent contrasts, s [bands] expected mean squares, weights [bands x sums].

@@ -5,7 +5,7 @@
 namespace tumble::noise_likelihood {
 
 /// The likelihood of these terms with the white noise through a filter. The likelihood of a steep filter has other
-/// maxima, where a walk or flicker stands for it: the search begins at the power that was measured, and at that of the
+/// maxima, where a walk or flicker replaces it: the search begins at the power that was measured, and at that of the
 /// filtered noise alone.
 TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms);
 
@@ -19,7 +19,7 @@ bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilt
 /// Whether the filter of the second model is worth more than what the first has in its place.
 bool filter_needed(const TriedTerms& without, const TriedTerms& with);
 
-/// Fills `other_filters`: a filter of the wrong shape makes up for it by quantization and by another bandwidth.
+/// Fills `other_filters`: a filter of the wrong shape compensates its shape by quantization and by another bandwidth.
 void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection);
 
 }  // namespace tumble::noise_likelihood

@@ -63,7 +63,8 @@ double chance_of(double fall);
 /// Probability [1] of so great a fall of -2 ln L [1] by a Gauss-Markov process that is not there: chi-square of two.
 double chance_of_process(double fall);
 
-/// Probability [1] that chance alone makes a term of the power laws look as needed as it does.
+/// p-value [1] of a term of the power laws: the probability that a record without the term makes it look as needed as
+/// it does.
 double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term,
                       const SearchRange& range);
 
@@ -85,7 +86,7 @@ struct TermSelection {
 constexpr double near_in_aicc = 10.0;
 
 /// Every subset of the power laws beside none to all of the processes of `full`, and, up to `most_processes`, sets in
-/// which one process more stands for power laws that the record does not distinguish from it. Given: significance [1]
+/// which one process more replaces power laws that the record does not distinguish from it. Given: significance [1]
 /// of a term that remains.
 TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
                      std::size_t most_processes);

@@ -22,7 +22,7 @@ LinearNoise linear(const BandData& data, const TriedTerms& chosen, const SearchR
 
 std::vector<WeightedTerm> weighted_terms(const TriedTerms& chosen);
 
-/// Of the estimates as linear sums of the mean squares.
+/// Covariance of the estimates, taken as linear sums of the mean squares.
 struct NoiseSpread {
   Matrix covariance, by_error;
   std::vector<double> widening;  ///< of the sd by dependence
@@ -53,7 +53,7 @@ double interval_freedom(const BandData& data, const Matrix& x, const std::vector
 /// Given     sd  of the logarithm [1]
 double time_freedom(double sd);
 
-/// ... of a parameter whose logarithm is normally distributed with this sd [1], whatever its value: of a filter.
+/// Degrees of freedom [1] for a parameter of a filter, whose logarithm has this sd [1] at each of its values.
 double logarithm_freedom(double sd);
 
 /// Where -2 ln L rises by 2.71 (95 % one-sided) above its least as the coefficient of `column` grows.

@@ -16,7 +16,7 @@ struct AtVariances {
   std::vector<double> weights;  ///< V^-1 1 [n]
 };
 
-/// What the results are like, without the variances.
+/// Known quantities of the results: all that the likelihood needs except the variances.
 struct Model {
   std::vector<double> values;                    ///< [n]
   std::vector<double> own;                       ///< [n] u^2

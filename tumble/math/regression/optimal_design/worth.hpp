@@ -6,7 +6,7 @@
 
 #include "tumble/math/regression/optimal_design.hpp"
 
-/// What designs are worth, fast enough to try many.
+/// Criteria of designs, fast enough to try many designs.
 namespace tumble::optimal_design {
 
 using Eigen::Index;
@@ -20,7 +20,7 @@ struct Visit {
 };
 using Visits = std::vector<Visit>;
 
-/// What a design is worth, and what is needed to see what one more visit would change.
+/// Criterion of a design, and the matrices that show how one more visit would change it.
 struct State {
   double value = std::numeric_limits<double>::infinity();
   MatrixXd covariance;

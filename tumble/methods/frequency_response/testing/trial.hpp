@@ -8,7 +8,7 @@ namespace tumble::frequency_response {
 /// at another rate with its own noise, clock and gain error.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
-/// What the first holds at zero or ideal. Given: options of the method.
+/// A trial with the effects that the first one has at zero or ideal. Given: options of the method.
 Trial second_trial(std::uint64_t seed, const std::vector<Option>& options);
 
 }  // namespace tumble::frequency_response

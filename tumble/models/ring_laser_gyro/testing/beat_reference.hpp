@@ -10,7 +10,7 @@
 namespace tumble::testing {
 
 /// The beat phase (4.24) by classical Runge-Kutta steps of the phase less the known one, for tests and benchmarks:
-/// slow, simple, and independent of BeatPhase but for the draws of the turn-arounds.
+/// slow, simple, and independent of BeatPhase except for the draws of the turn-arounds.
 class BeatReference {
  public:
   /// Given  steps in each half cycle of the dither: 10 000 leave 1e-10 turns a half cycle at x = 400
