@@ -10,6 +10,15 @@ Table tabulate(std::string name, std::string caption, std::size_t rows, const Nu
   return tabulate(std::move(name), std::move(caption), numbers, columns);
 }
 
+Table for_programs(Table table) {
+  table.for_programs = true;
+  return table;
+}
+
+void add_unless_empty(std::vector<Table>& tables, Table table) {
+  if (!table.rows.empty()) tables.push_back(std::move(table));
+}
+
 void add_point(Curve& curve, double x, double y) {
   curve.x.values.push_back(x);
   curve.y.values.push_back(y);

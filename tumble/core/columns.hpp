@@ -68,6 +68,11 @@ Table tabulate(std::string name, std::string caption, const Rows& rows,
 /// A table with so many rows; cells are functions of the number of the row, from 0.
 Table tabulate(std::string name, std::string caption, std::size_t rows, const NumberedColumns& columns);
 
+/// The table, marked as one that programs read and people are not shown.
+Table for_programs(Table table);
+/// Adds a table to others where it has a row.
+void add_unless_empty(std::vector<Table>& tables, Table table);
+
 /// Adds a point [SI] to a curve.
 void add_point(Curve& curve, double x, double y);
 /// Adds a point [SI] with a band of `half` to both sides of it.

@@ -39,7 +39,9 @@ TEST(Columns, TableWithoutRowsKeepsItsHeadings) {
 
 TEST(Columns, RowsMayBePointersOrNumbers) {
   const std::vector<const Stay*> last{&segments[1]};
-  EXPECT_EQ(tabulate("", "", last, {{"label", &Stay::label}}).rows.at(0).at(0), Table::Cell("south"));
+  const Table table = for_programs(tabulate("", "", last, {{"label", &Stay::label}}));
+  EXPECT_EQ(table.rows.at(0).at(0), Table::Cell("south"));
+  EXPECT_TRUE(table.for_programs);
   const Table counted = tabulate("", "", 3, {{"number", [](std::size_t i) { return i + 1; }}});
   ASSERT_EQ(counted.rows.size(), 3u);
   EXPECT_EQ(counted.rows[2].at(0), Table::Cell(3.0));
