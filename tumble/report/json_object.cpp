@@ -34,6 +34,10 @@ void JsonObject::texts(const char* key, const std::vector<std::string>& values) 
   member_of(json_, key) = values;
 }
 
+void JsonObject::lists(const char* key, const std::vector<std::vector<std::string>>& values) const {
+  member_of(json_, key) = values;
+}
+
 void JsonObject::null(const char* key) const { member_of(json_, key) = nullptr; }
 
 void JsonObject::json(const char* key, const std::string& text) const {

@@ -19,6 +19,7 @@ class JsonObject {
   void flag(const char* key, bool value) const;
   void text(const char* key, const std::string& value) const;
   void texts(const char* key, const std::vector<std::string>& values) const;
+  void lists(const char* key, const std::vector<std::vector<std::string>>& values) const;
   void null(const char* key) const;
   /// A value that is JSON already. Throws nlohmann::json::exception where it is not.
   void json(const char* key, const std::string& text) const;

@@ -12,6 +12,7 @@
 
 #include "tumble/report/json_node.hpp"
 #include "tumble/report/json_object.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/report/shown_value.hpp"
 #include "tumble/units/error.hpp"
 
@@ -65,6 +66,11 @@ class MembersToJson {
     object_.text(key, words[static_cast<std::size_t>(value)]);
     return *this;
   }
+  /// Given: the code of the problems, for programs.
+  MembersToJson& operator()(const char* key, const Problems& problems, const char* code) {
+    object_.json(key, problems_to_json(code, problems, Language::english));
+    return *this;
+  }
   template <class T, class... Further>
   MembersToJson& optional(const char* key, const T& value, bool needed, const Further&... further) {
     return needed ? (*this)(key, value, further...) : *this;
@@ -86,6 +92,7 @@ class MembersToJson {
   void write(const char* key, WholeNumber auto value) { object_.whole(key, static_cast<unsigned long long>(value)); }
   void write(const char* key, const std::string& value) { object_.text(key, value); }
   void write(const char* key, const std::vector<std::string>& values) { object_.texts(key, values); }
+  void write(const char* key, const std::vector<Words>& lists) { object_.lists(key, lists); }
   void write(const char* key, const Unit& unit) { object_.text(key, unit.text()); }
   template <class T>
   void write(const char* key, const std::optional<T>& value) {
@@ -160,6 +167,12 @@ class MembersFromJson {
   void read(const Node& node, std::string& value) { value = node.text(); }
   void read(const Node& node, std::vector<std::string>& values) {
     for (const Node& element : node.elements()) values.push_back(element.text());
+  }
+  void read(const Node& node, std::vector<Words>& lists) {
+    for (const Node& element : node.elements()) read(element, lists.emplace_back());
+  }
+  void read(const Node& node, Problems& problems, const char* /*code*/) {
+    if (!node.absent()) problems = problems_from_json(node.json());
   }
   void read(const Node& node, Unit& unit) {
     if (node.absent()) return;

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <type_traits>
+
+#include "tumble/report/members.hpp"
+#include "tumble/serve/jobs.hpp"
+
+/// Members of a job; see report/members.hpp.
+namespace tumble {
+
+/// The words of the states, in their order.
+const Words& job_state_words();
+
+/// What everybody may know.
+template <class Visitor, PossiblyConst<Job> X>
+void members(Visitor& visit, X& x) {
+  Words texts = texts_of(x.problems);
+  visit("id", x.id)("kind", x.kind)("title", x.title)("state", x.state, job_state_words())("doing", x.doing);
+  visit("progress", x.progress)("begun", x.begun)("problems", texts);
+  visit.optional("errors", x.problems, true, "failed");
+  if constexpr (!std::is_const_v<X>)  // a job of an earlier version has texts alone
+    if (x.problems.empty()) x.problems.assign(texts.begin(), texts.end());
+  visit("files", x.files);
+}
+
+/// What the folder of the state keeps.
+template <class Visitor, PossiblyConst<Job> X>
+void kept_members(Visitor& visit, X& x) {
+  members(visit, x);
+  visit("steps", x.steps)("scratch", x.scratch)("owner", x.owner)("folder", x.folder);
+}
+
+}  // namespace tumble
