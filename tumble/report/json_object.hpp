@@ -14,7 +14,7 @@ class JsonObject {
   explicit JsonObject(void* json) : json_(json) {}
 
   void number(const char* key, double value) const;  ///< [as given]; null where it is not finite
-  void numbers(const char* key, const std::vector<double>& values) const;
+  void numbers(const char* key, const std::vector<double>& values) const;  ///< [n, as given]
   void whole(const char* key, unsigned long long value) const;
   void flag(const char* key, bool value) const;
   void text(const char* key, const std::string& value) const;

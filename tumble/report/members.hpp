@@ -50,11 +50,13 @@ class MembersToJson {
  public:
   explicit MembersToJson(JsonObject object) : object_(object) {}
 
+  /// A number that is not finite is null, which means `null_means` [as the value] where it is read.
   template <class T>
   MembersToJson& operator()(const char* key, const T& value, double /*null_means*/ = NAN) {
     write(key, value);
     return *this;
   }
+  /// Given: values [SI], written in `unit`.
   MembersToJson& operator()(const char* key, const std::vector<double>& values, const Unit& unit) {
     std::vector<double> shown;
     for (const double value : values) shown.push_back(shown_value(value, unit));

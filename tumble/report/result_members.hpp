@@ -48,7 +48,7 @@ void members(Visitor& visit, X& x) {
   visit.optional("logarithmic_x", x.logarithmic_x, x.logarithmic_x);
 }
 
-/// A number that must not be below zero.
+/// A number [SI] that must not be below zero.
 template <class Visitor>
 void expect_size(Visitor& visit, const char* key, double value) {
   if (!(value >= 0.0)) visit.complain(key, say("a number from {} is expected", 0));
@@ -88,6 +88,7 @@ void members(Visitor& visit, X& x) {
   visit("regressor", x.regressor);
 }
 
+/// An input and its weight [SI].
 template <class Visitor, PossiblyConst<std::pair<Input, double>> X>
 void members(Visitor& visit, X& x) {
   visit("input", x.first, input_words())("weight", x.second);

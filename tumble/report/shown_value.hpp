@@ -14,7 +14,7 @@ inline std::size_t decimal_length(double value) {
   return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
 }
 
-/// The double next to `start` [u] with the shortest decimal that `to_si` takes exactly to `si` [SI]; NaN if there is none.
+/// The double next to `start` [u] with the shortest decimal that `to_si` takes exactly to `si` [SI]; NaN if no double is.
 template <class ToSi>
 double exact_near(double start, double si, const ToSi& to_si) {
   double best = NAN;

@@ -11,7 +11,7 @@ namespace tumble {
 /// The words of the states, in their order.
 const Words& job_state_words();
 
-/// What everybody may know.
+/// Members that everybody may know.
 template <class Visitor, PossiblyConst<Job> X>
 void members(Visitor& visit, X& x) {
   Words texts = texts_of(x.problems);
@@ -23,7 +23,7 @@ void members(Visitor& visit, X& x) {
   visit("files", x.files);
 }
 
-/// What the folder of the state keeps.
+/// All members, as the folder of the state keeps them.
 template <class Visitor, PossiblyConst<Job> X>
 void kept_members(Visitor& visit, X& x) {
   members(visit, x);
