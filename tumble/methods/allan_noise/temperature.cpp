@@ -189,17 +189,42 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
   return effect;
 }
 
+namespace {
+
+/// A channel and the temperature that it follows.
+struct FollowedTemperature {
+  const ChannelNoise& channel;
+  const Channel& temperature;
+  TemperatureEffect effect;
+
+  bool gyro() const { return channel.kind == QuantityKind::angular_rate; }
+};
+
+Table temperature_table(const std::vector<FollowedTemperature>& rows) {
+  using Row = FollowedTemperature;
+  const auto slope = [](const Row& r) {
+    return shown(r.effect.slope, r.effect.slope_sd, r.gyro() ? "deg/h/K" : "ug/K");
+  };
+  const auto of_rate = [](const Row& r) {
+    return shown(r.effect.of_rate, r.effect.of_rate_sd, r.gyro() ? "deg/h/(K/min)" : "ug/(K/min)");
+  };
+  return tabulate("temperature",
+                  "how the channels follow the temperature: generalised least squares under the identified noise", rows,
+                  {{"channel", [](const Row& r) { return r.channel.label; }},
+                   {"with", [](const Row& r) { return r.temperature.name; }},
+                   {"range", "K", [](const Row& r) { return r.effect.range; }},
+                   {"by temperature", slope},
+                   {"by its rate of change", of_rate},
+                   {"explains", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.effect.explained); }},
+                   {"chance", [](const Row& r) { return fmt::format("{:.2g} %", 100.0 * r.effect.chance); }}});
+}
+
+}  // namespace
+
 void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   const Settings& settings = evidence.plan.settings;
-  struct Row {
-    const ChannelNoise& channel;
-    const Channel& temperature;
-    TemperatureEffect effect;
-
-    bool gyro() const { return channel.kind == QuantityKind::angular_rate; }
-  };
-  std::vector<Row> rows;
+  std::vector<FollowedTemperature> rows;
   for (std::size_t i = 0; i < stretches.size(); ++i) {
     const ChannelRun& stretch = stretches[i];
     if (!channels[i].failure.empty()) continue;
@@ -217,23 +242,7 @@ void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun
     if (effect->chance < settings.number("significance"))
       estimate.findings.push_back(follows(*effect, channels[i], *temperature));
   }
-  const auto slope = [](const Row& r) {
-    return shown(r.effect.slope, r.effect.slope_sd, r.gyro() ? "deg/h/K" : "ug/K");
-  };
-  const auto of_rate = [](const Row& r) {
-    return shown(r.effect.of_rate, r.effect.of_rate_sd, r.gyro() ? "deg/h/(K/min)" : "ug/(K/min)");
-  };
-  add_unless_empty(
-      estimate.tables,
-      tabulate("temperature",
-               "how the channels follow the temperature: generalised least squares under the identified noise", rows,
-               {{"channel", [](const Row& r) { return r.channel.label; }},
-                {"with", [](const Row& r) { return r.temperature.name; }},
-                {"range", "K", [](const Row& r) { return r.effect.range; }},
-                {"by temperature", slope},
-                {"by its rate of change", of_rate},
-                {"explains", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.effect.explained); }},
-                {"chance", [](const Row& r) { return fmt::format("{:.2g} %", 100.0 * r.effect.chance); }}}));
+  add_unless_empty(estimate.tables, temperature_table(rows));
 }
 
 }  // namespace tumble::allan_noise

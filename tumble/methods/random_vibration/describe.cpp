@@ -147,21 +147,32 @@ std::vector<std::string> resting_on(const vibration::UnitUnderTest& unit, const 
 
 }  // namespace
 
-Table units_table(const std::vector<Exposure>& exposures, const Data& data, const std::vector<Type>& types,
-                  const Estimate& estimate) {
-  // Units that count beside units that do not: only a specific force compares.
-  const bool counted = std::ranges::all_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
-  const Unit error = Unit::parse(counted ? "pulse" : "mg");
-  struct Row {
-    const Exposure& exposure;
-    const Measured& unit;
-    std::string prefix;
-    double k;  ///< [shown/(m/s^2)]
-  };
-  std::vector<Row> rows;
+/// A unit in one vibration.
+struct UnitRow {
+  const Exposure& exposure;
+  const Measured& unit;
+  std::string prefix;  ///< of its parameters
+  double k;            ///< [shown/(m/s^2)]
+};
+
+/// Units that count beside units that do not: only a specific force compares.
+bool all_count(const Data& data) {
+  return std::ranges::all_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
+}
+
+std::vector<UnitRow> unit_rows(const std::vector<Exposure>& exposures, const Data& data) {
+  const bool counted = all_count(data);
+  std::vector<UnitRow> rows;
   for (const Exposure& exposure : exposures)
     for (const Measured& unit : exposure.units)
       rows.push_back({exposure, unit, exposure.prefix + data.units[unit.unit].prefix, counted ? unit.per_force : 1.0});
+  return rows;
+}
+
+Table units_table(const std::vector<Exposure>& exposures, const Data& data, const std::vector<Type>& types,
+                  const Estimate& estimate) {
+  using Row = UnitRow;
+  const Unit error = Unit::parse(all_count(data) ? "pulse" : "mg");
   const auto mean_sd = [&](const Row& r) {
     const auto* mean = find_parameter(estimate, r.prefix + "pulse_error_mean");
     const auto index = static_cast<std::size_t>(mean - estimate.parameters.data());
@@ -171,7 +182,8 @@ Table units_table(const std::vector<Exposure>& exposures, const Data& data, cons
     return 2.0 * greatest_of(static_cast<double>(r.unit.windows)).mean * r.unit.sd;
   };
   return tabulate(
-      "units", "the units side by side: pulse error, its part from the motion, from counting, and their own", rows,
+      "units", "the units side by side: pulse error, its part from the motion, from counting, and their own",
+      unit_rows(exposures, data),
       {{"unit", [&](const Row& r) { return name_of(data, r.unit); }},
        {"type", [&](const Row& r) { return type_of(r.unit, types); }},
        {"vibration", [](const Row& r) { return r.exposure.label; }},
