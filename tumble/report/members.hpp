@@ -43,7 +43,7 @@ concept HasMembers = requires(Visitor& visit, T& value) {
 template <class T>
 concept WholeNumber = std::integral<T> && !std::same_as<T, bool>;
 
-using Words = std::vector<std::string>;
+using EnumerationWords = std::vector<std::string>;
 
 /// Writes members.
 class MembersToJson {
@@ -64,7 +64,7 @@ class MembersToJson {
     return *this;
   }
   template <class Enumeration>
-  MembersToJson& operator()(const char* key, const Enumeration& value, const Words& words) {
+  MembersToJson& operator()(const char* key, const Enumeration& value, const EnumerationWords& words) {
     object_.text(key, words[static_cast<std::size_t>(value)]);
     return *this;
   }
@@ -94,7 +94,7 @@ class MembersToJson {
   void write(const char* key, WholeNumber auto value) { object_.whole(key, static_cast<unsigned long long>(value)); }
   void write(const char* key, const std::string& value) { object_.text(key, value); }
   void write(const char* key, const std::vector<std::string>& values) { object_.texts(key, values); }
-  void write(const char* key, const std::vector<Words>& lists) { object_.lists(key, lists); }
+  void write(const char* key, const std::vector<EnumerationWords>& lists) { object_.lists(key, lists); }
   void write(const char* key, const Unit& unit) { object_.text(key, unit.text()); }
   template <class T>
   void write(const char* key, const std::optional<T>& value) {
@@ -170,7 +170,7 @@ class MembersFromJson {
   void read(const Node& node, std::vector<std::string>& values) {
     for (const Node& element : node.elements()) values.push_back(element.text());
   }
-  void read(const Node& node, std::vector<Words>& lists) {
+  void read(const Node& node, std::vector<EnumerationWords>& lists) {
     for (const Node& element : node.elements()) read(element, lists.emplace_back());
   }
   void read(const Node& node, Problems& problems, const char* /*code*/) {
@@ -185,7 +185,7 @@ class MembersFromJson {
     }
   }
   template <class Enumeration>
-  void read(const Node& node, Enumeration& value, const Words& words) {
+  void read(const Node& node, Enumeration& value, const EnumerationWords& words) {
     value = static_cast<Enumeration>(node.one_of(words));
   }
   template <HasMembers<MembersFromJson> T>

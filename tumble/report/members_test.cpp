@@ -32,7 +32,7 @@ void members(Visitor& visit, X& x) {
   visit("label", x.label).index("parameter", x.parameter);
 }
 
-const Words made_words{"open", "shut"};
+const EnumerationWords made_words{"open", "shut"};
 
 template <class Visitor, PossiblyConst<MadeValue> X>
 void members(Visitor& visit, X& x) {

@@ -28,7 +28,7 @@ void members(Visitor& visit, X& x) {
 
 /// Where a curve has as many numbers as it has points.
 template <class Visitor>
-void expect_points(Visitor& visit, const char* key, std::size_t numbers, const Curve& x) {
+void expect_as_many_as_points(Visitor& visit, const char* key, std::size_t numbers, const Curve& x) {
   if (numbers != x.x.values.size())
     visit.complain(key, say("{} values are expected ({}), not {}", x.x.values.size(), "one for each x", numbers));
 }
@@ -37,12 +37,12 @@ template <class Visitor, PossiblyConst<Curve> X>
 void members(Visitor& visit, X& x) {
   visit("name", x.name).optional("figure", x.figure, true);
   visit("x", x.x)("y", x.y);
-  expect_points(visit, "y", x.y.values.size(), x);
+  expect_as_many_as_points(visit, "y", x.y.values.size(), x);
   visit.object("band", !x.lower.empty() || !x.band.empty(), [&x](auto& band) {
     band("name", x.band)("lower", x.lower, x.y.unit)("upper", x.upper, x.y.unit);
     if (x.lower.empty() && x.upper.empty()) return;
-    expect_points(band, "lower", x.lower.size(), x);
-    expect_points(band, "upper", x.upper.size(), x);
+    expect_as_many_as_points(band, "lower", x.lower.size(), x);
+    expect_as_many_as_points(band, "upper", x.upper.size(), x);
   });
   visit.optional("logarithmic", x.logarithmic, true).optional("points", x.points, true);
   visit.optional("logarithmic_x", x.logarithmic_x, x.logarithmic_x);
@@ -50,14 +50,14 @@ void members(Visitor& visit, X& x) {
 
 /// A number [SI] that must not be below zero.
 template <class Visitor>
-void expect_size(Visitor& visit, const char* key, double value) {
+void expect_not_negative(Visitor& visit, const char* key, double value) {
   if (!(value >= 0.0)) visit.complain(key, say("a number from {} is expected", 0));
 }
 
 /// The words of the inputs, in their order.
-const Words& input_words();
+const EnumerationWords& input_words();
 /// The words of the forms of a factor, in their order.
-const Words& form_words();
+const EnumerationWords& form_words();
 
 template <class Visitor, PossiblyConst<TermFactor> X>
 void members(Visitor& visit, X& x) {
@@ -105,10 +105,10 @@ template <class Visitor, PossiblyConst<ThermalReading> X>
 void members(Visitor& visit, X& x) {
   visit("smoothing", x.smoothing)("lag", x.lag)("start_window", x.start_window);
   visit.optional("averaging", x.averaging, true);
-  expect_size(visit, "smoothing", x.smoothing);
-  expect_size(visit, "lag", x.lag);
-  expect_size(visit, "start_window", x.start_window);
-  expect_size(visit, "averaging", x.averaging);
+  expect_not_negative(visit, "smoothing", x.smoothing);
+  expect_not_negative(visit, "lag", x.lag);
+  expect_not_negative(visit, "start_window", x.start_window);
+  expect_not_negative(visit, "averaging", x.averaging);
 }
 
 template <class Visitor, PossiblyConst<MeasuredDepartures> X>
@@ -126,7 +126,7 @@ void members(Visitor& visit, X& x) {
     visit.complain("unit", say("{} is no unit of {}", x.unit.text(), Name{name(x.shows)}));
   visit.index("scale", x.scale).index("offset", x.offset).index("spread", x.spread).index("delay", x.delay);
   visit.optional("by_output", x.by_output, x.by_output).optional("misfit", x.misfit, x.misfit != 0.0);
-  expect_size(visit, "misfit", x.misfit);
+  expect_not_negative(visit, "misfit", x.misfit);
   visit("thermal", x.thermal)("reference_temperature", x.reference_temperature);
   visit.optional("caveats", x.caveats, !x.caveats.empty()).optional("covered", x.covered, !x.covered.empty());
   visit.optional("in_region", x.in_region, x.in_region);

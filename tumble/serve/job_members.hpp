@@ -9,12 +9,12 @@
 namespace tumble {
 
 /// The words of the states, in their order.
-const Words& job_state_words();
+const EnumerationWords& job_state_words();
 
 /// Members that everybody may know.
 template <class Visitor, PossiblyConst<Job> X>
 void members(Visitor& visit, X& x) {
-  Words texts = texts_of(x.problems);
+  EnumerationWords texts = texts_of(x.problems);
   visit("id", x.id)("kind", x.kind)("title", x.title)("state", x.state, job_state_words())("doing", x.doing);
   visit("progress", x.progress)("begun", x.begun)("problems", texts);
   visit.optional("errors", x.problems, true, "failed");

@@ -65,8 +65,8 @@ Job::Step in_folder(Job::Step step, const std::string& folder) {
 
 }  // namespace
 
-const Words& job_state_words() {
-  static const Words words{"waiting", "running", "done", "failed", "cancelled"};
+const EnumerationWords& job_state_words() {
+  static const EnumerationWords words{"waiting", "running", "done", "failed", "cancelled"};
   return words;
 }
 

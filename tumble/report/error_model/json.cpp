@@ -8,17 +8,17 @@
 
 namespace tumble {
 
-const Words& input_words() {
-  static const Words all = [] {
-    Words words;
+const EnumerationWords& input_words() {
+  static const EnumerationWords all = [] {
+    EnumerationWords words;
     for (int i = 0; i <= static_cast<int>(Input::channel); ++i) words.emplace_back(name(static_cast<Input>(i)));
     return words;
   }();
   return all;
 }
 
-const Words& form_words() {
-  static const Words all{"power", "magnitude", "sine", "cosine", "decay", "play"};
+const EnumerationWords& form_words() {
+  static const EnumerationWords all{"power", "magnitude", "sine", "cosine", "decay", "play"};
   return all;
 }
 

@@ -39,7 +39,7 @@ class MemberSchema {
     } else if constexpr (std::same_as<T, double>) {
       return {{"type", "number"}};
     } else if constexpr (std::is_enum_v<T>) {
-      return {{"type", "string"}, {"enum", Words{further...}}};
+      return {{"type", "string"}, {"enum", EnumerationWords{further...}}};
     } else if constexpr (requires { value.has_value(); }) {
       return schema_of(value.value_or(typename T::value_type()));
     } else if constexpr (std::same_as<T, Problems>) {
