@@ -94,26 +94,27 @@ std::vector<Rule> rules_of(const Production& production, const std::vector<Popul
 
 /// What each decision rule accepts and rejects.
 Table risk_table(const Production& production, const std::vector<Population>& populations, const Tolerance& tolerance) {
-  const auto consumer = [&](const Rule& rule) {
-    return global_risk(populations, production.sd, tolerance, rule.acceptance).consumer;
+  struct Row {
+    Rule rule;
+    GlobalRisk risk;
   };
-  const auto producer = [&](const Rule& rule) {
-    return global_risk(populations, production.sd, tolerance, rule.acceptance).producer;
-  };
+  std::vector<Row> rows;
+  for (const Rule& rule : rules_of(production, populations, tolerance))
+    rows.push_back({rule, global_risk(populations, production.sd, tolerance, rule.acceptance)});
   const auto end = [](double Tolerance::*of, const char* of_none) {
-    return [of, of_none](const Rule& rule) {
-      return rule.acceptance.empty() ? Table::Cell(of_none) : rule.acceptance.*of;
+    return [of, of_none](const Row& r) {
+      return r.rule.acceptance.empty() ? Table::Cell(of_none) : r.rule.acceptance.*of;
     };
   };
   return tabulate("risk",
                   "share of all units that a decision rule accepts out of tolerance (consumer's risk) and rejects "
                   "within it (producer's risk), over what the production may be",
-                  rules_of(production, populations, tolerance),
-                  {{"rule", &Rule::name},
+                  rows,
+                  {{"rule", [](const Row& r) { return r.rule.name; }},
                    {"from", production.shown, end(&Tolerance::lower, "nothing")},
                    {"to", production.shown, end(&Tolerance::upper, "is accepted")},
-                   {"consumer", "%", consumer},
-                   {"producer", "%", producer}});
+                   {"consumer", "%", [](const Row& r) { return r.risk.consumer; }},
+                   {"producer", "%", [](const Row& r) { return r.risk.producer; }}});
 }
 
 /// Capability's companions: how many units each rule accepts wrongly and rejects wrongly.
