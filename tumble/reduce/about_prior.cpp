@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/prior_rows.hpp"
 #include "tumble/reduce/with_prior.hpp"
@@ -112,35 +113,30 @@ Findings about_prior(const Estimate& result, const PriorUse& use) {
 
 Table prior_table(const Estimate& result, const PriorUse& use) {
   const auto& population = *use.population;
-  Table table{
+  std::vector<ShownRow> rows;
+  for (std::size_t k = 0; k < population.parameters.size(); ++k) rows.push_back(shown_row(result, use, k));
+  const auto number = [](auto of) {
+    return [of](const ShownRow& r) { return r.shown ? Table::Cell(rounded_to_three(of(r))) : ""; };
+  };
+  const auto coverage = [&](double away) {
+    return number([away](const ShownRow& r) { return conditional_coverage(r.spread / r.sd, away); });
+  };
+  const auto ratio = [](const ShownRow& r) {
+    return r.shown ? Table::Cell(rounded_to_three(r.spread / r.sd)) : "not shown";
+  };
+  return tabulate(
       "prior",
       fmt::format("{} units as prior: spread of the units and sd with prior beside the sd without, distance from the "
                   "mean in sd, and how often an interval with prior holds a unit 0, 2 and 4 spreads from the mean",
                   population.population->units),
-      {{"parameter", Unit()},
-       {"spread/sd", Unit()},
-       {"with/without", Unit()},
-       {"from_mean", Unit()},
-       {"at_mean", Unit::parse("%")},
-       {"at_2", Unit::parse("%")},
-       {"at_4", Unit::parse("%")}},
-      {}};
-  for (std::size_t k = 0; k < population.parameters.size(); ++k) {
-    const auto shown = shown_row(result, use, k);
-    std::vector<Table::Cell> row{shown.name};
-    if (!shown.shown) {
-      row.emplace_back(std::string("not shown"));
-      for (int i = 0; i < 5; ++i) row.emplace_back(std::string());
-    } else {
-      const double ratio = shown.spread / shown.sd;
-      row.emplace_back(rounded_to_three(ratio));
-      row.emplace_back(rounded_to_three(shown.with / shown.sd));
-      row.emplace_back(rounded_to_three(shown.away));
-      for (const double away : {0.0, 2.0, 4.0}) row.emplace_back(rounded_to_three(conditional_coverage(ratio, away)));
-    }
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+      rows,
+      {{"parameter", &ShownRow::name},
+       {"spread/sd", ratio},
+       {"with/without", number([](const ShownRow& r) { return r.with / r.sd; })},
+       {"from_mean", number([](const ShownRow& r) { return r.away; })},
+       {"at_mean", "%", coverage(0.0)},
+       {"at_2", "%", coverage(2.0)},
+       {"at_4", "%", coverage(4.0)}});
 }
 
 }  // namespace tumble

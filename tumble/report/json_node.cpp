@@ -119,6 +119,8 @@ bool Node::flag() const {
   return json_of(value_).get<bool>();
 }
 
+std::string Node::json() const { return absent() ? std::string() : json_of(value_).dump(); }
+
 std::size_t Node::one_of(const std::vector<std::string>& words) const {
   if (absent() || !expect(json_of(value_).is_string(), "a text")) return 0;
   const auto word = json_of(value_).get<std::string>();

@@ -35,6 +35,8 @@ class Node {
   bool flag() const;
   std::size_t one_of(const std::vector<std::string>& words) const;
 
+  std::string json() const;  ///< its text again; empty where it is absent
+
   void complain(const Sentence& what) const;
 
  private:

@@ -12,6 +12,7 @@
 #include "tumble/report/json_node.hpp"
 #include "tumble/report/legacy/legacy.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/result_members.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -27,10 +28,6 @@ Unit unit_of(const Node& node) {
     node.complain(reason_of(error));
     return {};
   }
-}
-
-void to_si(std::vector<double>& values, const Unit& unit) {
-  for (double& value : values) value = unit.to_si(value);
 }
 
 void expect_size(const Node& node, std::size_t size, std::size_t expected, const std::string& why) {
@@ -200,39 +197,12 @@ Table table_of(const Node& node) {
   return table;
 }
 
-Curve::Axis axis_of(const Node& node) {
-  Curve::Axis axis{node["name"].text(), unit_of(node["unit"]), node["values"].numbers()};
-  to_si(axis.values, axis.unit);
-  return axis;
-}
-
-Curve curve_of(const Node& node) {
-  Curve curve;
-  curve.name = node["name"].text();
-  curve.figure = node.optional("figure").text();
-  curve.x = axis_of(node["x"]);
-  curve.y = axis_of(node["y"]);
-  expect_size(node["y"].optional("values"), curve.y.values.size(), curve.x.values.size(), "one for each x");
-  curve.logarithmic = node.optional("logarithmic").flag();
-  curve.points = node.optional("points").flag();
-  curve.logarithmic_x = node.optional("logarithmic_x").flag();
-  const auto band = node.optional("band");
-  if (band.absent()) return curve;
-  curve.band = band["name"].text();
-  curve.lower = band["lower"].numbers();
-  curve.upper = band["upper"].numbers();
-  if (!curve.lower.empty() || !curve.upper.empty()) {
-    expect_size(band["lower"], curve.lower.size(), curve.x.values.size(), "one for each x");
-    expect_size(band["upper"], curve.upper.size(), curve.x.values.size(), "one for each x");
-  }
-  to_si(curve.lower, curve.y.unit);
-  to_si(curve.upper, curve.y.unit);
-  return curve;
-}
-
-Fit fit_of(const Node& node) {
-  return {static_cast<std::size_t>(node["observations"].whole()), node["degrees_of_freedom"].number(NAN),
-          node["chi_square"].number(NAN), node["condition"].number(infinity)};
+template <HasMembers<MembersFromJson> T>
+T members_of(const Node& node) {
+  T value;
+  MembersFromJson visit(node);
+  members(visit, value);
+  return value;
 }
 
 FindingValue value_of(const std::string& name, const Node& node) {
@@ -337,11 +307,6 @@ void read_numbers(const Node& top, Estimate& estimate) {
   read_budget(top["budget"], estimate);
 }
 
-PopulationFacts facts_of(const Node& node) {
-  return {node["method"].text(), node["sha256"].text(), static_cast<std::size_t>(node["units"].whole()),
-          node["shrinkage"].number(infinity), node["inflation"].number(1.0)};
-}
-
 PriorUse prior_of(const Node& node, const Node& with_prior) {
   PriorUse use;
   use.from = node["from"].text();
@@ -350,7 +315,7 @@ PriorUse prior_of(const Node& node, const Node& with_prior) {
   use.belongs_by_one = node["belongs_by_one"].number(1.0);
   Estimate population;
   population.instrument_model = node["model"].text();
-  population.population = facts_of(node["population"]);
+  population.population = members_of<PopulationFacts>(node["population"]);
   for (const auto& input : node["results"].elements())
     population.provenance.inputs.push_back({input["file"].text(), input["sha256"].text()});
   read_numbers(node, population);
@@ -372,10 +337,9 @@ Estimate estimate_of(const Node& top) {
   estimate.instrument_serial = instrument["serial"].text();
   read_numbers(top, estimate);
   for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
-  for (const auto& node : top["curves"].elements()) estimate.curves.push_back(curve_of(node));
-  estimate.fit = fit_of(top["fit"]);
-  for (const auto& node : top["findings"].elements())
-    estimate.findings.push_back(finding_of(node, estimate.parameters));
+  for (const auto& node : top["curves"].elements()) estimate.curves.push_back(members_of<Curve>(node));
+  estimate.fit = members_of<Fit>(top["fit"]);
+  for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node, estimate.parameters));
   for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
   estimate.provenance = provenance_of(top["provenance"]);
   if (!estimate.provenance.memory) estimate.provenance.memory = legacy::memory_of(estimate.findings);
@@ -383,7 +347,8 @@ Estimate estimate_of(const Node& top) {
     estimate.models = error_model::models_of(models, estimate.parameters.size());
   else
     estimate.models = error_model::legacy_models(estimate);
-  if (const Node facts = top.optional("population"); !facts.absent()) estimate.population = facts_of(facts);
+  if (const Node facts = top.optional("population"); !facts.absent())
+    estimate.population = members_of<PopulationFacts>(facts);
   if (const Node prior = top.optional("prior"); !prior.absent())
     estimate.prior = std::make_shared<const PriorUse>(prior_of(prior, top.optional("with_prior")));
   return estimate;

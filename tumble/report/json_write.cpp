@@ -8,8 +8,10 @@
 #include "tumble/report/error_model/json.hpp"
 #include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/result_members.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/report/shape.hpp"
+#include "tumble/report/shown_value.hpp"
 #include "tumble/version.hpp"
 
 namespace tumble {
@@ -17,63 +19,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::size_t decimal_length(double value) {
-  std::array<char, 32> text;
-  return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
-}
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-/// Of the doubles next to `start`, the one with the shortest decimal that `to_si` takes exactly to `si`; NaN if none.
-template <class ToSi>
-double exact_near(double start, double si, const ToSi& to_si) {
-  double best = NAN;
-  double below = start, above = start;
-  const auto consider = [&](double candidate) {
-    if (to_si(candidate) != si) return;
-    if (std::isnan(best) || decimal_length(candidate) < decimal_length(best)) best = candidate;
-  };
-  consider(start);
-  if (!std::isnan(best) && decimal_length(best) <= 15) return best;  // short already
-  for (int step = 0; step < 2; ++step) {
-    consider(below = std::nextafter(below, -INFINITY));
-    consider(above = std::nextafter(above, INFINITY));
-  }
-  return best;
-}
-
-/// `si` in a displayed unit such that reading it back gives `si` exactly where a double of the displayed unit can, else
-/// the value next to it; either way writing what was read gives the same text again.
-template <class ToSi, class FromSi>
-Json displayed(double si, const ToSi& to_si, const FromSi& from_si) {
-  if (!std::isfinite(si)) return nullptr;
-  const double start = from_si(si);
-  if (!std::isfinite(start)) return nullptr;
-  double shown_value = exact_near(start, si, to_si);
-  if (std::isnan(shown_value)) shown_value = exact_near(from_si(to_si(start)), to_si(start), to_si);
-  return (std::isnan(shown_value) ? start : shown_value) + 0.0;  // no minus before zero: reading it would lose that
-}
-
-Json value_in(double si, const Unit& unit) {
-  return displayed(
-      si, [&](double x) { return unit.to_si(x); }, [&](double x) { return unit.from_si(x); });
-}
+Json value_in(double si, const Unit& unit) { return finite(shown_value(si, unit)); }
 
 Json covariance_in(double si, const Unit& a, const Unit& b) {
   const double factor = a.factor() * b.factor();
-  return displayed(
-      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; });
+  return finite(shown_value(
+      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; }));
 }
 
 Json difference_in(double si, const Unit& unit) {
-  return displayed(
-      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); });
-}
-
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json values_in(const std::vector<double>& values, const Unit& unit) {
-  auto array = Json::array();
-  for (const double value : values) array.push_back(value_in(value, unit));
-  return array;
+  return finite(shown_value(
+      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); }));
 }
 
 /// sd and interval come from the numbers shown, so that the file agrees with itself to the last digit.
@@ -163,21 +121,11 @@ Json table_json(const Table& table) {
   return json;
 }
 
-Json axis_json(const Curve::Axis& axis) {
-  return {{"name", axis.name}, {"unit", axis.unit.text()}, {"values", values_in(axis.values, axis.unit)}};
-}
-
-Json curve_json(const Curve& curve) {
-  Json band = nullptr;
-  if (!curve.lower.empty() || !curve.band.empty()) {
-    band = {{"name", curve.band},
-            {"lower", values_in(curve.lower, curve.y.unit)},
-            {"upper", values_in(curve.upper, curve.y.unit)}};
-  }
-  Json json{{"name", curve.name},      {"figure", curve.figure},  {"x", axis_json(curve.x)},
-            {"y", axis_json(curve.y)}, {"band", std::move(band)}, {"logarithmic", curve.logarithmic},
-            {"points", curve.points}};
-  if (curve.logarithmic_x) json["logarithmic_x"] = true;
+template <HasMembers<MembersToJson> T>
+Json members_json(const T& value) {
+  Json json = Json::object();
+  MembersToJson visit{JsonObject(&json)};
+  members(visit, value);
   return json;
 }
 
@@ -265,14 +213,6 @@ Json provenance_json(const Provenance& provenance) {
   return json;
 }
 
-Json facts_json(const PopulationFacts& facts) {
-  return {{"method", facts.method},
-          {"sha256", facts.sha256},
-          {"units", facts.units},
-          {"shrinkage", finite(facts.shrinkage)},
-          {"inflation", finite(facts.inflation)}};
-}
-
 /// Values, covariance and budget alone.
 Json numbers_json(const Estimate& estimate) {
   return {{"parameters", parameters_json(estimate)},
@@ -288,14 +228,13 @@ Json prior_json(const PriorUse& use) {
             {"belongs", finite(use.belongs)},
             {"belongs_by_one", finite(use.belongs_by_one)},
             {"model", use.population->instrument_model},
-            {"population", facts_json(*use.population->population)},
+            {"population", members_json(*use.population->population)},
             {"results", array_of(use.population->provenance.inputs, input)}};
   json.update(numbers_json(*use.population));
   return json;
 }
 
 Json whole(const Estimate& estimate) {
-  const auto& fit = estimate.fit;
   Json json{{"tumble", version},
             {"method", estimate.method},
             {"title", estimate.title},
@@ -305,16 +244,12 @@ Json whole(const Estimate& estimate) {
             {"budget", budget_json(estimate)},
             {"models", error_model::models_json(estimate.models)},
             {"tables", array_of(estimate.tables, table_json)},
-            {"curves", array_of(estimate.curves, curve_json)},
-            {"fit",
-             {{"observations", fit.observations},
-              {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
-              {"chi_square", finite(fit.chi_square)},
-              {"condition", finite(fit.condition)}}},
+            {"curves", array_of(estimate.curves, members_json<Curve>)},
+            {"fit", members_json(estimate.fit)},
             {"findings", array_of(estimate.findings, finding_of_result_json)},
             {"verdicts", array_of(estimate.verdicts, verdict_json)},
             {"provenance", provenance_json(estimate.provenance)}};
-  if (estimate.population) json["population"] = facts_json(*estimate.population);
+  if (estimate.population) json["population"] = members_json(*estimate.population);
   if (estimate.prior) json["prior"] = prior_json(*estimate.prior);
   if (estimate.prior && estimate.prior->with_prior) json["with_prior"] = numbers_json(*estimate.prior->with_prior);
   return json;

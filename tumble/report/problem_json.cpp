@@ -9,14 +9,14 @@ namespace tumble {
 namespace {
 
 using ProblemJson = nlohmann::ordered_json;
-using Kind = SentenceValue::Kind;
+using ValueKind = SentenceValue::Kind;
 
 ProblemJson json_of_said(const Sentence& said);
 
 ProblemJson json_of_value(const SentenceValue& value) {
-  if (value.kind == Kind::sentence && !value.nested.empty()) return json_of_said(value.nested.front());
-  ProblemJson json{{value.kind == Kind::name ? "name" : "text", value.text}};
-  if (value.kind == Kind::number) json["number"] = value.number;
+  if (value.kind == ValueKind::sentence && !value.nested.empty()) return json_of_said(value.nested.front());
+  ProblemJson json{{value.kind == ValueKind::name ? "name" : "text", value.text}};
+  if (value.kind == ValueKind::number) json["number"] = value.number;
   return json;
 }
 
@@ -31,12 +31,12 @@ Sentence said_of_json(const ProblemJson& json);
 SentenceValue value_of_json(const ProblemJson& json) {
   if (json.contains("pattern")) {
     Sentence nested = said_of_json(json);
-    return {Kind::sentence, nested.text(), 0.0, {nested}};
+    return {ValueKind::sentence, nested.text(), 0.0, {nested}};
   }
-  if (json.contains("name")) return {Kind::name, json.at("name"), 0.0, {}};
+  if (json.contains("name")) return {ValueKind::name, json.at("name"), 0.0, {}};
   const auto number = json.find("number");
-  if (number == json.end()) return {Kind::text, json.at("text"), 0.0, {}};
-  return {Kind::number, json.at("text"), number->is_number() ? number->get<double>() : 0.0, {}};
+  if (number == json.end()) return {ValueKind::text, json.at("text"), 0.0, {}};
+  return {ValueKind::number, json.at("text"), number->is_number() ? number->get<double>() : 0.0, {}};
 }
 
 Sentence said_of_json(const ProblemJson& json) {

@@ -11,6 +11,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/serve/folder_paths.hpp"
+#include "tumble/serve/job_members.hpp"
 #include "tumble/serve/jobs/folder_below.hpp"
 #include "tumble/serve/jobs/process.hpp"
 #include "tumble/units/error.hpp"
@@ -26,22 +27,13 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* another_folder = "the folder of this job was removed or replaced: start the job again";
 
-const std::vector<std::string> state_names{"waiting", "running", "done", "failed", "cancelled"};
-
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json json_of(const Job& job) {
-  return {{"id", job.id},
-          {"kind", job.kind},
-          {"title", job.title},
-          {"state", name(job.state)},
-          {"doing", job.doing},
-          {"progress", job.progress},
-          {"begun", job.begun},
-          {"problems", texts_of(job.problems)},
-          {"errors",
-           Json::parse(problems_to_json(job.code.empty() ? "failed" : job.code, job.problems, Language::english))},
-          {"files", job.files}};
+  Json json = Json::object();
+  MembersToJson visit{JsonObject(&json)};
+  members(visit, job);
+  return json;
 }
 
 void take(CodedProblems found, Job& job) {
@@ -51,25 +43,12 @@ void take(CodedProblems found, Job& job) {
 
 /// A job as its folder keeps it.
 Job read_job(const fs::path& file) {
-  const Json json = Json::parse(read_text_file(file.string()));
+  const auto json = nlohmann::json::parse(read_text_file(file.string()));
   Job job;
-  job.id = json.at("id").get<std::string>();
-  job.kind = json.at("kind").get<std::string>();
-  job.title = json.at("title").get<std::string>();
-  job.steps = json.at("steps").get<std::vector<Job::Step>>();
-  const auto state = std::ranges::find(state_names, json.at("state").get<std::string>());
-  if (state == state_names.end()) throw Error{Error::Kind::bad_file, "unknown state"};
-  job.state = static_cast<Job::State>(state - state_names.begin());
-  job.progress = json.at("progress").get<double>();
-  job.begun = json.at("begun").get<double>();
-  if (json.contains("errors"))
-    take(coded_problems_from_json(json.at("errors").dump()), job);
-  else  // a job of an earlier version
-    for (const auto& text : json.at("problems")) job.problems.emplace_back(text.get<std::string>());
-  job.files = json.at("files").get<std::vector<std::string>>();
-  job.scratch = json.at("scratch").get<std::string>();
-  job.owner = json.at("owner").get<std::string>();
-  job.folder = json.at("folder").get<std::uint64_t>();
+  Problems problems;
+  MembersFromJson visit(Node(&json, "", &problems));
+  kept_members(visit, job);
+  if (!problems.empty()) throw Error{Error::Kind::bad_file, problems};
   return job;
 }
 
@@ -92,7 +71,12 @@ Job::Step in_folder(Job::Step step, const std::string& folder) {
 
 }  // namespace
 
-std::string name(Job::State state) { return state_names[static_cast<std::size_t>(state)]; }
+const EnumerationWords& job_state_words() {
+  static const EnumerationWords words{"waiting", "running", "done", "failed", "cancelled"};
+  return words;
+}
+
+std::string name(Job::State state) { return job_state_words()[static_cast<std::size_t>(state)]; }
 
 std::string to_json(const Job& job) { return dumped(json_of(job)); }
 
@@ -240,11 +224,9 @@ std::function<bool(std::string& bytes)> Jobs::reader_of(const std::string& id, c
 void Jobs::changed(const Job& job) {
   feed_.publish("job", dumped(json_of(job)));
   if (!job.kept || options_.state.empty()) return;
-  Json json = json_of(job);
-  json["steps"] = job.steps;
-  json["scratch"] = job.scratch;
-  json["owner"] = job.owner;
-  json["folder"] = job.folder;
+  Json json = Json::object();
+  MembersToJson visit{JsonObject(&json)};
+  kept_members(visit, job);
   try {
     write_file_atomically(state_of(job), dumped(json) + "\n");
   } catch (const Error&) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "tumble/core/columns.hpp"
+
 namespace tumble {
 
 namespace {
@@ -32,21 +34,7 @@ void each_block(std::size_t samples, Visit visit) {
 }
 
 Curve curve_named(const std::string& name, const std::string& figure, const Channel& channel) {
-  Curve curve;
-  curve.name = name, curve.figure = figure;
-  curve.x = {"time", Unit::parse("s"), {}};
-  curve.y = {channel.name, channel.unit, {}};
-  return curve;
-}
-
-void add_point(Curve& curve, double time, double value) {
-  curve.x.values.push_back(time);
-  curve.y.values.push_back(value);
-}
-
-void add_limits(Curve& curve, double value, double sd) {
-  curve.lower.push_back(value - 2.0 * sd);
-  curve.upper.push_back(value + 2.0 * sd);
+  return {.name = name, .figure = figure, .x = {"time", Unit::parse("s")}, .y = {channel.name, channel.unit}};
 }
 
 std::vector<Curve> curves_of(const Compensated& one) {
@@ -61,10 +49,8 @@ std::vector<Curve> curves_of(const Compensated& one) {
     const double raw = mean_of(one.before.values, first, last), left = mean_of(one.after.values, first, last),
                  sd = mean_of(one.sd.values, first, last);
     add_point(before, time, raw);
-    add_point(after, time, left);
-    add_limits(after, left, sd);
-    add_point(difference, time, raw - left);
-    add_limits(difference, raw - left, sd);
+    add_point(after, time, left, 2.0 * sd);
+    add_point(difference, time, raw - left, 2.0 * sd);
   });
   // A current that became a specific force has no difference, and axes of its own.
   if (one.before.unit.dimension() != one.after.unit.dimension()) return {after, before};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/tasks/optimisation/criteria.hpp"
@@ -161,15 +162,22 @@ Goal goal_of(const Plan& plan, const Estimate& optimised) {
 }
 
 Table shorter_table(double full, const Found& positions, const Found& prior) {
-  Table table{"shorter_tests",
-              "the shortest tests that reach the uncertainties of the plan as it is; worst: largest uncertainty over "
-              "that of the plan",
-              {{"test", Unit()}, {"time", Unit::parse("min")}, {"saved", Unit::parse("%")}, {"worst", Unit()}},
-              {}};
-  table.rows.push_back({std::string("plan as it is"), full, 0.0, 1.0});
-  table.rows.push_back({std::string("other motions"), positions.time, 1.0 - positions.time / full, positions.excess});
-  table.rows.push_back({std::string("other motions and prior"), prior.time, 1.0 - prior.time / full, prior.excess});
-  return table;
+  struct Row {
+    const char* test;
+    double time, worst;
+  };
+  const std::vector<Row> rows{{"plan as it is", full, 1.0},
+                              {"other motions", positions.time, positions.excess},
+                              {"other motions and prior", prior.time, prior.excess}};
+  return tabulate(
+      "shorter_tests",
+      "the shortest tests that reach the uncertainties of the plan as it is; worst: largest uncertainty over "
+      "that of the plan",
+      rows,
+      {{"test", &Row::test},
+       {"time", "min", &Row::time},
+       {"saved", "%", [full](const Row& r) { return 1.0 - r.time / full; }},
+       {"worst", &Row::worst}});
 }
 
 }  // namespace

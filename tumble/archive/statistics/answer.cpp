@@ -4,6 +4,7 @@
 
 #include "tumble/archive/statistics/occasions.hpp"
 #include "tumble/core/budget.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -41,37 +42,28 @@ void state(Estimate& estimate, const std::vector<Stated>& numbers) {
   estimate.covariance = covariance_of(estimate.budget, numbers.size());
 }
 
-Table::Column column(const std::string& name, const Unit& unit) { return {name, unit}; }
-
 Curve curve_over_time(const std::string& name, const std::string& figure, std::int64_t first_day,
                       const std::string& quantity, const Unit& unit) {
-  Curve curve;
-  curve.name = name, curve.figure = figure;
-  curve.x = {"time since " + date_of(first_day), Unit::parse("day"), {}};
-  curve.y = {quantity, unit, {}};
-  return curve;
+  return {.name = name,
+          .figure = figure,
+          .x = {"time since " + date_of(first_day), Unit::parse("day")},
+          .y = {quantity, unit}};
 }
 
-void add_point(Curve& curve, std::int64_t first_day, double moment, double value) {
-  curve.x.values.push_back(moment - static_cast<double>(first_day) * 24.0 * hour);
-  curve.y.values.push_back(value);
+double since(std::int64_t first_day, double moment) { return moment - static_cast<double>(first_day) * 24.0 * hour; }
+
+Table links_table(const std::vector<Link>& links, const Unit& unit) {
+  const auto result = [](const Link& link) { return link.result == 0 ? std::string() : std::to_string(link.result); };
+  return for_programs(tabulate("links", "units and results by their points in the figures", links,
+                               {{"curve", &Link::curve},
+                                {"time", "day", &Link::time},
+                                {"value", unit, &Link::value},
+                                {"unit", &Link::unit},
+                                {"result", result}}));
 }
 
-void add_band(Curve& curve, double lower, double upper) {
-  curve.lower.push_back(lower);
-  curve.upper.push_back(upper);
-}
-
-Table links_table(const Unit& unit) {
-  Table links{"links", "units and results by their points in the figures", {}, {}, true};
-  links.columns = {column("curve"), column("time", Unit::parse("day")), column("value", unit), column("unit"),
-                   column("result")};
-  return links;
-}
-
-void add_link(const Curve& curve, const std::string& unit, std::int64_t result, Table& links) {
-  links.rows.push_back({curve.name, curve.x.values.back(), curve.y.values.back(), unit,
-                        result == 0 ? std::string() : std::to_string(result)});
+Link link_of(const Curve& curve, const std::string& unit, std::int64_t result) {
+  return {curve.name, curve.x.values.back(), curve.y.values.back(), unit, result};
 }
 
 }  // namespace tumble::statistics

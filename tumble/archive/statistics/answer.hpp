@@ -22,19 +22,22 @@ Estimate answer_of(const std::string& name, const std::string& title, const Arch
 /// covariance is diagonal, and the budget has one line.
 void state(Estimate& estimate, const std::vector<Stated>& numbers);
 
-Table::Column column(const std::string& name, const Unit& unit = {});
 /// Points over the time since the first day of all.
 Curve curve_over_time(const std::string& name, const std::string& figure, std::int64_t first_day,
                       const std::string& quantity, const Unit& unit);
-/// Given: time [s since 1970], value [SI].
-void add_point(Curve& curve, std::int64_t first_day, double moment, double value);
-/// Given: limits [SI] of the last point.
-void add_band(Curve& curve, double lower, double upper);
+/// [s] since the beginning of a day. Given: time [s since 1970].
+double since(std::int64_t first_day, double moment);
 
-/// Table `links`, for programs: which unit and which result (by its number in the archive) each drawn point is, so that
-/// a page can lead from the one to the other.
-Table links_table(const Unit& unit);
-/// The last point of a curve. Given: "model/serial", and the number of the result; 0: the point is the unit.
-void add_link(const Curve& curve, const std::string& unit, std::int64_t result, Table& links);
+/// Which unit and which result a drawn point is, so that a page can lead from the one to the other.
+struct Link {
+  std::string curve;
+  double time, value;       ///< [SI] of the point
+  std::string unit;         ///< "model/serial"
+  std::int64_t result = 0;  ///< number in the archive; 0: the point is the unit
+};
+/// The link of the last point of a curve.
+Link link_of(const Curve& curve, const std::string& unit, std::int64_t result);
+/// Table `links`, for programs. Given: unit of the values.
+Table links_table(const std::vector<Link>& links, const Unit& unit);
 
 }  // namespace tumble::statistics

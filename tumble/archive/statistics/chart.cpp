@@ -7,6 +7,7 @@
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -95,76 +96,78 @@ std::string alarms_of(const ChartState& state) {
 
 /// All that is known of each point, for programs.
 Table points_table(const Charted& charted) {
-  const Unit& unit = charted.past.over.shown;
-  Table table{"chart", "the points in order of time", {}, {}, true};
-  for (const char* const name : {"time", "unit"}) table.columns.push_back(column(name));
-  for (const char* const name : {"value", "private sd", "shared", "expected", "limit", "EWMA", "EWMA limit"})
-    table.columns.push_back(column(name, unit));
-  for (const char* const name : {"CUSUM up", "CUSUM down", "baseline", "alarm", "notes"})
-    table.columns.push_back(column(name));
-  for (std::size_t i = 0; i < charted.points.size(); ++i) {
-    const auto& state = charted.chart.points[i];
-    const auto& occasion = charted.occasions[i];
-    table.rows.push_back({time_of(occasion.moment), name_of(charted.past.over.units[occasion.unit].second),
-                          occasion.value, occasion.private_sd, charted.points[i].shared, charted.chart.baseline.mean,
-                          state.limit, state.ewma, state.ewma_limit, state.up, state.down,
-                          std::string(i < charted.baseline ? "yes" : ""), alarms_of(state),
-                          fmt::format("{}", fmt::join(state.notes, ", "))});
-  }
-  return table;
+  const auto& over = charted.past.over;
+  const auto value = [&](auto of) { return [&, of](std::size_t i) { return charted.occasions[i].*of; }; };
+  const auto state = [&](auto of) { return [&, of](std::size_t i) { return charted.chart.points[i].*of; }; };
+  const auto notes = [&](std::size_t i) { return fmt::format("{}", fmt::join(charted.chart.points[i].notes, ", ")); };
+  return for_programs(
+      tabulate("chart", "the points in order of time", charted.points.size(),
+               {{"time", [&](std::size_t i) { return time_of(charted.occasions[i].moment); }},
+                {"unit", [&](std::size_t i) { return name_of(over.units[charted.occasions[i].unit].second); }},
+                {"value", over.shown, value(&Occasion::value)},
+                {"private sd", over.shown, value(&Occasion::private_sd)},
+                {"shared", over.shown, [&](std::size_t i) { return charted.points[i].shared; }},
+                {"expected", over.shown, [&](std::size_t) { return charted.chart.baseline.mean; }},
+                {"limit", over.shown, state(&ChartState::limit)},
+                {"EWMA", over.shown, state(&ChartState::ewma)},
+                {"EWMA limit", over.shown, state(&ChartState::ewma_limit)},
+                {"CUSUM up", state(&ChartState::up)},
+                {"CUSUM down", state(&ChartState::down)},
+                {"baseline", [&](std::size_t i) { return i < charted.baseline ? "yes" : ""; }},
+                {"alarm", [&](std::size_t i) { return alarms_of(charted.chart.points[i]); }},
+                {"notes", notes}}));
 }
 
 /// For people: the points of a short chart, those with an alarm of a long one.
 Table shown_table(const Charted& charted) {
   constexpr std::size_t most = 30, most_alarms = 1000;
+  const auto& over = charted.past.over;
   const bool all = charted.points.size() <= most;
-  const Unit& unit = charted.past.over.shown;
-  Table table{all ? "points" : "alarms",
-              all ? "the points in order of time" : "points beyond a limit, the first 1000",
-              {},
-              {},
-              false};
-  table.columns = {column("time"),     column("unit"),       column("value", unit), column("from", unit),
-                   column("to", unit), column("EWMA", unit), column("alarm"),       column("result")};
-  for (std::size_t i = 0; i < charted.points.size(); ++i) {
-    const auto& state = charted.chart.points[i];
-    const std::string alarm = alarms_of(state);
-    if (!all && alarm.empty()) continue;
-    if (table.rows.size() == most_alarms) break;
-    const auto& occasion = charted.occasions[i];
-    const double expected = charted.chart.baseline.mean;
-    table.rows.push_back({time_of(occasion.moment), name_of(charted.past.over.units[occasion.unit].second),
-                          occasion.value, expected - state.limit, expected + state.limit, state.ewma, alarm,
-                          first_digits(charted.past.read.sha256(occasion.result))});
-  }
-  return table;
+  const double expected = charted.chart.baseline.mean;
+  struct Row {
+    const Occasion& occasion;
+    const ChartState& state;
+  };
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < charted.points.size() && rows.size() < most_alarms; ++i)
+    if (all || !alarms_of(charted.chart.points[i]).empty())
+      rows.push_back({charted.occasions[i], charted.chart.points[i]});
+  const auto result = [&](const Row& r) { return first_digits(charted.past.read.sha256(r.occasion.result)); };
+  return tabulate(all ? "points" : "alarms",
+                  all ? "the points in order of time" : "points beyond a limit, the first 1000", rows,
+                  {{"time", [](const Row& r) { return time_of(r.occasion.moment); }},
+                   {"unit", [&](const Row& r) { return name_of(over.units[r.occasion.unit].second); }},
+                   {"value", over.shown, [](const Row& r) { return r.occasion.value; }},
+                   {"from", over.shown, [&](const Row& r) { return expected - r.state.limit; }},
+                   {"to", over.shown, [&](const Row& r) { return expected + r.state.limit; }},
+                   {"EWMA", over.shown, [](const Row& r) { return r.state.ewma; }},
+                   {"alarm", [](const Row& r) { return alarms_of(r.state); }},
+                   {"result", result}});
 }
 
-std::vector<Curve> curves_of(const Charted& charted, Table& links) {
-  const Unit& unit = charted.past.over.shown;
-  const std::string& name = charted.past.over.parameter;
+std::vector<Curve> curves_of(const Charted& charted, std::vector<Link>& links) {
+  const auto& over = charted.past.over;
+  const std::string& name = over.parameter;
   const std::int64_t day = charted.first_day;
-  Curve values = curve_over_time("result", "individuals", day, name, unit);
-  Curve limits = curve_over_time("expected", "individuals", day, name, unit);
-  Curve ewma = curve_over_time("EWMA about the expected value", "EWMA", day, name + " less expected", unit);
+  Curve values = curve_over_time("result", "individuals", day, name, over.shown);
+  Curve limits = curve_over_time("expected", "individuals", day, name, over.shown);
+  Curve ewma = curve_over_time("EWMA about the expected value", "EWMA", day, name + " less expected", over.shown);
   Curve up = curve_over_time("CUSUM up", "CUSUM", day, "CUSUM", {}), down = up, limit = up;
   down.name = "CUSUM down", limit.name = "limit";
   values.points = true;
   limits.band = "limits", ewma.band = "limits";
   for (std::size_t i = 0; i < charted.points.size(); ++i) {
     const auto& state = charted.chart.points[i];
-    const double moment = charted.occasions[i].moment, expected = charted.chart.baseline.mean;
-    add_point(values, day, moment, charted.points[i].value);
-    add_link(values, name_of(charted.past.over.units[charted.occasions[i].unit].second), charted.occasions[i].result,
-             links);
-    add_point(limits, day, moment, expected);
-    add_band(limits, expected - state.limit, expected + state.limit);
+    const double time = since(day, charted.occasions[i].moment);
+    add_point(values, time, charted.points[i].value);
+    links.push_back(
+        link_of(values, name_of(over.units[charted.occasions[i].unit].second), charted.occasions[i].result));
+    add_point(limits, time, charted.chart.baseline.mean, state.limit);
     if (i < charted.baseline) continue;
-    add_point(ewma, day, moment, state.ewma);
-    add_band(ewma, -state.ewma_limit, state.ewma_limit);
-    add_point(up, day, moment, state.up);
-    add_point(down, day, moment, state.down);
-    add_point(limit, day, moment, charted.chart.limits.cusum);
+    add_point(ewma, time, state.ewma, -state.ewma_limit, state.ewma_limit);
+    add_point(up, time, state.up);
+    add_point(down, time, state.down);
+    add_point(limit, time, charted.chart.limits.cusum);
   }
   return {values, limits, ewma, up, down, limit};
 }
@@ -214,10 +217,10 @@ Estimate chart_of_results(PastResults results, const ChartRequest& request) {
   settings["reference"] = fmt::format("{}", request.settings.reference);
   settings["run_length"] = fmt::format("{}", request.settings.run_length);
   estimate.tables = {points_table(chart)};
-  if (auto table = shown_table(chart); !table.rows.empty()) estimate.tables.push_back(std::move(table));
-  Table links = links_table(unit);
+  add_unless_empty(estimate.tables, shown_table(chart));
+  std::vector<Link> links;
   estimate.curves = curves_of(chart, links);
-  estimate.tables.push_back(std::move(links));
+  estimate.tables.push_back(links_table(links, unit));
   add_findings(chart, estimate.findings);
   return estimate;
 }

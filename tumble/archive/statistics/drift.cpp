@@ -5,6 +5,7 @@
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/fleet.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/core/instant.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/math/square.hpp"
@@ -76,30 +77,25 @@ double e_n_between(const UnitPast& past, std::size_t earlier, std::size_t later,
 
 Table history_table(const UnitPast& past, const std::string& parameter) {
   const Unit& unit = past.all.over.shown;
-  const Unit one;
-  Table table{"history",
-              "results in order of time; E_n beyond 1 is a change that the uncertainties do not explain",
-              {},
-              {},
-              false};
-  table.columns = {column("time"),
-                   column("value", unit),
-                   column("sd", unit),
-                   column("E_n to previous", one),
-                   column("E_n to first", one),
-                   column("by"),
-                   column("result")};
-  for (std::size_t i = 0; i < past.results.size(); ++i) {
-    const auto& result = past.results[i];
-    const auto& estimate = past.estimates[i].estimate;
-    const auto* found = find_parameter(estimate, parameter);
-    const auto index = static_cast<std::size_t>(found - estimate.parameters.data());
-    table.rows.push_back(
-        {result.ended.empty() ? result.archived : result.ended, found->value, standard_uncertainty(estimate, index),
-         i > 0 ? e_n_between(past, i - 1, i, parameter) : std::nan(""),
-         i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""), result.who, first_digits(result.sha256)});
-  }
-  return table;
+  const auto estimate = [&](std::size_t i) -> const Estimate& { return past.estimates[i].estimate; };
+  const auto time = [&](std::size_t i) {
+    return past.results[i].ended.empty() ? past.results[i].archived : past.results[i].ended;
+  };
+  const auto sd = [&](std::size_t i) {
+    const auto* found = find_parameter(estimate(i), parameter);
+    return standard_uncertainty(estimate(i), static_cast<std::size_t>(found - estimate(i).parameters.data()));
+  };
+  const auto to_previous = [&](std::size_t i) { return i > 0 ? e_n_between(past, i - 1, i, parameter) : std::nan(""); };
+  const auto to_first = [&](std::size_t i) { return i > 0 ? e_n_between(past, 0, i, parameter) : std::nan(""); };
+  return tabulate("history", "results in order of time; E_n beyond 1 is a change that the uncertainties do not explain",
+                  past.results.size(),
+                  {{"time", time},
+                   {"value", unit, [&](std::size_t i) { return find_parameter(estimate(i), parameter)->value; }},
+                   {"sd", unit, sd},
+                   {"E_n to previous", to_previous},
+                   {"E_n to first", to_first},
+                   {"by", [&](std::size_t i) { return past.results[i].who; }},
+                   {"result", [&](std::size_t i) { return first_digits(past.results[i].sha256); }}});
 }
 
 /// A number over the random walks that are possible, each with its weight.
@@ -153,22 +149,24 @@ double offered_interval(const UnitPast& past, double interval) {
 }
 
 Table recalibration_table(const UnitPast& past, const RecalibrationInterval& found, double risk) {
-  const Unit day = Unit::parse("day");
+  using Interval = RecalibrationInterval;
   const double last = past.occasions.back().moment, offered = offered_interval(past, found.interval);
-  Table table{"recalibration",
-              fmt::format("time after the last result until the true value is outside the limits with a probability "
-                          "of {:g} %; shortest and longest for the 95 % and 5 % points of the random walk; offered: "
-                          "whole months, at most twice the longest interval seen",
-                          100.0 * risk),
-              {{"interval", day}, {"shortest", day}, {"longest", day}, {"offered", day}, {"due", {}}},
-              {},
-              false};
-  table.rows.push_back({found.interval, found.shortest, found.longest, offered, day_of(last + offered)});
-  return table;
+  return tabulate(
+      "recalibration",
+      fmt::format("time after the last result until the true value is outside the limits with a probability "
+                  "of {:g} %; shortest and longest for the 95 % and 5 % points of the random walk; offered: "
+                  "whole months, at most twice the longest interval seen",
+                  100.0 * risk),
+      std::vector{found},
+      {{"interval", "day", &Interval::interval},
+       {"shortest", "day", &Interval::shortest},
+       {"longest", "day", &Interval::longest},
+       {"offered", "day", [&](const Interval&) { return offered; }},
+       {"due", [&](const Interval&) { return day_of(last + offered); }}});
 }
 
 std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history, const FleetDrift& fleet,
-                                const DriftRequest& request, Table& links) {
+                                const DriftRequest& request, std::vector<Link>& links) {
   constexpr double normal_90 = 1.645;  // two-sided
   constexpr int steps = 40;
   const Unit& unit = past.all.over.shown;
@@ -177,9 +175,8 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
   Curve values = curve_over_time("result of a day", "history", day, name, unit);
   values.points = true, values.band = "± 2 sd, private part";
   for (const auto& one : past.occasions) {
-    add_point(values, day, one.moment, one.value);
-    add_link(values, name_of(request.what.unit), one.result, links);
-    add_band(values, one.value - 2.0 * one.private_sd, one.value + 2.0 * one.private_sd);
+    add_point(values, since(day, one.moment), one.value, 2.0 * one.private_sd);
+    links.push_back(link_of(values, name_of(request.what.unit), one.result));
   }
   std::vector<Curve> curves{values};
   const double last = past.occasions.back().moment;
@@ -193,8 +190,7 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
         const auto one = forecast(*history, q, time - past.origin);
         return Averaged{one.value, one.variance};
       });
-      add_point(ahead, day, time, at.mean);
-      add_band(ahead, at.mean - normal_90 * std::sqrt(at.variance), at.mean + normal_90 * std::sqrt(at.variance));
+      add_point(ahead, since(day, time), at.mean, normal_90 * std::sqrt(at.variance));
     }
     curves.push_back(ahead);
   }
@@ -202,8 +198,8 @@ std::vector<Curve> drift_curves(const UnitPast& past, const UnitHistory* history
     if (!std::isfinite(limit)) continue;
     Curve line =
         curve_over_time(limit == request.limits.lower ? "lower limit" : "upper limit", "history", day, name, unit);
-    add_point(line, day, past.occasions.front().moment, limit);
-    add_point(line, day, end, limit);
+    add_point(line, since(day, past.occasions.front().moment), limit);
+    add_point(line, since(day, end), limit);
     curves.push_back(line);
   }
   return curves;
@@ -235,10 +231,11 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   note_same_recordings(past.all, estimate.findings);
   estimate.tables.push_back(history_table(past, what.parameter));
   state(estimate, {});
-  estimate.tables.push_back(links_table(past.all.over.shown));
+  std::vector<Link> links;
   if (past.occasions.size() < 2 || past.occasions.back().moment == past.occasions.front().moment) {
     estimate.findings.push_back({Severity::info, "history_too_short", {}});
-    estimate.curves = drift_curves(past, nullptr, {}, request, estimate.tables.back());
+    estimate.curves = drift_curves(past, nullptr, {}, request, links);
+    estimate.tables.push_back(links_table(links, past.all.over.shown));
     return estimate;
   }
   SharedBySource errors;
@@ -246,7 +243,8 @@ Estimate drift_of_unit(const Archive& archive, const DriftRequest& request) {
   UnitHistory history = history_of(past.occasions, past.origin, fleet.day_sd, errors);
   history.rate = fleet.rate, history.rate_sd = fleet.rate_sd;
   state(estimate, drift_numbers(past, history, fleet));
-  estimate.curves = drift_curves(past, &history, fleet, request, estimate.tables.back());
+  estimate.curves = drift_curves(past, &history, fleet, request, links);
+  estimate.tables.push_back(links_table(links, past.all.over.shown));
   if (std::isfinite(request.limits.lower) || std::isfinite(request.limits.upper))
     estimate.tables.push_back(
         recalibration_table(past,

@@ -9,6 +9,7 @@
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/population/capability.hpp"
 #include "tumble/math/population/components.hpp"
@@ -163,43 +164,41 @@ UnitMeans unit_means(const ModelPast& past, double day_sd) {
 }
 
 Table components_table(const SpreadComponents& found, const Unit& unit) {
-  Table table{"components",
-              "why results differ: standard deviations with their 95 % intervals; one that may be zero "
-              "begins at 0",
-              {},
-              {},
-              false};
-  table.columns = {column("source"), column("sd", unit), column("lower", unit), column("upper", unit),
-                   column("degrees of freedom", Unit())};
-  for (const auto& one : found.components)
-    table.rows.push_back({one.name, one.sd, one.lower, one.upper, one.degrees_of_freedom});
-  return table;
+  return tabulate("components",
+                  "why results differ: standard deviations with their 95 % intervals; one that may be zero "
+                  "begins at 0",
+                  found.components,
+                  {{"source", &ComponentOfSpread::name},
+                   {"sd", unit, &ComponentOfSpread::sd},
+                   {"lower", unit, &ComponentOfSpread::lower},
+                   {"upper", unit, &ComponentOfSpread::upper},
+                   {"degrees of freedom", &ComponentOfSpread::degrees_of_freedom}});
 }
 
 Table outliers_table(const OutlierUnits& found, const UnitMeans& means, const ModelPast& past) {
-  Table table{"outliers",
-              "units that do not belong to the population of the others; they are listed, not deleted",
-              {},
-              {},
-              false};
-  const Unit& unit = past.results.over.shown;
-  table.columns = {column("unit"), column("value", unit), column("sd", unit), column("z", Unit()), column("p", Unit())};
+  const auto& over = past.results.over;
+  std::vector<std::size_t> places;
   for (std::size_t i = 0; i < means.values.size(); ++i)
-    if (found.outlier[i])
-      table.rows.push_back({name_of(past.results.over.units[means.unit[i]].second), means.values[i].value,
-                            means.values[i].sd, found.z[i], found.p[i]});
-  return table;
+    if (found.outlier[i]) places.push_back(i);
+  return tabulate("outliers", "units that do not belong to the population of the others; they are listed, not deleted",
+                  places,
+                  {{"unit", [&](std::size_t i) { return name_of(over.units[means.unit[i]].second); }},
+                   {"value", over.shown, [&](std::size_t i) { return means.values[i].value; }},
+                   {"sd", over.shown, [&](std::size_t i) { return means.values[i].sd; }},
+                   {"z", [&](std::size_t i) { return found.z[i]; }},
+                   {"p", [&](std::size_t i) { return found.p[i]; }}});
 }
 
 Table batches_table(const BatchChange& change, const UnitMeans& means, const Unit& unit) {
-  Table table{"batches", "the most probable change of the mean in order of production", {}, {}, false};
-  table.columns = {column("after units", Unit()), column("earliest", Unit()), column("latest", Unit()), column("date"),
-                   column("step", unit),          column("sd", unit),         column("p", Unit())};
-  const auto count = [](std::size_t number) { return static_cast<double>(number); };
-  table.rows.push_back({count(change.after), count(change.earliest), count(change.latest),
-                        day_of(means.moment[std::min(change.after, means.moment.size() - 1)]), change.step,
-                        change.step_sd, change.p});
-  return table;
+  const auto date = [&](const BatchChange& c) { return day_of(means.moment[std::min(c.after, means.moment.size() - 1)]); };
+  return tabulate("batches", "the most probable change of the mean in order of production", std::vector{change},
+                  {{"after units", &BatchChange::after},
+                   {"earliest", &BatchChange::earliest},
+                   {"latest", &BatchChange::latest},
+                   {"date", date},
+                   {"step", unit, &BatchChange::step},
+                   {"sd", unit, &BatchChange::step_sd},
+                   {"p", &BatchChange::p}});
 }
 
 std::vector<Stated> component_numbers(const std::string& name, const Unit& unit, const SpreadComponents& found) {
@@ -213,20 +212,21 @@ std::vector<Stated> component_numbers(const std::string& name, const Unit& unit,
 
 /// Units over time; those that the table of outliers names are a series of their own.
 std::vector<Curve> units_curves(const ModelPast& past, const UnitMeans& means, const std::vector<Table>& tables,
-                                Table& links) {
+                                std::vector<Link>& links) {
+  const auto& over = past.results.over;
   const auto table = std::ranges::find(tables, "outliers", &Table::name);
   std::set<std::string> outliers;
   if (table != tables.end())
     for (const auto& row : table->rows) outliers.insert(std::get<std::string>(row.front()));
   const std::int64_t day = past.occasions.front().day;
-  Curve units = curve_over_time("unit", "units", day, past.results.over.parameter, past.results.over.shown);
-  Curve marked = curve_over_time("outlier", "units", day, past.results.over.parameter, past.results.over.shown);
+  Curve units = curve_over_time("unit", "units", day, over.parameter, over.shown);
+  Curve marked = curve_over_time("outlier", "units", day, over.parameter, over.shown);
   units.points = marked.points = true;
   for (std::size_t i = 0; i < means.values.size(); ++i) {
-    const std::string name = name_of(past.results.over.units[means.unit[i]].second);
+    const std::string name = name_of(over.units[means.unit[i]].second);
     Curve& curve = outliers.contains(name) ? marked : units;
-    add_point(curve, day, means.moment[i], means.values[i].value);
-    add_link(curve, name, 0, links);
+    add_point(curve, since(day, means.moment[i]), means.values[i].value);
+    links.push_back(link_of(curve, name, 0));
   }
   return marked.y.values.empty() ? std::vector{units} : std::vector{units, marked};
 }
@@ -380,9 +380,9 @@ Estimate summary_of_results(PastResults results, const SummaryRequest& request) 
   add_population(past, means, request, numbers, estimate);
   state(estimate, numbers);
   estimate.provenance.settings["units"] = fmt::format("{}", past.units);
-  Table links = links_table(past.results.over.shown);
+  std::vector<Link> links;
   estimate.curves = units_curves(past, means, estimate.tables, links);
-  estimate.tables.push_back(std::move(links));
+  estimate.tables.push_back(links_table(links, past.results.over.shown));
   if (past.errors.size() > 1)
     estimate.findings.push_back({Severity::info, "chart_sources_changed", {{"sets", past.errors.size()}}});
   return estimate;

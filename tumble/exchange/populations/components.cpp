@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
 #include "tumble/language/text.hpp"
@@ -150,23 +151,17 @@ Parameter component_parameter(const Parameter& of, const ComponentOfSpread& one,
 
 Table components_table(const Parameter& of, const SpreadComponents& found, const Separable& by,
                        const std::vector<std::string>& names, std::size_t results) {
-  Table table{"components",
-              "standard deviation from each source with its 95 % interval, degrees of freedom, levels and results",
-              {{"source", Unit()},
-               {"sd", of.unit},
-               {"lower", of.unit},
-               {"upper", of.unit},
-               {"degrees", Unit()},
-               {"levels", Unit()},
-               {"results", Unit()}},
-              {}};
-  for (std::size_t c = 0; c < names.size(); ++c) {
-    const auto& one = found.components[c];
-    const double levels = static_cast<double>(c < by.factors.size() ? count_of(by.factors[c].level) : results);
-    table.rows.push_back({text_of("population", "component_" + names[c]), one.sd, one.lower, one.upper,
-                          one.degrees_of_freedom, levels, static_cast<double>(results)});
-  }
-  return table;
+  const auto levels = [&](std::size_t c) { return c < by.factors.size() ? count_of(by.factors[c].level) : results; };
+  return tabulate("components",
+                  "standard deviation from each source with its 95 % interval, degrees of freedom, levels and results",
+                  names.size(),
+                  {{"source", [&](std::size_t c) { return text_of("population", "component_" + names[c]); }},
+                   {"sd", of.unit, [&](std::size_t c) { return found.components[c].sd; }},
+                   {"lower", of.unit, [&](std::size_t c) { return found.components[c].lower; }},
+                   {"upper", of.unit, [&](std::size_t c) { return found.components[c].upper; }},
+                   {"degrees", [&](std::size_t c) { return found.components[c].degrees_of_freedom; }},
+                   {"levels", levels},
+                   {"results", [results](std::size_t) { return results; }}});
 }
 
 /// All results over time, a curve of points for each of the first units.
@@ -176,14 +171,13 @@ void add_curves(const std::vector<OccasionResult>& results, const std::string& p
   for (const auto& one : results) first = std::min(first, one.moment);
   std::map<std::string, Curve> curves;
   for (const auto& one : results) {
-    const auto i = place_of(one.estimate, parameter);
-    const auto& value = one.estimate.parameters[i];
-    Curve& curve = curves[one.serial];
-    curve.name = one.serial, curve.figure = "results", curve.points = true;
-    curve.x.name = "time since the first result", curve.x.unit = Unit::parse("day");
-    curve.y.name = parameter, curve.y.unit = out.parameters.front().unit;
-    curve.x.values.push_back(one.moment - first);
-    curve.y.values.push_back(value.value);
+    Curve empty{.name = one.serial,
+                .figure = "results",
+                .x = {"time since the first result", Unit::parse("day")},
+                .y = {parameter, out.parameters.front().unit},
+                .points = true};
+    add_point(curves.try_emplace(one.serial, std::move(empty)).first->second, one.moment - first,
+              one.estimate.parameters[place_of(one.estimate, parameter)].value);
   }
   for (auto& [serial, curve] : curves)
     if (out.curves.size() < most_units) out.curves.push_back(std::move(curve));

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/populations/keyed.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -195,19 +196,23 @@ std::vector<UnitValue> without_numbers(const std::vector<std::pair<std::size_t, 
   return out;
 }
 
-/// Units that do not belong to the others in any parameter (8.29), with a row of the table for each.
-std::set<std::size_t> outliers(const std::vector<TestedUnit>& units, const std::vector<Parameter>& parameters,
-                               Table& table) {
-  std::set<std::size_t> all;
+/// A value of a unit that does not belong to the others.
+struct OutlierValue {
+  std::string serial, parameter;
+  double z, p;
+  std::size_t unit;  ///< its number
+};
+
+/// Values that do not belong to those of the other units (8.29).
+std::vector<OutlierValue> outliers(const std::vector<TestedUnit>& units, const std::vector<Parameter>& parameters) {
+  std::vector<OutlierValue> all;
   const Shown shown = shown_of(units, parameters);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto values = values_alone(shown, k);
     const auto found = outlier_units(without_numbers(values), false_outliers / static_cast<double>(parameters.size()));
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (found.outlier[i]) {
-        all.insert(values[i].first);
-        table.rows.push_back({units[values[i].first].serial, parameters[k].name, found.z[i], found.p[i]});
-      }
+      if (found.outlier[i])
+        all.push_back({units[values[i].first].serial, parameters[k].name, found.z[i], found.p[i], values[i].first});
   }
   return all;
 }
@@ -220,29 +225,35 @@ std::string text_in(const Parameter& parameter, double si) {
 /// Table of the parameters, with the interval of each spread (8.4).
 Table population_table(const std::vector<Parameter>& parameters, const Shown& shown, const VectorPopulation& found,
                        std::vector<std::string>& below_stated) {
-  Table table{"population",
-              "spread of the true values of each parameter with its 95 % interval, beside the private uncertainty of a "
-              "result",
-              {{"parameter", Unit()},
-               {"units", Unit()},
-               {"spread", Unit()},
-               {"lower", Unit()},
-               {"upper", Unit()},
-               {"median_sd", Unit()},
-               {"spread/sd", Unit()}},
-              {}};
+  struct Row {
+    const Parameter& parameter;
+    std::size_t units;
+    UnitSpread spread;
+    double sd, typical;  ///< [SI]
+
+    std::string text(double si) const { return text_in(parameter, si); }
+  };
+  std::vector<Row> rows;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto values = without_numbers(values_alone(shown, k));
     std::vector<double> sds;
     for (const auto& value : values) sds.push_back(value.sd);
-    const auto spread = spread_of_units(values);
-    if (spread.below_stated) below_stated.push_back(parameters[k].name);
-    const double sd = std::sqrt(found.expected_spread(k, k)), typical = median(std::move(sds));
-    table.rows.push_back({parameters[k].name, static_cast<double>(values.size()), text_in(parameters[k], sd),
-                          text_in(parameters[k], spread.sd_lower), text_in(parameters[k], spread.sd_upper),
-                          text_in(parameters[k], typical), general(sd / typical, 3)});
+    rows.push_back({parameters[k], values.size(), spread_of_units(values), std::sqrt(found.expected_spread(k, k)),
+                    median(std::move(sds))});
+    if (rows.back().spread.below_stated) below_stated.push_back(parameters[k].name);
   }
-  return table;
+  return tabulate(
+      "population",
+      "spread of the true values of each parameter with its 95 % interval, beside the private uncertainty of a "
+      "result",
+      rows,
+      {{"parameter", [](const Row& r) { return r.parameter.name; }},
+       {"units", &Row::units},
+       {"spread", [](const Row& r) { return r.text(r.sd); }},
+       {"lower", [](const Row& r) { return r.text(r.spread.sd_lower); }},
+       {"upper", [](const Row& r) { return r.text(r.spread.sd_upper); }},
+       {"median_sd", [](const Row& r) { return r.text(r.typical); }},
+       {"spread/sd", [](const Row& r) { return general(r.sd / r.typical, 3); }}});
 }
 
 /// Lines of the budget of a further unit.
@@ -279,11 +290,11 @@ void refuse_few(const std::string& model, const std::string& method, const Gathe
   throw Error(Error::Kind::bad_data, problems);
 }
 
-void add_findings(const Gathered& all, const Table& outliers, Estimate& out) {
+void add_findings(const Gathered& all, const std::vector<OutlierValue>& outliers, Estimate& out) {
   if (all.units.size() < many_units)
     out.findings.push_back({Severity::warning, "prior_of_few_units", {{"units", all.units.size()}}});
   std::set<std::string> names;
-  for (const auto& row : outliers.rows) names.insert(std::get<std::string>(row[0]));
+  for (const auto& one : outliers) names.insert(one.serial);
   if (!names.empty())
     out.findings.push_back(
         {Severity::warning, "population_outliers", {{"units", fmt::format("{}", fmt::join(names, ", "))}}});
@@ -292,22 +303,18 @@ void add_findings(const Gathered& all, const Table& outliers, Estimate& out) {
   if (all.units.front().simulated) out.findings.push_back({Severity::info, "population_simulated", {}});
 }
 
-/// Removes the units that do not belong to the others, unless too few would remain. Returned: their table.
-Table leave_out_outliers(Gathered& all) {
-  Table table{"outliers",
-              "units that do not belong to the others; they are not used",
-              {{"unit", Unit()}, {"parameter", Unit()}, {"z", Unit()}, {"p", Unit()}},
-              {}};
-  const auto strange = outliers(all.units, parameters_of(all.units, pure_names(all.units)), table);
-  if (all.units.size() < least_units + strange.size()) {
-    table.rows.clear();
-    return table;
-  }
+/// Removes the units that do not belong to the others, unless too few would remain. Returned: those of their values
+/// that show it.
+std::vector<OutlierValue> leave_out_outliers(Gathered& all) {
+  const auto found = outliers(all.units, parameters_of(all.units, pure_names(all.units)));
+  std::set<std::size_t> strange;
+  for (const auto& one : found) strange.insert(one.unit);
+  if (all.units.size() < least_units + strange.size()) return {};
   std::vector<TestedUnit> kept;
   for (std::size_t u = 0; u < all.units.size(); ++u)
     if (!strange.contains(u)) kept.push_back(std::move(all.units[u]));
   all.units = std::move(kept);
-  return table;
+  return found;
 }
 
 /// Values, covariance, budget and table of the parameters of these units.
@@ -351,7 +358,7 @@ Estimate population_of_units(const std::string& model, const std::string& method
   leave_out_strangers(all);
   std::ranges::sort(all.units, {}, &TestedUnit::serial);  // the order of the rows says nothing
   refuse_few(model, method, all);
-  const Table outliers = leave_out_outliers(all);
+  const auto outliers = leave_out_outliers(all);
   const auto parameters = parameters_of(all.units, pure_names(all.units));
   if (parameters.empty())
     throw Error(Error::Kind::bad_data,
@@ -363,7 +370,12 @@ Estimate population_of_units(const std::string& model, const std::string& method
   out.population->method = method;
   out.population->sha256 = hash_of(model, method, all.units);
   for (const auto& unit : all.units) out.provenance.inputs.push_back({model + "/" + unit.serial, unit.sha256});
-  if (!outliers.rows.empty()) out.tables.push_back(outliers);
+  add_unless_empty(out.tables,
+                   tabulate("outliers", "units that do not belong to the others; they are not used", outliers,
+                            {{"unit", &OutlierValue::serial},
+                             {"parameter", &OutlierValue::parameter},
+                             {"z", &OutlierValue::z},
+                             {"p", &OutlierValue::p}}));
   if (!all.left_out.empty()) out.tables.push_back(populations::left_out_table(all.left_out));
   add_findings(all, outliers, out);
   return out;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
@@ -71,22 +72,20 @@ double supposed_radius(const Evidence& evidence) {
 }
 
 Table levels(const linear::Solution& solution, double centre) {
-  const Unit g = Unit::parse("g");
-  Table table{"levels", "output at each level of the arm (means over the samples used)", {}, {}};
-  table.columns = {{"label", Unit()}, {"arm_rate", Unit::parse("deg/s")}, {"acceleration", g}, {"sense", Unit()}};
-  const bool measured = !std::isnan(solution.segments.front().measured);
-  table.columns.push_back({"predicted", g});
-  if (measured)
-    for (const char* name : {"measured", "residual"}) table.columns.push_back({name, g});
-  for (const auto& segment : solution.segments) {
-    if (!is_level(segment)) continue;
-    const double a = felt_at(segment.felt, centre).specific_force.x;
-    std::vector<Table::Cell> row{segment.label, norm(segment.felt.rate), std::abs(a), a < 0.0 ? "outward" : "inward",
-                                 segment.predicted};
-    if (measured) row.insert(row.end(), {segment.measured, segment.measured - segment.predicted});
-    table.rows.push_back(std::move(row));
+  std::vector<SegmentSummary> levels;
+  std::ranges::copy_if(solution.segments, std::back_inserter(levels), is_level);
+  const auto along = [centre](const SegmentSummary& s) { return felt_at(s.felt, centre).specific_force.x; };
+  std::vector<ColumnOf<SegmentSummary>> columns{
+      {"label", &SegmentSummary::label},
+      {"arm_rate", "deg/s", [](const SegmentSummary& s) { return norm(s.felt.rate); }},
+      {"acceleration", "g", [=](const SegmentSummary& s) { return std::abs(along(s)); }},
+      {"sense", [=](const SegmentSummary& s) { return along(s) < 0.0 ? "outward" : "inward"; }},
+      {"predicted", "g", &SegmentSummary::predicted}};
+  if (!std::isnan(solution.segments.front().measured)) {
+    columns.emplace_back("measured", "g", &SegmentSummary::measured);
+    columns.emplace_back("residual", "g", [](const SegmentSummary& s) { return s.measured - s.predicted; });
   }
-  return table;
+  return tabulate("levels", "output at each level of the arm (means over the samples used)", levels, columns);
 }
 
 /// Curves of the output minus the specific force, measured and by the model.
@@ -94,24 +93,17 @@ void add_departures(const linear::Solution& solution, double centre, Estimate& e
   std::vector<const SegmentSummary*> sorted;
   for (const auto& segment : solution.segments) sorted.push_back(&segment);
   std::ranges::sort(sorted, {}, [](const auto* s) { return s->felt.specific_force.x; });
-  Curve points{"measured",
-               "departure from the specific force",
-               {"a_i", Unit::parse("g"), {}},
-               {"E/K_1 - a_i", Unit::parse("mg"), {}},
-               {},
-               {},
-               ""};
+  Curve line{.name = "model",
+             .figure = "departure from the specific force",
+             .x = {"a_i", Unit::parse("g")},
+             .y = {"E/K_1 - a_i", Unit::parse("mg")}};
+  Curve points = line;
+  points.name = "measured";
   points.points = true;
-  Curve line = points;
-  line.name = "model";
-  line.points = false;
   for (const auto* s : sorted) {
     const double a = felt_at(s->felt, centre).specific_force.x;
-    line.x.values.push_back(a);
-    line.y.values.push_back(s->predicted - a);
-    if (std::isnan(s->measured)) continue;
-    points.x.values.push_back(a);
-    points.y.values.push_back(s->measured - a);
+    add_point(line, a, s->predicted - a);
+    if (!std::isnan(s->measured)) add_point(points, a, s->measured - a);
   }
   if (!points.x.values.empty()) estimate.curves.push_back(std::move(points));
   estimate.curves.push_back(std::move(line));

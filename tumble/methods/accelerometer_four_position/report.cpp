@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
@@ -113,54 +114,45 @@ void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate&
 }
 
 Table temperature_table(const Bench& bench, const Reduced& reduced) {
-  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), number;
-  Table table{"temperatures", "one row for each set of positions: scale factor and bias by (3.5)", {}, {}};
-  table.columns = {{"run", number},
-                   {"temperature", Unit::parse("degC")},
-                   {"temperature_spread", kelvin},
-                   {"scale_factor", bench.output.scale_factor},
-                   {"scale_factor_error", ppm},
-                   {"scale_factor_error_sd", ppm},
-                   {"bias", mg},
-                   {"bias_sd", mg}};
-  const bool four = reduced.active.size() > 2;
-  if (four)
-    for (const char* name : {"second_order_coefficient", "second_order_coefficient_sd"})
-      table.columns.push_back({name, Unit::parse("ug/g^2")});
-  if (four)
-    for (const char* name : {"misalignment", "misalignment_sd"}) table.columns.push_back({name, Unit::parse("arcsec")});
-  for (std::size_t c = 0; c < bench.cells.size(); ++c) {
-    const Cell& cell = bench.cells[c];
-    const CellResult& result = reduced.cells[c];
-    std::vector<Table::Cell> row{static_cast<double>(cell.run), cell.temperature, cell.spread,
-                                 bench.reference_scale_factor / (1.0 + result.value[scale_factor_error])};
-    for (const Quantity q : {scale_factor_error, bias, second_order, misalignment}) {
-      if (!four && q > scale_factor_error) continue;
-      row.insert(row.end(), {result.value[q], result.sd[q]});
-    }
-    table.rows.push_back(std::move(row));
+  const auto value = [&](Quantity q) { return [&, q](std::size_t c) { return reduced.cells[c].value[q]; }; };
+  const auto sd = [&](Quantity q) { return [&, q](std::size_t c) { return reduced.cells[c].sd[q]; }; };
+  const auto factor = [&](std::size_t c) {
+    return bench.reference_scale_factor / (1.0 + reduced.cells[c].value[scale_factor_error]);
+  };
+  NumberedColumns columns{{"run", [&](std::size_t c) { return bench.cells[c].run; }},
+                          {"temperature", "degC", [&](std::size_t c) { return bench.cells[c].temperature; }},
+                          {"temperature_spread", "K", [&](std::size_t c) { return bench.cells[c].spread; }},
+                          {"scale_factor", bench.output.scale_factor, factor},
+                          {"scale_factor_error", "ppm", value(scale_factor_error)},
+                          {"scale_factor_error_sd", "ppm", sd(scale_factor_error)},
+                          {"bias", "mg", value(bias)},
+                          {"bias_sd", "mg", sd(bias)}};
+  if (reduced.active.size() > 2) {
+    columns.emplace_back("second_order_coefficient", "ug/g^2", value(second_order));
+    columns.emplace_back("second_order_coefficient_sd", "ug/g^2", sd(second_order));
+    columns.emplace_back("misalignment", "arcsec", value(misalignment));
+    columns.emplace_back("misalignment_sd", "arcsec", sd(misalignment));
   }
-  return table;
+  return tabulate("temperatures", "one row for each set of positions: scale factor and bias by (3.5)",
+                  bench.cells.size(), columns);
 }
 
 Table positions(const Bench& bench) {
-  const Unit number, g = Unit::parse("g");
-  Table table{"positions", "mean output of each position over the reference scale factor", {}, {}};
-  table.columns = {{"label", number},
-                   {"run", number},
-                   {"position", number},
-                   {"temperature", Unit::parse("degC")},
-                   {"duration", Unit::parse("s")},
-                   {"window", Unit::parse("s")},
-                   {"output", g},
-                   {"noise_sd", g}};
-  for (const auto& p : bench.positions) {
-    const double place = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
-    const double noise = bench.white / p.seconds + pulses::rounding_variance(bench.pulse, p.seconds);
-    table.rows.push_back({p.label, static_cast<double>(p.run), place, p.temperature, p.seconds,
-                          bench.evidence.test.stretches[p.stretch].step, p.output, std::sqrt(noise)});
-  }
-  return table;
+  const auto place = [](const Position& p) {
+    return p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
+  };
+  const auto noise = [&](const Position& p) {
+    return std::sqrt(bench.white / p.seconds + pulses::rounding_variance(bench.pulse, p.seconds));
+  };
+  return tabulate("positions", "mean output of each position over the reference scale factor", bench.positions,
+                  {{"label", &Position::label},
+                   {"run", &Position::run},
+                   {"position", place},
+                   {"temperature", "degC", &Position::temperature},
+                   {"duration", "s", &Position::seconds},
+                   {"window", "s", [&](const Position& p) { return bench.evidence.test.stretches[p.stretch].step; }},
+                   {"output", "g", &Position::output},
+                   {"noise_sd", "g", noise}});
 }
 
 /// The polynomial over the temperatures of the test with its band, and the result of each set of positions.
@@ -168,38 +160,26 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
   constexpr std::size_t points = 60;
   const Polynomial& p = reduced.polynomial[quantity];
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
-  const Unit celsius = Unit::parse("degC"), unit = Unit::parse(face.unit);
-  const std::string figure = fmt::format("{} over temperature", words_of(quantity));
-  Curve line{std::string(face.name) + "_fit",
-             figure,
-             {"temperature", celsius, {}},
-             {face.name, unit, {}},
-             {},
-             {},
-             "95 % confidence"};
+  Curve line{.name = std::string(face.name) + "_fit",
+             .figure = fmt::format("{} over temperature", words_of(quantity)),
+             .x = {"temperature", Unit::parse("degC")},
+             .y = {face.name, Unit::parse(face.unit)},
+             .band = "95 % confidence"};
+  Curve dots = line;
+  dots.name = face.name;
+  dots.points = true;
   const std::size_t n = reduced.parameters.size();
   for (std::size_t k = 0; k <= points; ++k) {
     const double t = low + (high - low) * static_cast<double>(k) / points;
     std::vector<double> weights(n, 0.0);
     const auto power = powers(t, p.count);
     for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = power[j];
-    const double value = at_temperature(reduced.parameters, p, t);
-    const double half = student_quantile(0.975, freedom_of(reduced, weights)) *
-                        std::sqrt(std::max(0.0, quadratic_form(weights, reduced.covariance)));
-    line.x.values.push_back(t);
-    line.y.values.push_back(value);
-    line.lower.push_back(value - half);
-    line.upper.push_back(value + half);
+    add_point(line, t, at_temperature(reduced.parameters, p, t),
+              student_quantile(0.975, freedom_of(reduced, weights)) *
+                  std::sqrt(std::max(0.0, quadratic_form(weights, reduced.covariance))));
   }
-  Curve dots{face.name, figure, {"temperature", celsius, {}}, {face.name, unit, {}}, {}, {}, "95 % confidence"};
-  dots.points = true;
-  for (std::size_t c = 0; c < bench.cells.size(); ++c) {
-    const double value = reduced.cells[c].value[quantity], half = 1.96 * reduced.cells[c].sd[quantity];
-    dots.x.values.push_back(bench.cells[c].temperature);
-    dots.y.values.push_back(value);
-    dots.lower.push_back(value - half);
-    dots.upper.push_back(value + half);
-  }
+  for (std::size_t c = 0; c < bench.cells.size(); ++c)
+    add_point(dots, bench.cells[c].temperature, reduced.cells[c].value[quantity], 1.96 * reduced.cells[c].sd[quantity]);
   estimate.curves.push_back(std::move(line));
   estimate.curves.push_back(std::move(dots));
 }
@@ -211,22 +191,17 @@ void add_residuals(const Bench& bench, const Reduced& reduced, Quantity quantity
   const Polynomial& p = reduced.polynomial[quantity];
   if (bench.cells.size() <= p.count) return;
   const bool over = bench.group_temperature.size() > 1;
-  const Curve::Axis x{over ? "temperature" : "set of positions", over ? Unit::parse("degC") : Unit(), {}};
-  Curve dots{face.name,
-             fmt::format("residuals of the {}", words_of(quantity)),
-             x,
-             {"residual", Unit::parse(face.unit), {}},
-             {},
-             {},
-             "2 sd of the output noise"};
-  dots.points = true;
+  Curve dots{.name = face.name,
+             .figure = fmt::format("residuals of the {}", words_of(quantity)),
+             .x = {over ? "temperature" : "set of positions", over ? Unit::parse("degC") : Unit()},
+             .y = {"residual", Unit::parse(face.unit)},
+             .band = "2 sd of the output noise",
+             .points = true};
   for (std::size_t c = 0; c < bench.cells.size(); ++c) {
-    const double t = bench.cells[c].temperature, half = 2.0 * reduced.cells[c].noise_sd[quantity];
-    const double residual = reduced.cells[c].value[quantity] - at_temperature(reduced.parameters, p, t);
-    dots.x.values.push_back(over ? t : static_cast<double>(c + 1));
-    dots.y.values.push_back(residual);
-    dots.lower.push_back(residual - half);
-    dots.upper.push_back(residual + half);
+    const double t = bench.cells[c].temperature;
+    add_point(dots, over ? t : static_cast<double>(c + 1),
+              reduced.cells[c].value[quantity] - at_temperature(reduced.parameters, p, t),
+              2.0 * reduced.cells[c].noise_sd[quantity]);
   }
   estimate.curves.push_back(std::move(dots));
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
@@ -117,29 +118,23 @@ void warn_of_too_few_positions(const Plan& plan, const Normalised& fit, Estimate
 
 /// Residuals over the angle of the input axis from the horizontal, a curve for each mount.
 void add_residuals(const Solution& solution, Estimate& estimate) {
-  Curve curves[2];
+  Curve along_p{.name = "pendulum axis in the vertical plane",
+                .figure = "residuals of the positions",
+                .x = {"angle", Unit::parse("deg")},
+                .y = {"residual", Unit::parse("ug")},
+                .band = "2 sd of the output noise",
+                .points = true};
+  Curve along_o = along_p;
+  along_o.name = "output axis in the vertical plane";
   for (const auto& segment : solution.segments) {
     if (std::isnan(segment.measured)) return;
     const Vector3 f = segment.felt.specific_force;
     const bool second = std::abs(f.z) > std::abs(f.y);
-    Curve& curve = curves[second ? 1 : 0];
-    curve.name = second ? "output axis in the vertical plane" : "pendulum axis in the vertical plane";
-    curve.x.values.push_back(std::atan2(f.x, second ? f.z : f.y));
-    curve.y.values.push_back(segment.measured - segment.predicted);
-    curve.lower.push_back(curve.y.values.back() - 2.0 * segment.sd);
-    curve.upper.push_back(curve.y.values.back() + 2.0 * segment.sd);
+    add_point(second ? along_o : along_p, std::atan2(f.x, second ? f.z : f.y), segment.measured - segment.predicted,
+              2.0 * segment.sd);
   }
-  for (auto& curve : curves) {
-    if (curve.name.empty()) continue;
-    curve.figure = "residuals of the positions";
-    curve.x.name = "angle";
-    curve.x.unit = Unit::parse("deg");
-    curve.y.name = "residual";
-    curve.y.unit = Unit::parse("ug");
-    curve.band = "2 sd of the output noise";
-    curve.points = true;
-    estimate.curves.push_back(std::move(curve));
-  }
+  for (Curve* curve : {&along_p, &along_o})
+    if (!curve->x.values.empty()) estimate.curves.push_back(std::move(*curve));
 }
 
 }  // namespace

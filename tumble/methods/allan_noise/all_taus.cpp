@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
+
 namespace tumble::allan_noise {
 namespace {
 
@@ -39,21 +41,19 @@ const FamilyCurve* hadamard(const ChannelNoise& channel) {
 }
 
 /// Values of every factor with limits between those of `points`.
-void fill(const ChannelNoise& channel, const EveryTau& every, const std::vector<DeviationPoint>& points, Curve& curve) {
-  curve.x.name = "averaging time";
-  curve.x.unit = Unit::parse("s");
-  curve.y.unit = Unit::parse(rate_unit(channel.kind));
-  curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
-  curve.logarithmic = true;
+Curve curve_of(const ChannelNoise& channel, const EveryTau& every, const std::vector<DeviationPoint>& points) {
+  Curve curve{.x = {"averaging time", Unit::parse("s")},
+              .y = {"deviation", Unit::parse(rate_unit(channel.kind))},
+              .band = fmt::format("{:g} % confidence", 100.0 * channel.confidence),
+              .logarithmic = true};
   for (std::size_t k = 0; k < every.deviation.size(); ++k) {
     if (every.count[k] == 0) continue;
     const double deviation = every.deviation[k];
     const Limits limits = limits_at(points, k + 1);
-    curve.x.values.push_back(static_cast<double>(k + 1) / channel.rate);
-    curve.y.values.push_back(deviation);
-    curve.lower.push_back(limits.lower * deviation);
-    curve.upper.push_back(limits.upper * deviation);
+    add_point(curve, static_cast<double>(k + 1) / channel.rate, deviation, limits.lower * deviation,
+              limits.upper * deviation);
   }
+  return curve;
 }
 
 }  // namespace
@@ -70,18 +70,15 @@ void add_all_taus(const EvenSignal& signal, const Settings& settings, ChannelNoi
 void describe_all_taus(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   for (const auto& channel : channels) {
     if (!channel.every || !channel.failure.empty() || channel.curve.empty()) continue;
-    Curve curve;
+    Curve curve = curve_of(channel, *channel.every, channel.curve);
     curve.name = channel.label + " every_averaging_time";
     curve.figure = "allan deviation " + channel.label;
     curve.y.name = "Allan deviation";
-    fill(channel, *channel.every, channel.curve, curve);
     estimate.curves.push_back(std::move(curve));
     if (!channel.every_hadamard) continue;
-    Curve third;
+    Curve third = curve_of(channel, *channel.every_hadamard, hadamard(channel)->points);
     third.name = channel.label + " ohdev every_averaging_time";
     third.figure = "family of deviations " + channel.label;
-    third.y.name = "deviation";
-    fill(channel, *channel.every_hadamard, hadamard(channel)->points, third);
     estimate.curves.push_back(std::move(third));
   }
 }

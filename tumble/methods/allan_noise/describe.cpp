@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
@@ -161,7 +162,14 @@ std::string decision(const FittedTerm& term, bool shown) {
   return term.chance < 1e-6 ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
 }
 
-void add_stability_rows(const ChannelNoise& channel, Table& table) {
+struct StabilityRow {
+  std::string channel, term, symbol, value, sd;
+  double z;
+  Table::Cell improvement;
+  std::string limit, decision;
+};
+
+void add_stability_rows(const ChannelNoise& channel, std::vector<StabilityRow>& rows) {
   for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
     const FittedTerm& term = channel.fit.terms[t];
     const TermWords said = words(term.unit.term, channel.kind);
@@ -172,35 +180,47 @@ void add_stability_rows(const ChannelNoise& channel, Table& table) {
                       coefficient(term.unit.term, 1.0, channel.rate);
     const auto digits = [](double value, double scale) { return std::round(value * scale) / scale; };
     const bool known = std::isfinite(sd);  // two short pieces can tell that a term is not needed, and no more
-    table.rows.push_back({channel.label, said.name + number_of(channel.fit, t), said.symbol, of(term.squared),
-                          known ? shown(sd, said.unit) : "unknown", digits(term.z, 100.0),
-                          std::isinf(term.improvement) ? Table::Cell("") : Table::Cell(digits(term.improvement, 10.0)),
-                          of(term.upper_limit), decision(term, channel.fit.shown[t])});
+    rows.push_back({.channel = channel.label,
+                    .term = said.name + number_of(channel.fit, t),
+                    .symbol = said.symbol,
+                    .value = of(term.squared),
+                    .sd = known ? shown(sd, said.unit) : "unknown",
+                    .z = digits(term.z, 100.0),
+                    .improvement = std::isinf(term.improvement) ? Table::Cell("") : digits(term.improvement, 10.0),
+                    .limit = of(term.upper_limit),
+                    .decision = decision(term, channel.fit.shown[t])});
   }
   const NoiseRamp& ramp = channel.fit.ramp;
   const std::string unit = ramp_unit(channel.kind);
   const double z = ramp.slope / ramp.sd, slope = ramp.slope * channel.rate, sd = ramp.sd * channel.rate,
                limit = std::abs(slope) + student_quantile(0.975, ramp.degrees_of_freedom) * sd;
-  table.rows.push_back(
-      {channel.label, "rate_ramp", "R", shown(slope, unit), shown(sd, unit), std::round(100.0 * z) / 100.0, "",
-       shown(limit, unit),
-       (ramp.kept ? "used" : "not used: not significant") + fmt::format(" (p = {:.2g})", ramp.chance)});
+  rows.push_back({channel.label, "rate_ramp", "R", shown(slope, unit), shown(sd, unit), std::round(100.0 * z) / 100.0,
+                  "", shown(limit, unit),
+                  (ramp.kept ? "used" : "not used: not significant") + fmt::format(" (p = {:.2g})", ramp.chance)});
+}
+
+Table terms_table(const std::vector<ChannelNoise>& channels) {
+  std::vector<StabilityRow> rows;
+  for (const auto& channel : channels) add_stability_rows(channel, rows);
+  return tabulate("terms", "noise terms tried on each channel", rows,
+                  {{"channel", &StabilityRow::channel},
+                   {"term", &StabilityRow::term},
+                   {"symbol", &StabilityRow::symbol},
+                   {"value tried", &StabilityRow::value},
+                   {"sd", &StabilityRow::sd},
+                   {"z", &StabilityRow::z},
+                   {"fall of -2 ln L", &StabilityRow::improvement},
+                   {"95 % upper limit", &StabilityRow::limit},
+                   {"decision", &StabilityRow::decision}});
 }
 
 Curve line(const ChannelNoise& channel, const std::string& name, const std::vector<double>& variances) {
-  Curve curve{channel.label + " " + name,
-              "allan deviation " + channel.label,
-              {"averaging time", Unit::parse("s"), {}},
-              {"Allan deviation", Unit::parse(rate_unit(channel.kind)), {}},
-              {},
-              {},
-              "",
-              true,
-              false};
-  for (std::size_t i = 0; i < variances.size(); ++i) {
-    curve.x.values.push_back(channel.curve[i].tau);
-    curve.y.values.push_back(std::sqrt(variances[i]));
-  }
+  Curve curve{.name = channel.label + " " + name,
+              .figure = "allan deviation " + channel.label,
+              .x = {"averaging time", Unit::parse("s")},
+              .y = {"Allan deviation", Unit::parse(rate_unit(channel.kind))},
+              .logarithmic = true};
+  for (std::size_t i = 0; i < variances.size(); ++i) add_point(curve, channel.curve[i].tau, std::sqrt(variances[i]));
   return curve;
 }
 
@@ -342,10 +362,6 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
   std::vector<std::vector<Source>> sources;
   std::vector<ChannelNoise> fitted;
   std::vector<HiddenTerm> hidden;
-  Table table{"terms", "noise terms tried on each channel", {}, {}};
-  for (const char* name :
-       {"channel", "term", "symbol", "value tried", "sd", "z", "fall of -2 ln L", "95 % upper limit", "decision"})
-    table.columns.push_back({name, Unit()});
   for (const auto& channel : channels) {
     estimate.findings.insert(estimate.findings.end(), channel.findings.begin(), channel.findings.end());
     if (!channel.failure.empty()) {
@@ -354,7 +370,6 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
       continue;
     }
     sources.push_back(add_parameters(channel, estimate));
-    add_stability_rows(channel, table);
     add_stability_curves(channel, estimate.curves);
     add_departure(channel, estimate.findings);
     add_hidden(channel, hidden);
@@ -365,9 +380,7 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
     fitted.push_back(channel);
   }
   add_covariance(fitted, sources, estimate);
-  estimate.tables.push_back(std::move(table));
-  estimate.tables.push_back(readings_table(fitted));
-  estimate.tables.push_back(densities_table(fitted));
+  estimate.tables = {terms_table(fitted), readings_table(fitted), densities_table(fitted)};
   if (std::any_of(fitted.begin(), fitted.end(), [](const ChannelNoise& one) { return one.likelihood; })) {
     estimate.tables.push_back(composites_table(fitted));
     estimate.tables.push_back(advice_table(fitted, wanted_sd));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
 
 namespace tumble::allan_noise {
@@ -113,17 +114,21 @@ void set_disturbed_aside(const Settings& settings, EvenSignal& signal, ChannelNo
 }
 
 void describe_set_aside(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  Table table{"set_aside",
-              "parts of the record that are not noise and were excluded",
-              {{"channel", Unit()}, {"from", Unit::parse("s")}, {"to", Unit::parse("s")}, {"length", Unit::parse("s")}},
-              {}};
+  struct Row {
+    std::string channel;
+    double from, length;  ///< [s]
+  };
+  std::vector<Row> rows;
   for (const auto& channel : channels)
-    for (const auto& part : channel.set_aside) {
-      const double from = channel.begin + static_cast<double>(part.begin) / channel.rate;
-      const double length = seconds(part, channel.rate);
-      table.rows.push_back({channel.label, from, from + length, length});
-    }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+    for (const auto& part : channel.set_aside)
+      rows.push_back(
+          {channel.label, channel.begin + static_cast<double>(part.begin) / channel.rate, seconds(part, channel.rate)});
+  add_unless_empty(estimate.tables,
+                   tabulate("set_aside", "parts of the record that are not noise and were excluded", rows,
+                            {{"channel", &Row::channel},
+                             {"from", "s", &Row::from},
+                             {"to", "s", [](const Row& r) { return r.from + r.length; }},
+                             {"length", "s", &Row::length}}));
 }
 
 }  // namespace tumble::allan_noise

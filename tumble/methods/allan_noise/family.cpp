@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/stability/allan_family_curve.hpp"
 #include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/units/nearest.hpp"
@@ -107,35 +108,50 @@ std::string noise_name(int alpha, QuantityKind kind) {
   }
 }
 
-void add_family_rows(const ChannelNoise& channel, const FamilyCurve& curve, Table& table) {
-  const Member& member = member_of(curve.measure);
-  const Unit unit = unit_of(member, channel.kind);
-  const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
-  for (const auto& point : curve.points) {
-    const bool known = point.edf > 0.0;
-    table.rows.push_back({channel.label, std::string(member.name), point.tau, text(point.deviation),
-                          known ? text(point.lower) + " to " + text(point.upper) : std::string("none known"),
-                          unit.text(), known ? fmt::format("{:.1f}", point.edf) : std::string(),
-                          noise_name(point.alpha, channel.kind)});
+/// A point of a measure of a channel.
+struct FamilyPoint {
+  const ChannelNoise& channel;
+  const Member& member;
+  const DeviationPoint& point;
+
+  bool known() const { return point.edf > 0.0; }
+  std::string text(double value) const {
+    return fmt::format("{:.4g}", unit_of(member, channel.kind).difference_from_si(value));
   }
+  std::string limits() const { return known() ? text(point.lower) + " to " + text(point.upper) : "none known"; }
+};
+
+Table family_table(const std::vector<ChannelNoise>& channels) {
+  std::vector<FamilyPoint> points;
+  for (const auto& channel : channels)
+    if (channel.failure.empty())
+      for (const auto& one : channel.family)
+        for (const auto& point : one.points) points.push_back({channel, member_of(one.measure), point});
+  return tabulate(
+      "family", "measures of stability, with limits by the noise type at each averaging time", points,
+      {{"channel", [](const FamilyPoint& p) { return p.channel.label; }},
+       {"deviation", [](const FamilyPoint& p) { return p.member.name; }},
+       {"averaging time", "s", [](const FamilyPoint& p) { return p.point.tau; }},
+       {"value", [](const FamilyPoint& p) { return p.text(p.point.deviation); }},
+       {"limits", &FamilyPoint::limits},
+       {"unit", [](const FamilyPoint& p) { return unit_of(p.member, p.channel.kind).text(); }},
+       {"degrees of freedom", [](const FamilyPoint& p) { return p.known() ? fmt::format("{:.1f}", p.point.edf) : ""; }},
+       {"noise type", [](const FamilyPoint& p) { return noise_name(p.point.alpha, p.channel.kind); }}});
 }
 
 Curve curve_of(const ChannelNoise& channel, const Member& member, const std::vector<DeviationPoint>& points) {
-  Curve curve;
-  curve.name = fmt::format("{} {}", channel.label, member.name);
-  curve.figure = "family of deviations " + channel.label;
-  curve.x = {"averaging time", Unit::parse("s"), {}};
-  curve.y = {member.of_angle ? "deviation of the integral" : "deviation", unit_of(member, channel.kind), {}};
-  curve.logarithmic = true;
+  Curve curve{.name = fmt::format("{} {}", channel.label, member.name),
+              .figure = "family of deviations " + channel.label,
+              .x = {"averaging time", Unit::parse("s")},
+              .y = {member.of_angle ? "deviation of the integral" : "deviation", unit_of(member, channel.kind)},
+              .logarithmic = true};
   const bool known = std::all_of(points.begin(), points.end(), [](const DeviationPoint& one) { return one.edf > 0.0; });
   if (known) curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
-  for (const auto& point : points) {
-    curve.x.values.push_back(point.tau);
-    curve.y.values.push_back(point.deviation);
-    if (!known) continue;
-    curve.lower.push_back(point.lower);
-    curve.upper.push_back(point.upper);
-  }
+  for (const auto& point : points)
+    if (known)
+      add_point(curve, point.tau, point.deviation, point.lower, point.upper);
+    else
+      add_point(curve, point.tau, point.deviation);
   return curve;
 }
 
@@ -175,29 +191,16 @@ void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise
 }
 
 void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  Table table{"family",
-              "measures of stability, with limits by the noise type at each averaging time",
-              {{"channel", Unit()},
-               {"deviation", Unit()},
-               {"averaging time", Unit::parse("s")},
-               {"value", Unit()},
-               {"limits", Unit()},
-               {"unit", Unit()},
-               {"degrees of freedom", Unit()},
-               {"noise type", Unit()}},
-              {}};
   for (const auto& channel : channels) {
     if (channel.family.empty() || !channel.failure.empty()) continue;
     const Member& plain = member_of(Stability::overlapping_allan);
     if (std::none_of(channel.family.begin(), channel.family.end(),
                      [&](const FamilyCurve& one) { return one.measure == plain.measure; }))
       estimate.curves.push_back(curve_of(channel, plain, channel.curve));
-    for (const auto& one : channel.family) {
-      add_family_rows(channel, one, table);
+    for (const auto& one : channel.family)
       estimate.curves.push_back(curve_of(channel, member_of(one.measure), one.points));
-    }
   }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  add_unless_empty(estimate.tables, family_table(channels));
 }
 
 }  // namespace tumble::allan_noise

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/spectrum/sines.hpp"
 #include "tumble/units/constants.hpp"
@@ -289,38 +290,54 @@ double allan_variance_of(const FittedLine& line, double factor) {
   return std::pow(line.amplitude * s * s / (factor * std::sin(x)), 2);
 }
 
+namespace {
+
+/// The averaging factor at which a line adds most to the Allan variance, and that variance [u^2].
+struct GreatestPart {
+  double factor = 1.0, variance = 0.0;
+};
+
+GreatestPart greatest_part(const FittedLine& line) {
+  GreatestPart part;
+  for (double m = 1.0; m <= std::max(1.0, std::ceil(0.5 / line.frequency)); ++m)
+    if (allan_variance_of(line, m) > part.variance) part = {m, allan_variance_of(line, m)};
+  return part;
+}
+
+}  // namespace
+
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  Table table{"lines",
-              "sines in the record, fitted with the noise and subtracted",
-              {{"channel", Unit()},
-               {"frequency", Unit::parse("Hz")},
-               {"sd", Unit::parse("Hz")},
-               {"amplitude", Unit()},
-               {"sd of it", Unit()},
-               {"deviation at most", Unit()},
-               {"at tau", Unit()},
-               {"along the record", Unit()}},
-              {}};
-  for (const auto& channel : channels) {
-    const std::string unit = rate_unit(channel.kind);
-    for (const auto& line : channel.lines) {
-      const Unit in = Unit::parse(unit);
-      const double amplitude = in.difference_from_si(line.amplitude), sd = in.difference_from_si(line.amplitude_sd);
-      double factor = 1.0, most = 0.0;
-      for (double m = 1.0; m <= std::max(1.0, std::ceil(0.5 / line.frequency)); ++m)
-        if (allan_variance_of(line, m) > most) {
-          most = allan_variance_of(line, m);
-          factor = m;
-        }
-      const double frequency_sd = line.frequency_sd * channel.rate;
-      table.rows.push_back(
-          {channel.label, rounded(line.frequency * channel.rate, frequency_sd), fmt::format("{:.2g}", frequency_sd),
-           rounded(amplitude, sd) + " " + unit, fmt::format("{:.2g} {}", sd, unit),
-           fmt::format("{:.3g} {}", in.difference_from_si(std::sqrt(most)), unit), say_seconds(factor / channel.rate),
-           line.unsteadiness > 0.0 ? fmt::format("varies by {:.2g} %", 100.0 * line.unsteadiness) : "steady"});
-    }
-  }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  struct Row {
+    const ChannelNoise& channel;
+    const FittedLine& line;
+    Unit unit;            ///< of the channel, as shown
+    double frequency_sd;  ///< [Hz]
+
+    std::string text(double si) const { return fmt::format("{:.3g} {}", unit.difference_from_si(si), unit.text()); }
+    double sd() const { return unit.difference_from_si(line.amplitude_sd); }
+  };
+  std::vector<Row> rows;
+  for (const auto& channel : channels)
+    for (const auto& line : channel.lines)
+      rows.push_back({channel, line, Unit::parse(rate_unit(channel.kind)), line.frequency_sd * channel.rate});
+  const auto frequency = [](const Row& r) { return rounded(r.line.frequency * r.channel.rate, r.frequency_sd); };
+  const auto amplitude = [](const Row& r) {
+    return rounded(r.unit.difference_from_si(r.line.amplitude), r.sd()) + " " + r.unit.text();
+  };
+  const auto steady = [](const Row& r) {
+    return r.line.unsteadiness > 0.0 ? fmt::format("varies by {:.2g} %", 100.0 * r.line.unsteadiness) : "steady";
+  };
+  add_unless_empty(
+      estimate.tables,
+      tabulate("lines", "sines in the record, fitted with the noise and subtracted", rows,
+               {{"channel", [](const Row& r) { return r.channel.label; }},
+                {"frequency", "Hz", frequency},
+                {"sd", "Hz", [](const Row& r) { return fmt::format("{:.2g}", r.frequency_sd); }},
+                {"amplitude", amplitude},
+                {"sd of it", [](const Row& r) { return fmt::format("{:.2g} {}", r.sd(), r.unit.text()); }},
+                {"deviation at most", [](const Row& r) { return r.text(std::sqrt(greatest_part(r.line).variance)); }},
+                {"at tau", [](const Row& r) { return say_seconds(greatest_part(r.line).factor / r.channel.rate); }},
+                {"along the record", steady}}));
 }
 
 }  // namespace tumble::allan_noise

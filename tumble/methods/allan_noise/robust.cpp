@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/units/error.hpp"
@@ -81,21 +82,18 @@ std::string labels_of(const std::set<std::size_t>& numbers, const std::vector<Ch
 void describe_knocks(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   const auto knocks = knocks_of(channels);
   if (knocks.empty()) return;
-  Table table{"knocks",
-              "short events that are far from the noise beside them",
-              {{"from", Unit::parse("s")},
-               {"to", Unit::parse("s")},
-               {"channels", Unit()},
-               {"largest", Unit()},
-               {"over its usual sd", Unit()}},
-              {}};
-  for (const auto& knock : knocks)
-    if (table.rows.size() < most_rows)
-      table.rows.push_back(
-          {knock.from, knock.to, labels_of(knock.channels, channels),
-           knock.worst_channel->label + " " + shown_in(knock.worst.departure, rate_unit(knock.worst_channel->kind)),
-           std::round(10.0 * std::abs(knock.worst.deviations)) / 10.0});
-  estimate.tables.push_back(std::move(table));
+  const auto largest = [](const Together& k) {
+    return k.worst_channel->label + " " + shown_in(k.worst.departure, rate_unit(k.worst_channel->kind));
+  };
+  estimate.tables.push_back(tabulate(
+      "knocks", "short events that are far from the noise beside them",
+      std::vector(knocks.begin(), knocks.begin() + static_cast<std::ptrdiff_t>(std::min(most_rows, knocks.size()))),
+      {{"from", "s", &Together::from},
+       {"to", "s", &Together::to},
+       {"channels", [&](const Together& k) { return labels_of(k.channels, channels); }},
+       {"largest", largest},
+       {"over its usual sd",
+        [](const Together& k) { return std::round(10.0 * std::abs(k.worst.deviations)) / 10.0; }}}));
   const auto& worst =
       *std::ranges::max_element(knocks, {}, [](const Together& one) { return std::abs(one.worst.deviations); });
   const bool aside =
@@ -128,21 +126,37 @@ const FittedTerm* most_changed(const ChannelNoise& channel, double& change) {
   return most;
 }
 
-void add_robust_rows(const ChannelNoise& channel, Table& table) {
-  for (std::size_t t = 0; t < power_law_terms.size(); ++t) {
-    const FittedTerm &with = channel.fit.terms[t], &without = channel.robust->terms[t];
-    if (!with.kept && !without.kept) continue;
-    const TermWords said = words(with.unit.term, channel.kind);
-    const auto text = [&](const FittedTerm& term) -> std::pair<std::string, std::string> {
-      if (!term.kept) return {"not significant", ""};
-      const Value value = value_of(term, channel.rate);
-      return {shown_in(value.value, said.unit), shown_in(value.sd, said.unit)};
-    };
-    const auto [value, sd] = text(with);
-    const auto [robust, robust_sd] = text(without);
-    table.rows.push_back(
-        {channel.label, said.name, value, sd, robust, robust_sd, static_cast<double>(channel.robust_removed)});
+/// A noise term of a record as it is, and without its outliers.
+struct RobustTerm {
+  const ChannelNoise& channel;
+  const FittedTerm &with, &without;
+
+  TermWords said() const { return words(with.unit.term, channel.kind); }
+  std::string value(const FittedTerm& term) const {
+    return term.kept ? shown_in(value_of(term, channel.rate).value, said().unit) : "not significant";
   }
+  std::string sd(const FittedTerm& term) const {
+    return term.kept ? shown_in(value_of(term, channel.rate).sd, said().unit) : "";
+  }
+};
+
+Table robust_table(const std::vector<ChannelNoise>& channels) {
+  std::vector<RobustTerm> rows;
+  for (const auto& channel : channels) {
+    if (!channel.failure.empty() || !channel.robust) continue;
+    for (std::size_t t = 0; t < power_law_terms.size(); ++t) {
+      const FittedTerm &with = channel.fit.terms[t], &without = channel.robust->terms[t];
+      if (with.kept || without.kept) rows.push_back({channel, with, without});
+    }
+  }
+  return tabulate("robust", "the noise terms of the record as it is, and without its outliers", rows,
+                  {{"channel", [](const RobustTerm& r) { return r.channel.label; }},
+                   {"term", [](const RobustTerm& r) { return r.said().name; }},
+                   {"value", [](const RobustTerm& r) { return r.value(r.with); }},
+                   {"sd", [](const RobustTerm& r) { return r.sd(r.with); }},
+                   {"without outliers", [](const RobustTerm& r) { return r.value(r.without); }},
+                   {"its sd", [](const RobustTerm& r) { return r.sd(r.without); }},
+                   {"outliers", [](const RobustTerm& r) { return r.channel.robust_removed; }}});
 }
 
 Finding outliers_finding(const ChannelNoise& channel) {
@@ -207,30 +221,17 @@ void add_robust_terms(const EvenSignal& signal, const Settings& settings, Channe
 
 void describe_outliers(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   describe_knocks(channels, estimate);
-  Table table{"robust",
-              "the noise terms of the record as it is, and without its outliers",
-              {{"channel", Unit()},
-               {"term", Unit()},
-               {"value", Unit()},
-               {"sd", Unit()},
-               {"without outliers", Unit()},
-               {"its sd", Unit()},
-               {"outliers", Unit()}},
-              {}};
   for (const auto& channel : channels) {
     if (!channel.failure.empty()) continue;
     if (channel.fit.scatter_ratio > 1.0)
       estimate.findings.push_back(
           {Finding::Severity::info, "noise_not_gaussian", {{"ratio", channel.fit.scatter_ratio}}, channel.label});
-    if (!channel.robust) {
-      if (const Finding single = single_outliers(channel); single.occurrences.count > 0)
-        estimate.findings.push_back(single);
-      continue;
-    }
-    add_robust_rows(channel, table);
-    estimate.findings.push_back(outliers_finding(channel));
+    if (channel.robust)
+      estimate.findings.push_back(outliers_finding(channel));
+    else if (const Finding single = single_outliers(channel); single.occurrences.count > 0)
+      estimate.findings.push_back(single);
   }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  add_unless_empty(estimate.tables, robust_table(channels));
 }
 
 }  // namespace tumble::allan_noise

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/spectrum/spectral_conversion.hpp"
 #include "tumble/units/error.hpp"
@@ -30,17 +31,12 @@ NoiseModel model_of(const FittedTerm& term, double rate) {
 
 Curve curve_of(const ChannelNoise& channel, const std::string& name, std::vector<double> density) {
   const bool rate = channel.kind == QuantityKind::angular_rate;
-  Curve curve;
-  curve.name = channel.label + " " + name;
-  curve.figure = "power spectral density " + channel.label;
-  curve.x = {"frequency", Unit::parse("Hz"), channel.spectrum->frequency};
-  curve.y = {"one-sided density",
-             Unit::parse(channel.kind == QuantityKind::other ? "1/Hz"
-                         : rate                              ? "(deg/h)^2/Hz"
-                                                             : "ug^2/Hz"),
-             std::move(density)};
-  curve.logarithmic = true;
-  return curve;
+  const char* unit = channel.kind == QuantityKind::other ? "1/Hz" : rate ? "(deg/h)^2/Hz" : "ug^2/Hz";
+  return {.name = channel.label + " " + name,
+          .figure = "power spectral density " + channel.label,
+          .x = {"frequency", Unit::parse("Hz"), channel.spectrum->frequency},
+          .y = {"one-sided density", Unit::parse(unit), std::move(density)},
+          .logarithmic = true};
 }
 
 void add_spectrum_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
@@ -88,24 +84,21 @@ void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoi
 }
 
 void describe_spectra(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  Table table{"spectra",
-              "one-sided power spectral densities",
-              {{"channel", Unit()},
-               {"segments", Unit()},
-               {"samples each", Unit()},
-               {"bandwidth", Unit::parse("Hz")},
-               {"degrees of freedom of one frequency", Unit()},
-               {"left out", Unit()}},
-              {}};
+  std::vector<const ChannelNoise*> rows;
   for (const auto& channel : channels) {
     if (!channel.spectrum || !channel.failure.empty() || channel.spectrum->edf.empty()) continue;
-    const PowerSpectrum& spectrum = *channel.spectrum;
     add_spectrum_curves(channel, estimate.curves);
-    table.rows.push_back({channel.label, static_cast<double>(spectrum.segments), static_cast<double>(spectrum.length),
-                          spectrum.bandwidth, std::round(10.0 * spectrum.edf.front()) / 10.0,
-                          say_count(spectrum.left_out, "sample")});
+    rows.push_back(&channel);
   }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  add_unless_empty(estimate.tables,
+                   tabulate("spectra", "one-sided power spectral densities", rows,
+                            {{"channel", &ChannelNoise::label},
+                             {"segments", [](const auto* c) { return c->spectrum->segments; }},
+                             {"samples each", [](const auto* c) { return c->spectrum->length; }},
+                             {"bandwidth", "Hz", [](const auto* c) { return c->spectrum->bandwidth; }},
+                             {"degrees of freedom of one frequency",
+                              [](const auto* c) { return std::round(10.0 * c->spectrum->edf.front()) / 10.0; }},
+                             {"left out", [](const auto* c) { return say_count(c->spectrum->left_out, "sample"); }}}));
 }
 
 }  // namespace tumble::allan_noise

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -13,12 +14,6 @@ namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_composites = 6;  ///< shown of each channel
-
-Table with_columns(const char* name, const std::string& caption, std::initializer_list<const char*> columns) {
-  Table table{name, caption, {}, {}};
-  for (const char* column : columns) table.columns.push_back({column, Unit()});
-  return table;
-}
 
 double curve_at(const ChannelNoise& channel, const FittedTerm& term, std::size_t i) {
   return fitted_allan_variance(channel.fit, term, static_cast<double>(channel.curve[i].factor));
@@ -69,95 +64,128 @@ double value_of(const ChannelNoise& channel, std::size_t t) {
   return channel.fit.value[t] * coefficient(channel.fit.terms[t].unit.term, 1.0, channel.rate);
 }
 
-void add_density(const ChannelNoise& channel, NoiseTerm which, Table& table) {
-  if (channel.kind == QuantityKind::other) return;  // of a clock
-  const bool rate = channel.kind == QuantityKind::angular_rate, white = which == NoiseTerm::white;
-  const std::string key =
-      fmt::format("{}_{}", rate ? "gyroscope" : "accelerometer", white ? "noise_density" : "random_walk");
-  const std::string unit =
-      white ? (rate ? "rad/s/sqrt(Hz)" : "m/s^2/sqrt(Hz)") : (rate ? "rad/s^2/sqrt(Hz)" : "m/s^3/sqrt(Hz)");
-  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
-    const FittedTerm& term = channel.fit.terms[t];
-    if (term.unit.term != which) continue;
-    const bool shown = channel.fit.shown[t];
-    const double value = value_of(channel, t);
-    const double limit = coefficient(which, term.upper_limit, channel.rate);
-    const double relative = shown ? std::sqrt(channel.fit.value_covariance(t, t)) / channel.fit.value[t] : 0.0;
-    table.rows.push_back({channel.label, key, shown ? fmt::format("{:.4g}", value) : fmt::format("< {:.3g}", limit),
-                          shown ? fmt::format("{:.2g} %", 100.0 * relative) : "", unit,
-                          white && shown ? fmt::format("sd of one sample at {:.6g} Hz: {:.4g} {}", channel.rate,
-                                                       value * std::sqrt(channel.rate), rate ? "rad/s" : "m/s^2")
-                                         : ""});
+/// A density of a channel as Kalibr and the like take it.
+struct Density {
+  const ChannelNoise& channel;
+  std::size_t t;
+
+  bool rate() const { return channel.kind == QuantityKind::angular_rate; }
+  bool white() const { return channel.fit.terms[t].unit.term == NoiseTerm::white; }
+  bool shown() const { return channel.fit.shown[t]; }
+  std::string key() const {
+    return fmt::format("{}_{}", rate() ? "gyroscope" : "accelerometer", white() ? "noise_density" : "random_walk");
   }
-}
+  std::string value() const {
+    const FittedTerm& term = channel.fit.terms[t];
+    return shown() ? fmt::format("{:.4g}", value_of(channel, t))
+                   : fmt::format("< {:.3g}", coefficient(term.unit.term, term.upper_limit, channel.rate));
+  }
+  std::string sd() const {
+    if (!shown()) return "";
+    return fmt::format("{:.2g} %", 100.0 * (std::sqrt(channel.fit.value_covariance(t, t)) / channel.fit.value[t]));
+  }
+  std::string unit() const {
+    return white() ? (rate() ? "rad/s/sqrt(Hz)" : "m/s^2/sqrt(Hz)") : (rate() ? "rad/s^2/sqrt(Hz)" : "m/s^3/sqrt(Hz)");
+  }
+  std::string of_a_sample() const {
+    if (!white() || !shown()) return "";
+    return fmt::format("sd of one sample at {:.6g} Hz: {:.4g} {}", channel.rate,
+                       value_of(channel, t) * std::sqrt(channel.rate), rate() ? "rad/s" : "m/s^2");
+  }
+};
 
 }  // namespace
 
 Table readings_table(const std::vector<ChannelNoise>& channels) {
-  Table table =
-      with_columns("readings", "what a straight line on the Allan curve reads, beside the identified term",
-                   {"channel", "term", "identified", "read off the curve", "at tau", "share of the term there"});
-  for (const auto& channel : channels) {
-    if (channel.curve.empty()) continue;
-    for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
-      const FittedTerm& term = channel.fit.terms[t];
-      if (!channel.fit.shown[t]) continue;
-      const TermWords said = words(term.unit.term, channel.kind);
-      const Strongest at = strongest(channel, term);
-      const auto& point = channel.curve[at.point];
-      const Unit unit = Unit::parse(said.unit);
-      const auto shown = [&](double value) {
-        return fmt::format("{:.4g} {}", unit.difference_from_si(value), said.unit);
-      };
-      table.rows.push_back({channel.label, said.name, shown(value_of(channel, t)),
-                            shown(read_off(term.unit.term, point.tau, point.deviation)), say_seconds(point.tau),
-                            fmt::format("{:.0f} %", 100.0 * at.share)});
+  struct Row {
+    const ChannelNoise& channel;
+    std::size_t t;
+    Strongest at;
+
+    const FittedTerm& term() const { return channel.fit.terms[t]; }
+    TermWords said() const { return words(term().unit.term, channel.kind); }
+    const DeviationPoint& point() const { return channel.curve[at.point]; }
+    std::string text(double value) const {
+      const std::string unit = said().unit;
+      return fmt::format("{:.4g} {}", Unit::parse(unit).difference_from_si(value), unit);
     }
-  }
-  return table;
+  };
+  std::vector<Row> rows;
+  for (const auto& channel : channels)
+    for (std::size_t t = 0; t < channel.fit.terms.size() && !channel.curve.empty(); ++t)
+      if (channel.fit.shown[t]) rows.push_back({channel, t, strongest(channel, channel.fit.terms[t])});
+  const auto read = [](const Row& r) {
+    return r.text(read_off(r.term().unit.term, r.point().tau, r.point().deviation));
+  };
+  return tabulate(
+      "readings", "what a straight line on the Allan curve reads, beside the identified term", rows,
+      {{"channel", [](const Row& r) { return r.channel.label; }},
+       {"term", [](const Row& r) { return r.said().name; }},
+       {"identified", [](const Row& r) { return r.text(value_of(r.channel, r.t)); }},
+       {"read off the curve", read},
+       {"at tau", [](const Row& r) { return say_seconds(r.point().tau); }},
+       {"share of the term there", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.at.share); }}});
 }
 
 Table densities_table(const std::vector<ChannelNoise>& channels) {
-  Table table = with_columns(
-      "densities", "continuous noise density and bias random walk (Kalibr and the like); a flicker has neither",
-      {"channel", "key", "value", "sd", "unit", "not to be entered instead"});
+  std::vector<Density> rows;
   for (const auto& channel : channels)
-    for (const NoiseTerm term : {NoiseTerm::white, NoiseTerm::random_walk}) add_density(channel, term, table);
-  return table;
+    for (const NoiseTerm which : {NoiseTerm::white, NoiseTerm::random_walk})
+      for (std::size_t t = 0; t < channel.fit.terms.size(); ++t)
+        if (channel.fit.terms[t].unit.term == which && channel.kind != QuantityKind::other)  // not of a clock
+          rows.push_back({channel, t});
+  return tabulate("densities",
+                  "continuous noise density and bias random walk (Kalibr and the like); a flicker has neither", rows,
+                  {{"channel", [](const Density& d) { return d.channel.label; }},
+                   {"key", &Density::key},
+                   {"value", &Density::value},
+                   {"sd", &Density::sd},
+                   {"unit", &Density::unit},
+                   {"not to be entered instead", &Density::of_a_sample}});
 }
 
 Table composites_table(const std::vector<ChannelNoise>& channels) {
-  Table table = with_columns("composites", "sets of terms by AICc above that of the one chosen",
-                             {"channel", "terms", "parameters", "AICc", "every term significant"});
-  for (const auto& channel : channels) {
-    std::size_t shown = 0;
-    for (const auto& one : channel.fit.composites) {
-      if (shown++ == most_composites) break;
-      std::string terms;
-      for (const auto& term : one.terms)
-        terms +=
-            (terms.empty() ? "" : " + ") + (term.term == NoiseTerm::markov
-                                                ? fmt::format("Markov {}", say_seconds(term.markov_time / channel.rate))
-                                                : words(term.term, channel.kind).symbol);
-      table.rows.push_back({channel.label, terms, static_cast<double>(one.parameters),
-                            std::round(10.0 * one.aicc) / 10.0, one.supported ? "yes" : "no"});
-    }
-  }
-  return table;
+  struct Row {
+    const ChannelNoise& channel;
+    const NoiseComposite& composite;
+  };
+  std::vector<Row> rows;
+  for (const auto& channel : channels)
+    for (std::size_t i = 0; i < std::min(most_composites, channel.fit.composites.size()); ++i)
+      rows.push_back({channel, channel.fit.composites[i]});
+  const auto terms = [](const Row& r) {
+    std::string text;
+    for (const auto& term : r.composite.terms)
+      text += (text.empty() ? "" : " + ") +
+              (term.term == NoiseTerm::markov ? fmt::format("Markov {}", say_seconds(term.markov_time / r.channel.rate))
+                                              : words(term.term, r.channel.kind).symbol);
+    return text;
+  };
+  return tabulate("composites", "sets of terms by AICc above that of the one chosen", rows,
+                  {{"channel", [](const Row& r) { return r.channel.label; }},
+                   {"terms", terms},
+                   {"parameters", [](const Row& r) { return r.composite.parameters; }},
+                   {"AICc", [](const Row& r) { return std::round(10.0 * r.composite.aicc) / 10.0; }},
+                   {"every term significant", [](const Row& r) { return r.composite.supported ? "yes" : "no"; }}});
 }
 
 Table advice_table(const std::vector<ChannelNoise>& channels, double wanted) {
-  Table table =
-      with_columns("advice", fmt::format("length of record for {:.3g} % of each term (one sd)", 100.0 * wanted),
-                   {"channel", "term", "now", "from this record of", "wanted", "takes"});
-  for (const auto& channel : channels) {
-    const double length = static_cast<double>(channel.samples) / channel.rate;
-    for (const auto& row : channel.advice) {
-      const std::string takes = row.seconds > 0.0 ? length_text(row.seconds) : "";
-      table.rows.push_back({channel.label, row.term, row.now, length_text(length), row.wanted, takes});
-    }
-  }
-  return table;
+  struct Row {
+    const ChannelNoise& channel;
+    const LengthAdvice& advice;
+  };
+  std::vector<Row> rows;
+  for (const auto& channel : channels)
+    for (const auto& advice : channel.advice) rows.push_back({channel, advice});
+  const auto length = [](const Row& r) { return length_text(static_cast<double>(r.channel.samples) / r.channel.rate); };
+  const auto takes = [](const Row& r) { return r.advice.seconds > 0.0 ? length_text(r.advice.seconds) : ""; };
+  return tabulate("advice", fmt::format("length of record for {:.3g} % of each term (one sd)", 100.0 * wanted), rows,
+                  {{"channel", [](const Row& r) { return r.channel.label; }},
+                   {"term", [](const Row& r) { return r.advice.term; }},
+                   {"now", [](const Row& r) { return r.advice.now; }},
+                   {"from this record of", length},
+                   {"wanted", [](const Row& r) { return r.advice.wanted; }},
+                   {"takes", takes}});
 }
 
 }  // namespace tumble::allan_noise

@@ -6,6 +6,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
@@ -188,19 +189,42 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
   return effect;
 }
 
+namespace {
+
+/// A channel and the temperature that it follows.
+struct FollowedTemperature {
+  const ChannelNoise& channel;
+  const Channel& temperature;
+  TemperatureEffect effect;
+
+  bool gyro() const { return channel.kind == QuantityKind::angular_rate; }
+};
+
+Table temperature_table(const std::vector<FollowedTemperature>& rows) {
+  using Row = FollowedTemperature;
+  const auto slope = [](const Row& r) {
+    return shown(r.effect.slope, r.effect.slope_sd, r.gyro() ? "deg/h/K" : "ug/K");
+  };
+  const auto of_rate = [](const Row& r) {
+    return shown(r.effect.of_rate, r.effect.of_rate_sd, r.gyro() ? "deg/h/(K/min)" : "ug/(K/min)");
+  };
+  return tabulate("temperature",
+                  "how the channels follow the temperature: generalised least squares under the identified noise", rows,
+                  {{"channel", [](const Row& r) { return r.channel.label; }},
+                   {"with", [](const Row& r) { return r.temperature.name; }},
+                   {"range", "K", [](const Row& r) { return r.effect.range; }},
+                   {"by temperature", slope},
+                   {"by its rate of change", of_rate},
+                   {"explains", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.effect.explained); }},
+                   {"chance", [](const Row& r) { return fmt::format("{:.2g} %", 100.0 * r.effect.chance); }}});
+}
+
+}  // namespace
+
 void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   const Settings& settings = evidence.plan.settings;
-  Table table{"temperature",
-              "how the channels follow the temperature: generalised least squares under the identified noise",
-              {{"channel", Unit()},
-               {"with", Unit()},
-               {"range", Unit::parse("K")},
-               {"by temperature", Unit()},
-               {"by its rate of change", Unit()},
-               {"explains", Unit()},
-               {"chance", Unit()}},
-              {}};
+  std::vector<FollowedTemperature> rows;
   for (std::size_t i = 0; i < stretches.size(); ++i) {
     const ChannelRun& stretch = stretches[i];
     if (!channels[i].failure.empty()) continue;
@@ -214,16 +238,11 @@ void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun
     set_missing(channels[i].set_aside, signal);
     const auto effect = temperature_effect(signal.values, warmth.values, channels[i]);
     if (!effect) continue;
-    const bool gyro = channels[i].kind == QuantityKind::angular_rate;
-    table.rows.push_back({channels[i].label, temperature->name, effect->range,
-                          shown(effect->slope, effect->slope_sd, gyro ? "deg/h/K" : "ug/K"),
-                          shown(effect->of_rate, effect->of_rate_sd, gyro ? "deg/h/(K/min)" : "ug/(K/min)"),
-                          fmt::format("{:.0f} %", 100.0 * effect->explained),
-                          fmt::format("{:.2g} %", 100.0 * effect->chance)});
+    rows.push_back({channels[i], *temperature, *effect});
     if (effect->chance < settings.number("significance"))
       estimate.findings.push_back(follows(*effect, channels[i], *temperature));
   }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  add_unless_empty(estimate.tables, temperature_table(rows));
 }
 
 }  // namespace tumble::allan_noise

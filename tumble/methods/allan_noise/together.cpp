@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/input.hpp"
@@ -79,33 +80,29 @@ void correlate(const Group& group, const std::vector<EvenSignal>& signals, const
 
 /// Correlation over the averaging time; `limits`: with its limits.
 Curve curve_of(const Pair& pair, const std::vector<ChannelNoise>& channels, bool limits) {
-  Curve curve;
-  curve.name = channels[pair.a].label + " with " + channels[pair.b].label;
-  curve.figure = "correlation of channels over the averaging time";
-  curve.x = {"averaging time", Unit::parse("s"), {}};
-  curve.y = {"correlation", Unit(), {}};
-  curve.logarithmic_x = true;
-  for (const auto& point : pair.points) {
-    curve.x.values.push_back(point.tau);
-    curve.y.values.push_back(point.correlation);
-    if (!limits) continue;
-    curve.lower.push_back(point.lower);
-    curve.upper.push_back(point.upper);
-    curve.band = "95 % limits";
-  }
+  Curve curve{.name = channels[pair.a].label + " with " + channels[pair.b].label,
+              .figure = "correlation of channels over the averaging time",
+              .x = {"averaging time", Unit::parse("s")},
+              .y = {"correlation", Unit()},
+              .logarithmic_x = true};
+  if (limits) curve.band = "95 % limits";
+  for (const auto& point : pair.points)
+    if (limits)
+      add_point(curve, point.tau, point.correlation, point.lower, point.upper);
+    else
+      add_point(curve, point.tau, point.correlation);
   return curve;
 }
 
 /// One finding for all pairs that correlate significantly; table correlation has them all.
-void add_correlated(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
-                    Findings& findings) {
+void add_correlated(const std::vector<Pair>& pairs, std::size_t comparisons, const std::vector<ChannelNoise>& channels,
+                    double significance, Findings& findings) {
   Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
   AllanCorrelation greatest;
   std::string where;
   for (const Pair& pair : pairs) {
-    if (pair.points.empty()) continue;
     const AllanCorrelation& at = pair.points[pair.whitest];
-    if (!(at.chance * static_cast<double>(pairs.size()) < significance)) continue;
+    if (!(at.chance * static_cast<double>(comparisons) < significance)) continue;
     const Place place(channels[pair.a].label + ", " + channels[pair.b].label);
     where += (where.empty() ? "" : "; ") + place.label;
     if (occurrences.count++ == 0) occurrences.first = place;
@@ -119,74 +116,92 @@ void add_correlated(const std::vector<Pair>& pairs, const std::vector<ChannelNoi
                       {{"correlation", greatest.correlation},
                        {"lower", greatest.lower},
                        {"upper", greatest.upper},
-                       {"pairs", pairs.size()},
+                       {"pairs", comparisons},
                        {"significance", significance}},
                       where,
                       occurrences});
 }
 
-void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
+void describe_pairs(std::vector<Pair> pairs, const std::vector<ChannelNoise>& channels, double significance,
                     Estimate& estimate) {
-  Table table{"correlation",
-              "correlation of channels at the averaging time where both are whitest",
-              {{"channel", Unit()},
-               {"with", Unit()},
-               {"averaging time", Unit::parse("s")},
-               {"correlation", Unit()},
-               {"95 % limits", Unit()},
-               {"chance", Unit()},
-               {"white share", Unit()}},
-              {}};
-  for (const auto& pair : pairs) {
-    if (pair.points.empty()) continue;
-    const auto &a = channels[pair.a], &b = channels[pair.b];
-    const AllanCorrelation& at = pair.points[pair.whitest];
-    const double factor = static_cast<double>(at.factor);
-    const double share = std::min(white_share(a, factor), white_share(b, factor));
-    table.rows.push_back({a.label, b.label, at.tau, std::round(1e4 * at.correlation) / 1e4,
-                          fmt::format("{:+.4f} to {:+.4f}", at.lower, at.upper),
-                          fmt::format("{:.2g} %", 100.0 * at.chance), fmt::format("{:.0f} %", 100.0 * share)});
-    estimate.curves.push_back(curve_of(pair, channels, pairs.size() <= 3));
-  }
-  if (table.rows.empty()) return;
-  estimate.tables.push_back(std::move(table));
-  add_correlated(pairs, channels, significance, estimate.findings);
+  const bool limits = pairs.size() <= 3;
+  const std::size_t comparisons = pairs.size();
+  std::erase_if(pairs, [](const Pair& pair) { return pair.points.empty(); });
+  if (pairs.empty()) return;
+  for (const auto& pair : pairs) estimate.curves.push_back(curve_of(pair, channels, limits));
+  const auto at = [](const Pair& pair) -> const AllanCorrelation& { return pair.points[pair.whitest]; };
+  const auto share = [&](const Pair& pair) {
+    const double factor = static_cast<double>(at(pair).factor);
+    return 100.0 * std::min(white_share(channels[pair.a], factor), white_share(channels[pair.b], factor));
+  };
+  estimate.tables.push_back(tabulate(
+      "correlation", "correlation of channels at the averaging time where both are whitest", pairs,
+      {{"channel", [&](const Pair& p) { return channels[p.a].label; }},
+       {"with", [&](const Pair& p) { return channels[p.b].label; }},
+       {"averaging time", "s", [&](const Pair& p) { return at(p).tau; }},
+       {"correlation", [&](const Pair& p) { return std::round(1e4 * at(p).correlation) / 1e4; }},
+       {"95 % limits", [&](const Pair& p) { return fmt::format("{:+.4f} to {:+.4f}", at(p).lower, at(p).upper); }},
+       {"chance", [&](const Pair& p) { return fmt::format("{:.2g} %", 100.0 * at(p).chance); }},
+       {"white share", [&](const Pair& p) { return fmt::format("{:.0f} %", share(p)); }}}));
+  add_correlated(pairs, comparisons, channels, significance, estimate.findings);
 }
 
-/// Deviations of the instruments of a group by themselves, as rows of `table` and as curves.
+/// Deviations of the instruments of a group by themselves, as curves.
 struct Hat {
   std::vector<Curve> curves;
   std::size_t negative = 0, impossible = 0;  ///< variances not above zero, and those whose upper limit is zero
 };
 
-Hat hat_of(const Group& group, const std::vector<HatPoint>& points, const std::vector<ChannelNoise>& channels,
-           Table& table) {
-  const Unit unit = Unit::parse(rate_unit(channels[group[0]].kind));
-  const auto text = [&](double variance) {
+/// The deviation of one instrument by itself at one averaging time.
+struct HatRow {
+  std::string channel;
+  Unit unit;  ///< of the deviation, as shown
+  HatPoint::Instrument instrument;
+  double tau, edf;
+
+  std::string text(double variance) const {
     return fmt::format("{:.3g}", unit.difference_from_si(std::sqrt(variance)));
+  }
+};
+
+Table hat_table(const std::vector<HatRow>& rows, double confidence) {
+  const auto deviation = [](const HatRow& r) {
+    return r.instrument.variance > 0.0 ? r.text(r.instrument.variance) : "not above 0";
   };
+  const auto limits = [](const HatRow& r) {
+    return fmt::format("{} to {}", r.text(r.instrument.lower), r.text(r.instrument.upper));
+  };
+  return tabulate("hat",
+                  "deviation of each instrument by itself, from the differences of instruments of the same input", rows,
+                  {{"channel", &HatRow::channel},
+                   {"averaging time", "s", &HatRow::tau},
+                   {"deviation", deviation},
+                   {fmt::format("{:g} % limits", 100.0 * confidence), limits},
+                   {"unit", [](const HatRow& r) { return r.unit.text(); }},
+                   {"degrees of freedom", [](const HatRow& r) { return std::round(10.0 * r.edf) / 10.0; }}});
+}
+
+Hat hat_of(const Group& group, const std::vector<HatPoint>& points, const std::vector<ChannelNoise>& channels,
+           std::vector<HatRow>& rows) {
+  const Unit unit = Unit::parse(rate_unit(channels[group[0]].kind));
   Hat hat{std::vector<Curve>(group.size())};
   for (const auto& point : points) {
     for (std::size_t k = 0; k < group.size(); ++k) {
       const auto& instrument = point.instruments[k];
       hat.negative += instrument.variance <= 0.0 ? 1 : 0;
       hat.impossible += instrument.upper == 0.0 ? 1 : 0;
-      table.rows.push_back({channels[group[k]].label, point.tau,
-                            instrument.variance > 0.0 ? text(instrument.variance) : "not above 0",
-                            fmt::format("{} to {}", text(instrument.lower), text(instrument.upper)), unit.text(),
-                            std::round(10.0 * point.edf) / 10.0});
-      if (instrument.variance <= 0.0) continue;
-      hat.curves[k].x.values.push_back(point.tau);
-      hat.curves[k].y.values.push_back(std::sqrt(instrument.variance));
-      hat.curves[k].lower.push_back(std::sqrt(instrument.lower));
-      hat.curves[k].upper.push_back(std::sqrt(instrument.upper));
+      rows.push_back({channels[group[k]].label, unit, instrument, point.tau, point.edf});
+      if (instrument.variance > 0.0)
+        add_point(hat.curves[k], point.tau, std::sqrt(instrument.variance), std::sqrt(instrument.lower),
+                  std::sqrt(instrument.upper));
     }
   }
   return hat;
 }
 
 void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
-                  const std::vector<std::size_t>& factors, double confidence, Estimate& estimate, Table& table) {
+                  const std::vector<std::size_t>& factors, double confidence, Estimate& estimate,
+                  std::vector<HatRow>& rows) {
   const QuantityKind kind = channels[group[0]].kind;
   std::vector<std::span<const double>> values;
   std::string labels;
@@ -195,7 +210,7 @@ void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, co
     labels += (labels.empty() ? "" : ", ") + channels[i].label;
   }
   const auto points = three_cornered_hat(values, signals[group[0]].rate, factors, confidence);
-  Hat hat = hat_of(group, points, channels, table);
+  Hat hat = hat_of(group, points, channels, rows);
   for (std::size_t k = 0; k < group.size(); ++k) {
     Curve& curve = hat.curves[k];
     if (curve.x.values.empty()) continue;
@@ -225,29 +240,21 @@ std::vector<std::size_t> octaves(std::size_t samples, const Settings& settings) 
 
 void describe_hats(const std::vector<Group>& groups, const std::vector<EvenSignal>& signals,
                    const std::vector<ChannelNoise>& channels, const Settings& settings, Estimate& estimate) {
-  Table table{"hat",
-              "deviation of each instrument by itself, from the differences of instruments of the same input",
-              {{"channel", Unit()},
-               {"averaging time", Unit::parse("s")},
-               {"deviation", Unit()},
-               {fmt::format("{:g} % limits", 100.0 * settings.number("confidence")), Unit()},
-               {"unit", Unit()},
-               {"degrees of freedom", Unit()}},
-              {}};
+  const double confidence = settings.number("confidence");
+  std::vector<HatRow> rows;
   for (const auto& group : groups) {
     for (const auto kind : {QuantityKind::angular_rate, QuantityKind::specific_force}) {
       Group alike;
       std::copy_if(group.begin(), group.end(), std::back_inserter(alike),
                    [&](std::size_t i) { return channels[i].kind == kind; });
       if (alike.size() < 3) continue;
-      describe_hat(alike, signals, channels, octaves(channels[alike[0]].samples, settings),
-                   settings.number("confidence"), estimate, table);
+      describe_hat(alike, signals, channels, octaves(channels[alike[0]].samples, settings), confidence, estimate, rows);
     }
   }
-  if (table.rows.empty())
+  if (rows.empty())
     estimate.findings.push_back({Severity::warning, "too_few_instruments_for_hat", {}});
   else
-    estimate.tables.push_back(std::move(table));
+    estimate.tables.push_back(hat_table(rows, confidence));
 }
 
 }  // namespace
@@ -268,7 +275,7 @@ void describe_together(const std::vector<ChannelRun>& stretches, const std::vect
   std::vector<Pair> pairs;
   for (const auto& group : groups)
     correlate(group, signals, channels, octaves(channels[group[0]].samples, settings), pairs);
-  describe_pairs(pairs, channels, settings.number("significance"), estimate);
+  describe_pairs(std::move(pairs), channels, settings.number("significance"), estimate);
 }
 
 }  // namespace tumble::allan_noise

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 
@@ -35,38 +36,47 @@ void add_window_curves(const ChannelNoise& channel, std::vector<Curve>& curves) 
   const std::size_t stride = (stability.whole.size() + most_curves - 1) / most_curves;
   for (std::size_t i = 0; i < stability.whole.size(); i += stride) {
     const double whole = stability.whole[i].deviation;
-    Curve curve;
-    curve.name = fmt::format("{} at {}", channel.label, say_seconds(stability.whole[i].tau));
-    curve.figure = "deviation along the record " + channel.label;
-    curve.x = {"time", Unit::parse("s"), {}};
-    curve.y = {"deviation over that of the record", Unit(), {}};
-    curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+    Curve curve{.name = fmt::format("{} at {}", channel.label, say_seconds(stability.whole[i].tau)),
+                .figure = "deviation along the record " + channel.label,
+                .x = {"time", Unit::parse("s")},
+                .y = {"deviation over that of the record", Unit()},
+                .band = fmt::format("{:g} % confidence", 100.0 * channel.confidence)};
     for (const auto& window : stability.windows) {
       const DeviationPoint& point = window.points[i];
-      if (point.count == 0 || !(whole > 0.0)) continue;
-      curve.x.values.push_back(time_of(channel, window.first + window.size / 2));
-      curve.y.values.push_back(point.deviation / whole);
-      curve.lower.push_back(point.lower / whole);
-      curve.upper.push_back(point.upper / whole);
+      if (point.count > 0 && whole > 0.0)
+        add_point(curve, time_of(channel, window.first + window.size / 2), point.deviation / whole, point.lower / whole,
+                  point.upper / whole);
     }
     if (!curve.x.values.empty()) curves.push_back(std::move(curve));
   }
 }
 
-void add_window_rows(const ChannelNoise& channel, Table& table) {
-  const DynamicStability& stability = *channel.windows;
-  const Unit unit = Unit::parse(rate_unit(channel.kind));
-  for (std::size_t i = 0; i < stability.whole.size(); ++i) {
-    for (const auto& window : stability.windows) {
-      const DeviationPoint& point = window.points[i];
-      if (point.count == 0) continue;
-      const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
-      table.rows.push_back({channel.label, point.tau, time_of(channel, window.first),
-                            time_of(channel, window.first + window.size), text(point.deviation),
-                            text(point.lower) + " to " + text(point.upper), unit.text(),
-                            std::round(10.0 * point.edf) / 10.0});
-    }
-  }
+/// The deviation of a channel in a window at one averaging time.
+struct WindowPoint {
+  const ChannelNoise& channel;
+  const StabilityWindow& window;
+  const DeviationPoint& point;
+
+  std::string unit() const { return rate_unit(channel.kind); }
+  std::string text(double value) const { return fmt::format("{:.4g}", Unit::parse(unit()).difference_from_si(value)); }
+};
+
+Table windows_table(const std::vector<const ChannelNoise*>& channels) {
+  std::vector<WindowPoint> points;
+  for (const auto* channel : channels)
+    for (std::size_t i = 0; i < channel->windows->whole.size(); ++i)
+      for (const auto& window : channel->windows->windows)
+        if (window.points[i].count > 0) points.push_back({*channel, window, window.points[i]});
+  const auto limits = [](const WindowPoint& p) { return p.text(p.point.lower) + " to " + p.text(p.point.upper); };
+  return tabulate("windows", "deviation along the record", points,
+                  {{"channel", [](const WindowPoint& p) { return p.channel.label; }},
+                   {"averaging time", "s", [](const WindowPoint& p) { return p.point.tau; }},
+                   {"from", "s", [](const WindowPoint& p) { return time_of(p.channel, p.window.first); }},
+                   {"to", "s", [](const WindowPoint& p) { return time_of(p.channel, p.window.first + p.window.size); }},
+                   {"deviation", [](const WindowPoint& p) { return p.text(p.point.deviation); }},
+                   {"limits", limits},
+                   {"unit", &WindowPoint::unit},
+                   {"degrees of freedom", [](const WindowPoint& p) { return std::round(10.0 * p.point.edf) / 10.0; }}});
 }
 
 }  // namespace
@@ -86,23 +96,13 @@ void add_windows(const EvenSignal& signal, const Settings& settings, ChannelNois
 }
 
 void describe_windows(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  Table table{"windows",
-              "deviation along the record",
-              {{"channel", Unit()},
-               {"averaging time", Unit::parse("s")},
-               {"from", Unit::parse("s")},
-               {"to", Unit::parse("s")},
-               {"deviation", Unit()},
-               {"limits", Unit()},
-               {"unit", Unit()},
-               {"degrees of freedom", Unit()}},
-              {}};
+  std::vector<const ChannelNoise*> described;
   for (const auto& channel : channels) {
     if (!channel.windows || !channel.failure.empty()) continue;
     add_window_curves(channel, estimate.curves);
-    add_window_rows(channel, table);
+    described.push_back(&channel);
   }
-  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+  add_unless_empty(estimate.tables, windows_table(described));
 }
 
 }  // namespace tumble::allan_noise

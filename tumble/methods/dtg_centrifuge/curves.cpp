@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/dtg_centrifuge/levels.hpp"
 
@@ -10,14 +11,11 @@ namespace tumble::dtg_centrifuge {
 namespace {
 
 /// A point of a curve with its 95 % limits.
-void add_point(const Function& f, double force, std::size_t group, const Ledger& ledger, Curve& curve) {
+void add_function(const Function& f, double force, std::size_t group, const Ledger& ledger, Curve& curve) {
   const Ledger::Gradient gradient{{group, f.gradient}};
   const double v = ledger.variance(gradient);
-  const double half = v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0;
-  curve.x.values.push_back(force);
-  curve.y.values.push_back(f.value);
-  curve.lower.push_back(f.value - half);
-  curve.upper.push_back(f.value + half);
+  add_point(curve, force, f.value,
+            v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0);
 }
 
 /// Levels of one orientation of the spin axis, from the lowest force to the highest.
@@ -47,26 +45,24 @@ void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::s
   for (const Side& side : sides_of(outcome, levels))
     for (const bool of_zeta : {false, true}) {
       const std::string what = of_zeta ? "nonlinearity" : "sensitive term";
-      Curve points;
+      Curve line{.name = what + ", polynomial" + side.name,
+                 .figure = what + " over specific force",
+                 .x = {"specific force", Unit::parse("g")},
+                 .y = {of_zeta ? "zeta" : "K", of_zeta ? Unit::parse("%") : sensitivity()},
+                 .band = "95 % confidence"};
+      Curve points = line;
       points.name = what + ", measured" + side.name;
-      points.figure = what + " over specific force";
-      points.x = {"specific force", Unit::parse("g"), {}};
-      points.y = {of_zeta ? "zeta" : "K", of_zeta ? Unit::parse("%") : sensitivity(), {}};
-      points.band = "95 % confidence";
       points.points = true;
-      Curve line = points;
-      line.name = what + ", polynomial" + side.name;
-      line.points = false;
       for (std::size_t l = side.first; l <= side.last; ++l)
-        add_point(of_zeta ? of.zeta(l) : of.K(l), levels[l].force, group, ledger, points);
+        add_function(of_zeta ? of.zeta(l) : of.K(l), levels[l].force, group, ledger, points);
       estimate.curves.push_back(std::move(points));
       if (!outcome.corrected || (of_zeta && !of.bends()) || side.first == side.last) continue;
       const Level &lowest = levels[side.first], &highest = levels[side.last];
       for (int i = 0; i <= steps; ++i) {
         Level between = lowest;
         between.force += (highest.force - lowest.force) * i / steps;
-        add_point(of_zeta ? of.zeta_fitted(between, side.first) : of.fitted(between), between.force, group, ledger,
-                  line);
+        add_function(of_zeta ? of.zeta_fitted(between, side.first) : of.fitted(between), between.force, group, ledger,
+                     line);
       }
       estimate.curves.push_back(std::move(line));
     }

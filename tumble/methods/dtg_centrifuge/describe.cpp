@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
@@ -229,84 +231,66 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   ledger.add(std::move(repeatability), {{group, {1.0}}});
 }
 
+/// A and B of a level with the table's angle counted from the arm [rad/s]; NaN where they are not known.
+std::array<double, 2> parts_of(const Outcome& outcome, const Levels& of, const Level& level, std::size_t l) {
+  const double a = level.force, sigma = level.spin_up;
+  if (outcome.take == Take::both_parts) return {-a * of.part(l, 0).value, -a * sigma * of.part(l, 1).value};
+  if (outcome.corrected) return {std::nan(""), std::nan("")};
+  Complex sum = 0.0;
+  double count = 0.0;
+  for (const Observation& o : outcome.observations)
+    if (o.level == l) sum += o.value, count += 1.0;
+  return {-a * sum.real() / count, -a * sigma * sum.imag() / count};
+}
+
 Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger) {
-  const Unit one, rate = Unit::parse("deg/h"), term = sensitivity(), percent = Unit::parse("%");
-  Table table{"nonlinearity",
-              "sensitive term over specific force; A and B as with the table's angle counted from the arm",
-              {{"level", one},
-               {"arm_rate", Unit::parse("deg/s")},
-               {"acceleration", Unit::parse("g")},
-               {"spin_axis", one},
-               {"A", rate},
-               {"B", rate},
-               {"K", term},
-               {"K_sd", term},
-               {"zeta", percent},
-               {"zeta_sd", percent},
-               {"zeta_fitted", percent},
-               {"zeta_fitted_sd", percent}},
-              {}};
   const Levels of(outcome, levels);
   const auto sd = [&](const Function& f) { return std::sqrt(ledger.variance({{group, f.gradient}})); };
-  for (std::size_t l = 0; l < levels.size(); ++l) {
-    double A = std::nan(""), B = A;
-    const double a = levels[l].force, sigma = levels[l].spin_up;
-    if (outcome.take == Take::both_parts) {
-      A = -a * of.part(l, 0).value;
-      B = -a * sigma * of.part(l, 1).value;
-    } else if (!outcome.corrected) {
-      Complex sum = 0.0;
-      double count = 0.0;
-      for (const Observation& o : outcome.observations)
-        if (o.level == l) sum += o.value, count += 1.0;
-      A = -a * sum.real() / count;
-      B = -a * sigma * sum.imag() / count;
-    }
-    const Function K = of.K(l), zeta = of.zeta(l), fitted = of.zeta_fitted(l);
-    table.rows.push_back({static_cast<double>(l + 1), levels[l].arm_rate, a, std::string(sigma > 0.0 ? "up" : "down"),
-                          A, B, K.value, sd(K), zeta.value, sd(zeta), fitted.value, sd(fitted)});
-  }
-  return table;
+  const auto part = [&](std::size_t which) {
+    return [&, which](std::size_t l) { return parts_of(outcome, of, levels[l], l)[which]; };
+  };
+  return tabulate("nonlinearity",
+                  "sensitive term over specific force; A and B as with the table's angle counted from the arm",
+                  levels.size(),
+                  {{"level", [](std::size_t l) { return l + 1; }},
+                   {"arm_rate", "deg/s", [&](std::size_t l) { return levels[l].arm_rate; }},
+                   {"acceleration", "g", [&](std::size_t l) { return levels[l].force; }},
+                   {"spin_axis", [&](std::size_t l) { return levels[l].spin_up > 0.0 ? "up" : "down"; }},
+                   {"A", "deg/h", part(0)},
+                   {"B", "deg/h", part(1)},
+                   {"K", sensitivity(), [&](std::size_t l) { return of.K(l).value; }},
+                   {"K_sd", sensitivity(), [&](std::size_t l) { return sd(of.K(l)); }},
+                   {"zeta", "%", [&](std::size_t l) { return of.zeta(l).value; }},
+                   {"zeta_sd", "%", [&](std::size_t l) { return sd(of.zeta(l)); }},
+                   {"zeta_fitted", "%", [&](std::size_t l) { return of.zeta_fitted(l).value; }},
+                   {"zeta_fitted_sd", "%", [&](std::size_t l) { return sd(of.zeta_fitted(l)); }}});
 }
 
 Table segments(const Outcome& outcome, const std::vector<Measured>& measured) {
-  const Unit one, turn = Unit::parse("deg/s"), rate = Unit::parse("deg/h");
-  Table table{"segments",
-              "what each level showed in each power-up",
-              {{"run", one},
-               {"segment", one},
-               {"level", one},
-               {"arm_rate", turn},
-               {"table_rate", turn},
-               {"net_rate", turn},
-               {"true_rate", rate},
-               {"tilt", Unit::parse("arcsec")},
-               {"K", sensitivity()},
-               {"gyro_noise", rate},
-               {"reference_noise", rate},
-               {"missing", one}},
-              {}};
-  table.for_programs = true;
-  for (const Observation& o : outcome.observations) {
-    const Measured& m = measured[o.measured];
-    table.rows.push_back({static_cast<double>(m.stretch->run), m.stretch->label, static_cast<double>(o.level + 1),
-                          m.arm_rate, m.table_rate, m.beta_rate(), std::abs(o.true_rate),
-                          std::abs(o.true_rate / m.arm_rate), std::abs(o.value), m.of[gyro].residual_sd,
-                          m.of[reference].residual_sd, m.of[gyro].lost});
-  }
-  return table;
+  const auto of = [&](const Observation& o) -> const Measured& { return measured[o.measured]; };
+  const auto tilt = [&](const Observation& o) { return std::abs(o.true_rate / of(o).arm_rate); };
+  return for_programs(
+      tabulate("segments", "what each level showed in each power-up", outcome.observations,
+               {{"run", [&](const Observation& o) { return of(o).stretch->run; }},
+                {"segment", [&](const Observation& o) { return of(o).stretch->label; }},
+                {"level", [](const Observation& o) { return o.level + 1; }},
+                {"arm_rate", "deg/s", [&](const Observation& o) { return of(o).arm_rate; }},
+                {"table_rate", "deg/s", [&](const Observation& o) { return of(o).table_rate; }},
+                {"net_rate", "deg/s", [&](const Observation& o) { return of(o).beta_rate(); }},
+                {"true_rate", "deg/h", [](const Observation& o) { return std::abs(o.true_rate); }},
+                {"tilt", "arcsec", tilt},
+                {"K", sensitivity(), [](const Observation& o) { return std::abs(o.value); }},
+                {"gyro_noise", "deg/h", [&](const Observation& o) { return of(o).of[gyro].residual_sd; }},
+                {"reference_noise", "deg/h", [&](const Observation& o) { return of(o).of[reference].residual_sd; }},
+                {"missing", [&](const Observation& o) { return of(o).of[gyro].lost; }}}));
 }
 
 Table orders(const Polynomial& polynomial) {
-  const Unit one;
-  Table table{"models",
-              "p and q over specific force",
-              {{"order", one}, {"chi_square", one}, {"AICc", one}, {"chosen", one}},
-              {}};
-  for (const Order& order : polynomial.tried)
-    table.rows.push_back(
-        {std::string(order_names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
-  return table;
+  return tabulate("models", "p and q over specific force", polynomial.tried,
+                  {{"order", [](const Order& order) { return order_names[order.powers]; }},
+                   {"chi_square", &Order::chi_square},
+                   {"AICc", &Order::aicc},
+                   {"chosen", [](const Order& order) { return order.chosen ? "yes" : ""; }}});
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/dtg_centrifuge/levels.hpp"
 
@@ -37,22 +38,19 @@ void add_residuals(const Outcome& outcome, const std::vector<Level>& levels, Est
   const Levels of(outcome, levels);
   const std::size_t parts = outcome.polynomial.parts;
   for (std::size_t c = 0; c < parts; ++c) {
-    Curve curve;
-    curve.name = parts == 1 ? "K" : c == 0 ? "along X" : "along Y";
-    curve.figure = "residuals of the sensitive term";
-    curve.x = {"specific force", Unit::parse("g"), {}};
-    curve.y = {"residual", sensitivity(), {}};
-    curve.band = "2 sd of the output noise";
-    curve.points = true;
+    Curve curve{.name = parts == 1 ? "K"
+                        : c == 0   ? "along X"
+                                   : "along Y",
+                .figure = "residuals of the sensitive term",
+                .x = {"specific force", Unit::parse("g")},
+                .y = {"residual", sensitivity()},
+                .band = "2 sd of the output noise",
+                .points = true};
     for (const Observation& o : outcome.observations) {
       const double seen = parts == 1 ? std::abs(o.value) : c == 0 ? o.value.real() : o.value.imag();
       const double residual = seen - outcome.levels.value[o.level * parts + c] -
                               of_polynomial_less_level(outcome, of, levels[o.level], o.level, c);
-      const double half = 2.0 * noise_sd_of(o);
-      curve.x.values.push_back(levels[o.level].force);
-      curve.y.values.push_back(residual);
-      curve.lower.push_back(residual - half);
-      curve.upper.push_back(residual + half);
+      add_point(curve, levels[o.level].force, residual, 2.0 * noise_sd_of(o));
     }
     estimate.curves.push_back(std::move(curve));
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/units/constants.hpp"
@@ -273,16 +274,16 @@ double predicted_misfit(const Factors& factors, const std::vector<std::size_t>& 
 }
 
 Table misfit_table(const Misfit& misfit) {
-  Table table{"misfit",
-              "drift that the model does not follow, as columns beside it show: rms over the averages",
-              {{"departure", {}}, {"sd", Unit::parse("deg/h")}, {"p-value", {}}},
-              {}};
-  for (const auto& part : misfit.parts)
-    table.rows.push_back({std::string(name_of(part.departure)), part.sd, part.p_value});
-  table.rows.push_back({std::string("all"), misfit.sd, std::nan("")});
-  table.rows.push_back(
-      {std::string("all, since the start of a run that the others predict"), misfit.predicted, std::nan("")});
-  return table;
+  struct Row {
+    std::string departure;
+    double sd, p_value;
+  };
+  std::vector<Row> rows;
+  for (const auto& part : misfit.parts) rows.push_back({name_of(part.departure), part.sd, part.p_value});
+  rows.push_back({"all", misfit.sd, std::nan("")});
+  rows.push_back({"all, since the start of a run that the others predict", misfit.predicted, std::nan("")});
+  return tabulate("misfit", "drift that the model does not follow, as columns beside it show: rms over the averages",
+                  rows, {{"departure", &Row::departure}, {"sd", "deg/h", &Row::sd}, {"p-value", &Row::p_value}});
 }
 
 }  // namespace tumble::fog_thermal_bias

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::fog_thermal_bias {
@@ -136,84 +137,63 @@ void add_held_out(Findings& findings, const Answer& answer) {
 
 Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate) {
   const double raw = find_parameter(estimate, "bias_sd_raw")->value;
-  const Unit one;
-  Table table{
+  const auto verdict = [&](const Candidate& m) {
+    return &m == &candidates[chosen] ? "yes" : !m.unobservable.empty() ? "not determined" : "";
+  };
+  return tabulate(
       "models",
       "orders of T, its gradient DT and its rate; sd of the averages about their run's mean and its ratio to raw; "
       "held out: every run predicted from the others",
-      {{"T", one},
-       {"DT", one},
-       {"dT/dt", one},
-       {"terms", one},
-       {"sd", rate_unit()},
-       {"ratio", one},
-       {"held-out sd", rate_unit()},
-       {"held-out ratio", one},
-       {"AICc", one},
-       {"chosen", one}},
-      {}};
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const Candidate& m = candidates[c];
-    table.rows.push_back({static_cast<double>(m.temperature), static_cast<double>(m.gradient),
-                          static_cast<double>(m.rate), static_cast<double>(m.columns.size()), m.sd, m.sd / raw,
-                          m.sd_held_out, m.sd_held_out / raw, m.aicc,
-                          std::string(c == chosen               ? "yes"
-                                      : !m.unobservable.empty() ? "not determined"
-                                                                : "")});
-  }
-  return table;
+      candidates,
+      {{"T", &Candidate::temperature},
+       {"DT", &Candidate::gradient},
+       {"dT/dt", &Candidate::rate},
+       {"terms", [](const Candidate& m) { return m.columns.size(); }},
+       {"sd", rate_unit(), &Candidate::sd},
+       {"ratio", [raw](const Candidate& m) { return m.sd / raw; }},
+       {"held-out sd", rate_unit(), &Candidate::sd_held_out},
+       {"held-out ratio", [raw](const Candidate& m) { return m.sd_held_out / raw; }},
+       {"AICc", &Candidate::aicc},
+       {"chosen", verdict}});
 }
 
 Table runs_table(const std::vector<RunData>& runs, const std::vector<std::size_t>& columns, const LinearFit& fit) {
-  const Unit one, celsius = Unit::parse("degC");
-  Table table{"runs",
-              "each power-up: sd of its averages before and after compensation",
-              {{"run", one},
-               {"label", one},
-               {"start temperature", celsius},
-               {"L_0", rate_unit()},
-               {"sd raw", rate_unit()},
-               {"sd compensated", rate_unit()},
-               {"ratio", one},
-               {"used", one},
-               {"file", one}},
-              {}};
-  for (const auto& run : runs) {
-    const Residual raw = residual_of(run, {}, {}), compensated = residual_of(run, columns, fit.parameters);
-    const double before = std::sqrt(raw.squares / std::max(1.0, raw.count - 1.0)),
-                 after = std::sqrt(compensated.squares / std::max(1.0, compensated.count - 1.0));
-    table.rows.push_back({static_cast<double>(run.number), run.label, run.start_temperature, run.start_output, before,
-                          after, after / before, std::string(run.held_out ? "held out" : "fitted"), run.file});
-  }
-  return table;
+  const auto sd = [](const Residual& r) { return std::sqrt(r.squares / std::max(1.0, r.count - 1.0)); };
+  const auto raw = [&](const RunData& run) { return sd(residual_of(run, {}, {})); };
+  const auto compensated = [&](const RunData& run) { return sd(residual_of(run, columns, fit.parameters)); };
+  return tabulate("runs", "each power-up: sd of its averages before and after compensation", runs,
+                  {{"run", &RunData::number},
+                   {"label", &RunData::label},
+                   {"start temperature", "degC", &RunData::start_temperature},
+                   {"L_0", rate_unit(), &RunData::start_output},
+                   {"sd raw", rate_unit(), raw},
+                   {"sd compensated", rate_unit(), compensated},
+                   {"ratio", [&](const RunData& run) { return compensated(run) / raw(run); }},
+                   {"used", [](const RunData& run) { return run.held_out ? "held out" : "fitted"; }},
+                   {"file", &RunData::file}});
 }
 
 Table noise_table(const NoiseModel& noise) {
-  Table table{"noise",
-              "noise of the residuals by restricted maximum likelihood",
-              {{"term", {}}, {"value", {}}, {"unit", {}}},
-              {}};
-  const auto add = [&](const char* name, double value, const char* unit) {
-    table.rows.push_back({std::string(name), Unit::parse(unit).difference_from_si(value), std::string(unit)});
+  struct Row {
+    const char* term;
+    double value;  ///< [unit]
+    const char* unit;
   };
-  add("angle_random_walk", noise.angle_random_walk, "deg/sqrt(h)");
-  add("bias_instability", noise.bias_instability, "deg/h");
-  add("rate_random_walk", noise.rate_random_walk, "deg/h/sqrt(h)");
-  return table;
+  const std::vector<Row> rows{{"angle_random_walk", noise.angle_random_walk, "deg/sqrt(h)"},
+                              {"bias_instability", noise.bias_instability, "deg/h"},
+                              {"rate_random_walk", noise.rate_random_walk, "deg/h/sqrt(h)"}};
+  return tabulate("noise", "noise of the residuals by restricted maximum likelihood", rows,
+                  {{"term", &Row::term},
+                   {"value", [](const Row& r) { return Unit::parse(r.unit).difference_from_si(r.value); }},
+                   {"unit", &Row::unit}});
 }
 
 std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const std::vector<std::size_t>& columns,
                                    const LinearFit& fit) {
-  const Unit hours = Unit::parse("h");
-  Curve before{"before compensation",
-               "residual",
-               {"time, runs joined", hours, {}},
-               {"output less L_0", rate_unit(), {}},
-               {},
-               {},
-               "",
-               false,
-               false};
+  Curve before{.name = "before compensation",
+               .figure = "residual",
+               .x = {"time, runs joined", Unit::parse("h")},
+               .y = {"output less L_0", rate_unit()}};
   Curve after = before;
   after.name = "after compensation";
   double offset = 0.0;
@@ -222,13 +202,11 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const std::
       if (run.share[k] <= 0.0) continue;
       double drift = 0.0;
       for (std::size_t c = 0; c < columns.size(); ++c) drift += fit.parameters[c] * run.regressors(k, columns[c]);
-      before.x.values.push_back(offset + run.time[k]);
-      before.y.values.push_back(run.output[k] - run.start_output);
-      after.y.values.push_back(run.output[k] - run.start_output - drift);
+      add_point(before, offset + run.time[k], run.output[k] - run.start_output);
+      add_point(after, offset + run.time[k], run.output[k] - run.start_output - drift);
     }
     if (!run.time.empty()) offset += run.time.back() + run.time.front();
   }
-  after.x.values = before.x.values;
   return {before, after};
 }
 

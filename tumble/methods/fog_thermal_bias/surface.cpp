@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 
@@ -81,27 +82,30 @@ class Surface {
   std::vector<double> at_start_;
 };
 
-Table::Column in(const char* name, const char* unit) { return {name, Unit::parse(unit)}; }
-
 Table map_table(const Surface& surface, const Answer& answer, const Matrix& covariance, const Cuts& temperature,
                 const Cuts& rate, double start) {
-  Table table{
-      "thermal_map",
-      fmt::format("drift since power-on by the coefficients, for a start at {:.3g} degC and the gradient that "
-                  "went with the rate",
-                  Unit::parse("degC").from_si(start)),
-      {in("temperature", "degC"), in("temperature_rate", "K/min"), in("drift", "deg/h"), in("drift_sd", "deg/h")},
-      {},
-      true};
+  struct Cell {
+    double temperature, rate;
+    std::vector<double> phi;
+  };
+  std::vector<Cell> cells;
   const InRange in_range(covered(answer.runs));
   for (std::size_t row = 0; row < rate.count; ++row)
     for (std::size_t column = 0; column < temperature.count; ++column) {
       const double t = temperature.middle(column), r = rate.middle(row);
-      if (!in_range(surface.felt(t, r))) continue;
-      const auto phi = surface.regressors(t, r);
-      table.rows.push_back({t, r, surface.drift(phi), std::sqrt(std::max(0.0, quadratic_form(phi, covariance)))});
+      if (in_range(surface.felt(t, r))) cells.push_back({t, r, surface.regressors(t, r)});
     }
-  return table;
+  const auto sd = [&](const Cell& c) { return std::sqrt(std::max(0.0, quadratic_form(c.phi, covariance))); };
+  return for_programs(
+      tabulate("thermal_map",
+               fmt::format("drift since power-on by the coefficients, for a start at {:.3g} degC and the "
+                           "gradient that went with the rate",
+                           Unit::parse("degC").from_si(start)),
+               cells,
+               {{"temperature", "degC", &Cell::temperature},
+                {"temperature_rate", "K/min", &Cell::rate},
+                {"drift", "deg/h", [&](const Cell& c) { return surface.drift(c.phi); }},
+                {"drift_sd", "deg/h", sd}}));
 }
 
 /// Sums over the averages of a cell.
@@ -125,13 +129,6 @@ std::vector<double> residuals_of(const RunData& run, const Answer& answer) {
 }
 
 Table points_table(const Surface& surface, const Answer& answer, const Cuts& temperature, const Cuts& rate) {
-  Table table{
-      "thermal_points",
-      "means of the averages of a cell, each run less its mean; drift: brought to the start temperature and "
-      "gradient of the map",
-      {in("temperature", "degC"), in("temperature_rate", "K/min"), in("drift", "deg/h"), in("residual", "deg/h")},
-      {},
-      true};
   std::vector<SumsOfCell> cells(temperature.count * rate.count);
   const RunData* of = nullptr;
   std::vector<double> residuals;
@@ -142,11 +139,18 @@ Table points_table(const Surface& surface, const Answer& answer, const Cuts& tem
     cell.count += 1.0, cell.temperature += t, cell.rate += r, cell.residual += residuals[k];
     cell.drift += surface.drift(surface.regressors(t, r)) + residuals[k];
   });
-  for (const auto& cell : cells)
-    if (cell.count > 0.0)
-      table.rows.push_back(
-          {cell.temperature / cell.count, cell.rate / cell.count, cell.drift / cell.count, cell.residual / cell.count});
-  return table;
+  std::erase_if(cells, [](const SumsOfCell& cell) { return !(cell.count > 0.0); });
+  const auto mean = [](double SumsOfCell::*sum) {
+    return [sum](const SumsOfCell& cell) { return cell.*sum / cell.count; };
+  };
+  return for_programs(tabulate("thermal_points",
+                               "means of the averages of a cell, each run less its mean; drift: brought to the start "
+                               "temperature and gradient of the map",
+                               cells,
+                               {{"temperature", "degC", mean(&SumsOfCell::temperature)},
+                                {"temperature_rate", "K/min", mean(&SumsOfCell::rate)},
+                                {"drift", "deg/h", mean(&SumsOfCell::drift)},
+                                {"residual", "deg/h", mean(&SumsOfCell::residual)}}));
 }
 
 }  // namespace

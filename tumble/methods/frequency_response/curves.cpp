@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
@@ -49,13 +50,11 @@ const LoopFit* closest(const std::vector<LoopFit>& fits) {
 }
 
 Curve curve_of(const char* name, const char* figure, const char* y, const char* unit) {
-  Curve curve;
-  curve.name = name;
-  curve.figure = figure;
-  curve.x = {"frequency", Unit::parse("Hz"), {}};
-  curve.y = {y, Unit::parse(unit), {}};
-  curve.logarithmic_x = true;
-  return curve;
+  return {.name = name,
+          .figure = figure,
+          .x = {"frequency", Unit::parse("Hz")},
+          .y = {y, Unit::parse(unit)},
+          .logarithmic_x = true};
 }
 
 double decibels(double log_gain) { return 20.0 / std::log(10.0) * log_gain; }
@@ -63,35 +62,31 @@ double decibels(double log_gain) { return 20.0 / std::log(10.0) * log_gain; }
 }  // namespace
 
 Table bode_table(const std::vector<Point>& points, const Measured& m, const Data& data, const Estimate& estimate) {
-  const Unit one, hertz = Unit::parse("Hz"), degree = Unit::parse("deg");
-  Table table{"bode",
-              data.scaling.relative ? "gain relative to the lowest frequency, and phase" : "gain and phase",
-              {{"frequency", hertz},
-               {"gain", one},
-               {"gain_sd", one},
-               {"gain_dB", one},
-               {"phase", degree},
-               {"phase_sd", degree},
-               {"coherence", one},
-               {"cycles", one},
-               {"reference_amplitude", data.scaling.differentiate ? degree : data.reference_unit},
-               {"distortion", Unit::parse("%")},
-               {"aliased_to", hertz},
-               {"segment", one}},
-              {}};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point& p = points[i];
-    const double log_gain = m.log_gain[i] - base(m, data);
-    const auto cell = [](double value, bool known) -> Table::Cell {
-      return known ? Table::Cell(value) : Table::Cell(std::string("-"));
-    };
-    table.rows.push_back(
-        {p.frequency, std::exp(log_gain), deviation_of(estimate, "gain_" + frequency_label(p.nominal)).sd,
-         decibels(log_gain), m.phase[i] + m.turn, deviation_of(estimate, "phase_" + frequency_label(p.nominal)).sd,
-         p.coherence, cell(p.cycles, p.cycles > 0.0), p.amplitude, cell(p.distortion, std::isfinite(p.distortion)),
-         cell(p.aliased_to, p.aliased_to > 0.0), p.where});
-  }
-  return table;
+  const auto log_gain = [&](std::size_t i) { return m.log_gain[i] - base(m, data); };
+  const auto sd = [&](const char* of) {
+    return [&, of](std::size_t i) { return deviation_of(estimate, of + frequency_label(points[i].nominal)).sd; };
+  };
+  const auto or_dash = [](double value, bool known) { return known ? Table::Cell(value) : "-"; };
+  const auto cycles = [&](std::size_t i) { return or_dash(points[i].cycles, points[i].cycles > 0.0); };
+  const auto distortion = [&](std::size_t i) {
+    return or_dash(points[i].distortion, std::isfinite(points[i].distortion));
+  };
+  const auto aliased_to = [&](std::size_t i) { return or_dash(points[i].aliased_to, points[i].aliased_to > 0.0); };
+  const Unit amplitude = data.scaling.differentiate ? Unit::parse("deg") : data.reference_unit;
+  return tabulate("bode", data.scaling.relative ? "gain relative to the lowest frequency, and phase" : "gain and phase",
+                  points.size(),
+                  {{"frequency", "Hz", [&](std::size_t i) { return points[i].frequency; }},
+                   {"gain", [&](std::size_t i) { return std::exp(log_gain(i)); }},
+                   {"gain_sd", sd("gain_")},
+                   {"gain_dB", [&](std::size_t i) { return decibels(log_gain(i)); }},
+                   {"phase", "deg", [&](std::size_t i) { return m.phase[i] + m.turn; }},
+                   {"phase_sd", "deg", sd("phase_")},
+                   {"coherence", [&](std::size_t i) { return points[i].coherence; }},
+                   {"cycles", cycles},
+                   {"reference_amplitude", amplitude, [&](std::size_t i) { return points[i].amplitude; }},
+                   {"distortion", "%", distortion},
+                   {"aliased_to", "Hz", aliased_to},
+                   {"segment", [&](std::size_t i) { return points[i].where; }}});
 }
 
 std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured& m, const Data& data,
@@ -100,19 +95,11 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   gain.points = phase.points = true;
   gain.band = phase.band = "95 % confidence";
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double level = decibels(m.log_gain[i] - base(m, data));
-    const double ratio = std::exp(m.log_gain[i] - base(m, data));
-    const double half =
-        decibels(deviation_of(estimate, "gain_" + frequency_label(points[i].nominal)).half_width / ratio);
-    const double turn = deviation_of(estimate, "phase_" + frequency_label(points[i].nominal)).half_width;
-    gain.x.values.push_back(m.frequency[i]);
-    gain.y.values.push_back(level);
-    gain.lower.push_back(level - half);
-    gain.upper.push_back(level + half);
-    phase.x.values.push_back(m.frequency[i]);
-    phase.y.values.push_back(m.phase[i] + m.turn);
-    phase.lower.push_back(m.phase[i] + m.turn - turn);
-    phase.upper.push_back(m.phase[i] + m.turn + turn);
+    const std::string label = frequency_label(points[i].nominal);
+    const double log_gain = m.log_gain[i] - base(m, data);
+    add_point(gain, m.frequency[i], decibels(log_gain),
+              decibels(deviation_of(estimate, "gain_" + label).half_width / std::exp(log_gain)));
+    add_point(phase, m.frequency[i], m.phase[i] + m.turn, deviation_of(estimate, "phase_" + label).half_width);
   }
   std::vector<Curve> curves{gain, phase};
   if (fit == nullptr || points.size() < 2) return curves;
@@ -123,9 +110,8 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   for (int k = 0; k <= 100; ++k) {
     const double f = m.frequency.front() * std::exp(k * step);
     const auto value = fitted(*fit, f);
-    for (Curve* curve : {&model_gain, &model_phase}) curve->x.values.push_back(f);
-    model_gain.y.values.push_back(decibels(value.real() - base(m, data)));
-    model_phase.y.values.push_back(value.imag() + m.turn);
+    add_point(model_gain, f, decibels(value.real() - base(m, data)));
+    add_point(model_phase, f, value.imag() + m.turn);
   }
   curves.push_back(std::move(model_gain));
   curves.push_back(std::move(model_phase));
@@ -140,17 +126,11 @@ std::vector<Curve> residual_curves(const Measured& m, const std::vector<LoopFit>
   Curve phase = curve_of(label.c_str(), "residuals of the phase", "residual of the phase", "deg");
   gain.points = phase.points = true;
   gain.band = phase.band = "2 sd of the output noise";
-  const auto add = [](Curve& curve, double f, double residual, double half) {
-    curve.x.values.push_back(f);
-    curve.y.values.push_back(residual);
-    curve.lower.push_back(residual - half);
-    curve.upper.push_back(residual + half);
-  };
   for (std::size_t i = 0; i < m.frequency.size(); ++i) {
     const auto value = fitted(*fit, m.frequency[i]);
-    add(gain, m.frequency[i], decibels(m.log_gain[i] - value.real()),
-        decibels(2.0 * std::sqrt(m.log_gain_variance[i])));
-    add(phase, m.frequency[i], m.phase[i] - value.imag(), 2.0 * std::sqrt(m.phase_variance[i]));
+    add_point(gain, m.frequency[i], decibels(m.log_gain[i] - value.real()),
+              decibels(2.0 * std::sqrt(m.log_gain_variance[i])));
+    add_point(phase, m.frequency[i], m.phase[i] - value.imag(), 2.0 * std::sqrt(m.phase_variance[i]));
   }
   return {gain, phase};
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/frequency_response/average.hpp"
@@ -240,52 +241,46 @@ std::string verdict_on(const LoopFit& fit, const Models& models) {
   return fit.accepted ? "no" : "no: does not fit";
 }
 
+constexpr std::size_t delay_at = 1, corner_at = 2, damping_at = 3;  ///< in LoopFit::theta
+
 /// A value of the fit and its sd; dashes where the model lacks this parameter.
-void add_value(const LoopFit& fit, const Measured& m, std::size_t parameter, bool logarithm,
-               std::vector<Table::Cell>& row) {
-  if (parameter >= fit.theta.size()) {
-    row.insert(row.end(), 2, std::string("-"));
-    return;
-  }
+struct ValueOfFit {
+  Table::Cell value, sd;
+};
+
+ValueOfFit value_of(const LoopFit& fit, const Measured& m, std::size_t parameter) {
+  if (parameter >= fit.theta.size()) return {"-", "-"};
+  const bool logarithm = parameter == corner_at;
   const double slope = logarithm ? std::exp(fit.theta[parameter]) : 1.0;
   const auto [value, sd] = of_fit(fit, m, parameter, slope);
-  row.emplace_back(logarithm ? std::exp(value) : value);
-  row.emplace_back(sd);
+  return {logarithm ? std::exp(value) : value, sd};
 }
 
 Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool relative, const Models& models) {
-  const Unit one, hertz = Unit::parse("Hz"), ms = Unit::parse("ms");
-  Table table{"models",
-              "responses that were fitted to gains and phases together, with their values; sd of those that do not fit "
-              "are widened by their chi-square",
-              {{"model", one},
-               {"chi-square", one},
-               {"dof", one},
-               {"AICc", one},
-               {"chosen", one},
-               {"weight", one},
-               {"gain", one},
-               {"delay", ms},
-               {"delay_sd", ms},
-               {"frequency", hertz},
-               {"frequency_sd", hertz},
-               {"damping", one},
-               {"damping_sd", one}},
-              {}};
-  for (const LoopFit& fit : fits) {
-    std::vector<Table::Cell> row{std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
-                                 fit.chi_square,
-                                 fit.degrees_of_freedom,
-                                 fit.aicc,
-                                 verdict_on(fit, models),
-                                 weight_of(fit, models),
-                                 std::exp(fit.theta[0] - (relative ? m.log_gain.front() : 0.0))};
-    add_value(fit, m, 1, false, row);
-    add_value(fit, m, 2, true, row);
-    add_value(fit, m, 3, false, row);
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+  const double lowest = relative ? m.log_gain.front() : 0.0;
+  const auto model = [](const LoopFit& fit) {
+    return std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay");
+  };
+  const auto value = [&](std::size_t p) { return [&, p](const LoopFit& fit) { return value_of(fit, m, p).value; }; };
+  const auto sd = [&](std::size_t p) { return [&, p](const LoopFit& fit) { return value_of(fit, m, p).sd; }; };
+  return tabulate(
+      "models",
+      "responses that were fitted to gains and phases together, with their values; sd of those that do not fit "
+      "are widened by their chi-square",
+      fits,
+      {{"model", model},
+       {"chi-square", &LoopFit::chi_square},
+       {"dof", &LoopFit::degrees_of_freedom},
+       {"AICc", &LoopFit::aicc},
+       {"chosen", [&](const LoopFit& fit) { return verdict_on(fit, models); }},
+       {"weight", [&](const LoopFit& fit) { return weight_of(fit, models); }},
+       {"gain", [&](const LoopFit& fit) { return std::exp(fit.theta[0] - lowest); }},
+       {"delay", "ms", value(delay_at)},
+       {"delay_sd", "ms", sd(delay_at)},
+       {"frequency", "Hz", value(corner_at)},
+       {"frequency_sd", "Hz", sd(corner_at)},
+       {"damping", value(damping_at)},
+       {"damping_sd", sd(damping_at)}});
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
@@ -253,32 +254,24 @@ void judge_segments(const linear::Solution& solution, const Line& line, Estimate
 }
 
 Table residuals_table(const Line& line) {
-  Table table{"residuals",
-              "departures of the segment means at each rate from the least-squares line, over full range",
-              {{"rate", Unit::parse("deg/s")},
-               {"residual", Unit::parse("ppm")},
-               {"sd", Unit::parse("ppm")},
-               {"segments", Unit()}},
-              {}};
-  for (const Departure& d : line.departures)
-    table.rows.push_back({d.rate, d.value, d.sd, static_cast<double>(d.segments)});
-  return table;
+  return tabulate("residuals",
+                  "departures of the segment means at each rate from the least-squares line, over full range",
+                  line.departures,
+                  {{"rate", "deg/s", &Departure::rate},
+                   {"residual", "ppm", &Departure::value},
+                   {"sd", "ppm", &Departure::sd},
+                   {"segments", &Departure::segments}});
 }
 
 Curve residuals_curve(const Line& line) {
-  Curve curve;
-  curve.name = curve.figure = "residuals";
-  curve.x = {"rate", Unit::parse("deg/s"), {}};
-  curve.y = {"departure from the line, over full range", Unit::parse("ppm"), {}};
-  curve.band = "95 % confidence";
-  curve.points = true;
+  Curve curve{.name = "residuals",
+              .figure = "residuals",
+              .x = {"rate", Unit::parse("deg/s")},
+              .y = {"departure from the line, over full range", Unit::parse("ppm")},
+              .band = "95 % confidence",
+              .points = true};
   const double t = student_quantile(0.975, line.degrees_of_freedom);
-  for (const Departure& d : line.departures) {
-    curve.x.values.push_back(d.rate);
-    curve.y.values.push_back(d.value);
-    curve.lower.push_back(d.value - t * d.sd);
-    curve.upper.push_back(d.value + t * d.sd);
-  }
+  for (const Departure& d : line.departures) add_point(curve, d.rate, d.value, t * d.sd);
   return curve;
 }
 

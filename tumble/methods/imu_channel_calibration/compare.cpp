@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/rows.hpp"
@@ -182,16 +183,13 @@ Residuals residuals_of(const Calibration* c, const Checked& checked, std::size_t
 /// Residuals of a channel over the number of the position, by the calibration of the whole unit or of the channels
 /// alone.
 Curve residual_curve(Kind kind, const Calibration& c, const Checked& means, std::size_t axis, const std::string& by) {
-  Curve curve;
-  curve.name = role_of(kind, axis) + ", " + by;
-  curve.figure = std::string("residuals of the ") + (kind == Kind::gyro ? "gyros" : "accelerometers");
-  curve.x.name = "number of the position";
-  curve.y = {"residual", Unit::parse(kind == Kind::gyro ? "deg/h" : "ug"), {}};
-  curve.points = true;
-  for (std::size_t g = 0; g < means.output.size(); ++g) {
-    curve.x.values.push_back(static_cast<double>(g + 1));
-    curve.y.values.push_back(residual(&c, means, g, axis));
-  }
+  Curve curve{.name = role_of(kind, axis) + ", " + by,
+              .figure = std::string("residuals of the ") + (kind == Kind::gyro ? "gyros" : "accelerometers"),
+              .x = {"number of the position", Unit()},
+              .y = {"residual", Unit::parse(kind == Kind::gyro ? "deg/h" : "ug")},
+              .points = true};
+  for (std::size_t g = 0; g < means.output.size(); ++g)
+    add_point(curve, static_cast<double>(g + 1), residual(&c, means, g, axis));
   return curve;
 }
 
@@ -200,56 +198,67 @@ Curve residual_curve(Kind kind, const Calibration& c, const Checked& means, std:
 void add_comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Estimate& estimate) {
   const bool separate = !sorted.check.recordings.empty();
   if (!separate) estimate.findings.push_back({Finding::Severity::info, "no_check_positions", {}});
-  Table table{"comparison",
-              separate ? "residuals in the positions for the check after compensation by each calibration"
-                       : "residuals in the positions of the whole unit after compensation by each calibration",
-              {},
-              {}};
-  const Unit unitless, ug = Unit::parse("ug"), rate = Unit::parse("deg/h");
-  table.columns = {{"channel", unitless}, {"positions", unitless}, {"unit", unitless}};
-  for (const char* name : {"raw_rms", "whole_rms", "split_rms", "whole_largest", "split_largest"})
-    table.columns.push_back({name, unitless});
+  struct Row {
+    std::string channel;
+    std::size_t positions;
+    Unit unit;
+    Residuals raw, whole, split;
+  };
+  std::vector<Row> rows;
   for (const auto& pair : pairs) {
     const Evidence evidence = at_rest(separate ? sorted.check : sorted.whole);
     if (evidence.recordings.empty()) continue;
     const Checked means = checked(pair.kind, evidence);
-    const Unit& unit = pair.kind == Kind::gyro ? rate : ug;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Residuals raw = residuals_of(nullptr, means, axis), whole = residuals_of(&pair.whole, means, axis),
-                      split = residuals_of(&pair.split, means, axis);
-      std::vector<Table::Cell> row{role_of(pair.kind, axis), static_cast<double>(means.output.size()), unit.text()};
-      for (const double value : {raw.rms, whole.rms, split.rms, whole.most, split.most})
-        row.emplace_back(unit.difference_from_si(value));
-      table.rows.push_back(std::move(row));
+      rows.push_back({role_of(pair.kind, axis), means.output.size(),
+                      Unit::parse(pair.kind == Kind::gyro ? "deg/h" : "ug"), residuals_of(nullptr, means, axis),
+                      residuals_of(&pair.whole, means, axis), residuals_of(&pair.split, means, axis)});
       estimate.curves.push_back(residual_curve(pair.kind, pair.whole, means, axis, "whole unit"));
       estimate.curves.push_back(residual_curve(pair.kind, pair.split, means, axis, "channels alone"));
     }
   }
-  estimate.tables.push_back(std::move(table));
+  estimate.tables.push_back(
+      tabulate("comparison",
+               separate ? "residuals in the positions for the check after compensation by each calibration"
+                        : "residuals in the positions of the whole unit after compensation by each calibration",
+               rows,
+               {{"channel", &Row::channel},
+                {"positions", &Row::positions},
+                {"unit", [](const Row& r) { return r.unit.text(); }},
+                {"raw_rms", [](const Row& r) { return r.unit.difference_from_si(r.raw.rms); }},
+                {"whole_rms", [](const Row& r) { return r.unit.difference_from_si(r.whole.rms); }},
+                {"split_rms", [](const Row& r) { return r.unit.difference_from_si(r.split.rms); }},
+                {"whole_largest", [](const Row& r) { return r.unit.difference_from_si(r.whole.most); }},
+                {"split_largest", [](const Row& r) { return r.unit.difference_from_si(r.split.most); }}}));
 }
 
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate) {
-  const Unit unitless;
-  Table table{"terms", "the model (3.4) by the whole unit and by the channels alone", {}, {}};
-  table.columns = {{"term", unitless}, {"unit", unitless}};
-  for (const char* name : {"whole", "whole_sd", "split", "split_sd", "difference", "difference_sd", "ratio"})
-    table.columns.push_back({name, unitless});
-  for (std::size_t p = 0; p < pairs.size(); ++p)
-    for (std::size_t i = 0; i < terms; ++i) {
-      std::vector<Table::Cell> row{estimate.parameters[place(pairs.size(), 0, p, i)].name,
-                                   estimate.parameters[place(pairs.size(), 0, p, i)].unit.text()};
-      double value = 0.0, sd = 1.0;
-      for (std::size_t set = 0; set < 3; ++set) {
-        const std::size_t index = place(pairs.size(), set, p, i);
-        const Unit& unit = estimate.parameters[index].unit;
-        value = unit.difference_from_si(estimate.parameters[index].value);
-        sd = unit.difference_from_si(standard_uncertainty(estimate, index));
-        row.insert(row.end(), {value, sd});
-      }
-      row.emplace_back(value / sd);
-      table.rows.push_back(std::move(row));
-    }
-  return table;
+  const auto index = [&](std::size_t row, std::size_t set) {
+    return place(pairs.size(), set, row / terms, row % terms);
+  };
+  const auto unit = [&](std::size_t row) { return estimate.parameters[index(row, 0)].unit.text(); };
+  const auto value = [&](std::size_t set) {
+    return [&, set](std::size_t row) {
+      const Parameter& parameter = estimate.parameters[index(row, set)];
+      return parameter.unit.difference_from_si(parameter.value);
+    };
+  };
+  const auto sd = [&](std::size_t set) {
+    return [&, set](std::size_t row) {
+      const std::size_t i = index(row, set);
+      return estimate.parameters[i].unit.difference_from_si(standard_uncertainty(estimate, i));
+    };
+  };
+  return tabulate("terms", "the model (3.4) by the whole unit and by the channels alone", pairs.size() * terms,
+                  {{"term", [&](std::size_t row) { return estimate.parameters[index(row, 0)].name; }},
+                   {"unit", unit},
+                   {"whole", value(0)},
+                   {"whole_sd", sd(0)},
+                   {"split", value(1)},
+                   {"split_sd", sd(1)},
+                   {"difference", value(2)},
+                   {"difference_sd", sd(2)},
+                   {"ratio", [&](std::size_t row) { return value(2)(row) / sd(2)(row); }}});
 }
 
 }  // namespace tumble::imu_channel_calibration

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/units/constants.hpp"
@@ -73,14 +74,15 @@ std::vector<Parameter> named_parameters(const Recorded& recorded) {
 }
 
 Table matrices(const Calibration& c, const Recorded& recorded) {
-  Table table{
-      "matrices",
-      "output = K R input + K_ga f + b, in the units of the column 'unit'; input = R^-1 K^-1 (output - K_ga f - b)",
-      {{"matrix", {}}, {"row", {}}, {"unit", {}}, {"x", {}}, {"y", {}}, {"z", {}}},
-      {}};
+  struct Row {
+    const char* matrix;
+    std::string row;
+    Unit unit;
+    Vector3 v;  ///< [SI]
+  };
+  std::vector<Row> rows;
   const auto row = [&](const char* name, std::size_t i, const Unit& unit, Vector3 v) {
-    table.rows.push_back({name, i < 3 ? std::string(1, letters[i]) : "", unit.text().empty() ? "1" : unit.text(),
-                          v.x / unit.factor(), v.y / unit.factor(), v.z / unit.factor()});
+    rows.push_back({name, i < 3 ? std::string(1, letters[i]) : "", unit, v});
   };
   const auto diagonal = [&](const char* name, std::size_t first, Vector3 k) {
     for (std::size_t i = 0; i < 3; ++i)
@@ -90,30 +92,34 @@ Table matrices(const Calibration& c, const Recorded& recorded) {
     for (std::size_t i = 0; i < 3; ++i) row(name, i, unit(i), m[i]);
   };
   const auto pure = [](std::size_t) { return Unit(); };
-  const auto bias = [&](const char* name, std::size_t first, Vector3 b) { row(name, 3, recorded.unit[first], b); };
   diagonal("K_a", 0, c.k_a);
   full("R_a", c.r_a, pure);
-  bias("b_a", 0, c.b_a);
-  if (!c.gyros) return table;
-  diagonal("K_g", 3, c.k_g);
-  full("R_g", c.r_g, pure);
-  bias("b_g", 3, c.b_g);
-  full("K_ga", c.k_ga, [&](std::size_t i) { return sensitivity_unit(recorded, 3 + i); });
-  return table;
+  row("b_a", 3, recorded.unit[0], c.b_a);
+  if (c.gyros) {
+    diagonal("K_g", 3, c.k_g);
+    full("R_g", c.r_g, pure);
+    row("b_g", 3, recorded.unit[3], c.b_g);
+    full("K_ga", c.k_ga, [&](std::size_t i) { return sensitivity_unit(recorded, 3 + i); });
+  }
+  return tabulate(
+      "matrices",
+      "output = K R input + K_ga f + b, in the units of the column 'unit'; input = R^-1 K^-1 (output - K_ga f - b)",
+      rows,
+      {{"matrix", &Row::matrix},
+       {"row", &Row::row},
+       {"unit", [](const Row& r) { return r.unit.text().empty() ? "1" : r.unit.text(); }},
+       {"x", [](const Row& r) { return r.v.x / r.unit.factor(); }},
+       {"y", [](const Row& r) { return r.v.y / r.unit.factor(); }},
+       {"z", [](const Row& r) { return r.v.z / r.unit.factor(); }}});
 }
 
 Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded) {
-  const Unit second = Unit::parse("s"), mg = Unit::parse("mg");
-  Table table{"poses",
-              "the calibrated specific force of each pose; the residual is its size less gravity",
-              {{"section", {}}, {"samples", {}}, {"time", second}, {"residual", mg}},
-              {}};
-  for (std::size_t p = 0; p < poses; ++p) {
-    const auto& section = recorded.section[p];
-    table.rows.push_back({labels()[p], static_cast<double>(section.samples), section.time,
-                          norm(force_of(calibration, means.force[p])) - means.gravity});
-  }
-  return table;
+  const auto residual = [&](std::size_t p) { return norm(force_of(calibration, means.force[p])) - means.gravity; };
+  return tabulate("poses", "the calibrated specific force of each pose; the residual is its size less gravity", poses,
+                  {{"section", [](std::size_t p) { return labels()[p]; }},
+                   {"samples", [&](std::size_t p) { return recorded.section[p].samples; }},
+                   {"time", "s", [&](std::size_t p) { return recorded.section[p].time; }},
+                   {"residual", "mg", residual}});
 }
 
 Extremes greatest(const Calibration& c, const Recorded& recorded) {
@@ -133,13 +139,12 @@ Extremes greatest(const Calibration& c, const Recorded& recorded) {
 }
 
 Table covered(const Calibration& c, const Recorded& recorded) {
-  Table table{"covered",
-              "the greatest rates and specific forces of the session: beyond them a compensation is extrapolated",
-              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
-              {}};
   const auto [rate, force] = greatest(c, recorded);
-  for (std::size_t i = 0; i < 3; ++i) table.rows.push_back({std::string(1, letters[i]), rate[i], force[i]});
-  return table;
+  return tabulate(
+      "covered", "the greatest rates and specific forces of the session: beyond them a compensation is extrapolated", 3,
+      {{"axis", [](std::size_t i) { return std::string(1, letters[i]); }},
+       {"rate", "deg/s", [&rate = rate](std::size_t i) { return rate[i]; }},
+       {"specific_force", "g", [&force = force](std::size_t i) { return force[i]; }}});
 }
 
 namespace {

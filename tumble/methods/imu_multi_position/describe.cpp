@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -196,74 +197,58 @@ void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& 
 std::string used(const std::optional<Finding>& rejection) { return rejection ? "no: " + rejection->message : "yes"; }
 
 Table rests_table(const Rests& rests, const Fit& fit, double gravity, bool several) {
-  const Unit seconds = Unit::parse("s"), force = Unit::parse("m/s^2"), one = Unit::parse("1");
-  Table table{"rests",
-              "specific force at rest by this calibration; residual: |f| less gravity",
-              {{"rest", one},
-               {"begin", seconds},
-               {"duration", seconds},
-               {"f_x", force},
-               {"f_y", force},
-               {"f_z", force},
-               {"up", one},
-               {"residual", Unit::parse("ug")},
-               {"used", one}},
-              {},
-              false};
   const Inverse felt(fit.calibration.accelerometer);
-  for (std::size_t k = 0; k < rests.all.size(); ++k) {
-    const Rest& rest = rests.all[k];
-    const Vector3 f = felt(rest.force);
-    const std::string label =
-        several ? fmt::format("{} of recording {}", k + 1, rest.session + 1) : fmt::format("{}", k + 1);
-    table.rows.push_back({label, rest.begin, rest.end - rest.begin, f.x, f.y, f.z, facing(normalised(f)),
-                          norm(f) - gravity, used(rest.rejection)});
-  }
-  return table;
+  const auto label = [&](std::size_t k) {
+    return several ? fmt::format("{} of recording {}", k + 1, rests.all[k].session + 1) : fmt::format("{}", k + 1);
+  };
+  const auto force = [&](std::size_t k) { return felt(rests.all[k].force); };
+  return tabulate("rests", "specific force at rest by this calibration; residual: |f| less gravity", rests.all.size(),
+                  {{"rest", label},
+                   {"begin", "s", [&](std::size_t k) { return rests.all[k].begin; }},
+                   {"duration", "s", [&](std::size_t k) { return rests.all[k].end - rests.all[k].begin; }},
+                   {"f_x", "m/s^2", [&](std::size_t k) { return force(k).x; }},
+                   {"f_y", "m/s^2", [&](std::size_t k) { return force(k).y; }},
+                   {"f_z", "m/s^2", [&](std::size_t k) { return force(k).z; }},
+                   {"up", [&](std::size_t k) { return facing(normalised(force(k))); }},
+                   {"residual", "ug", [&](std::size_t k) { return norm(force(k)) - gravity; }},
+                   {"used", [&](std::size_t k) { return used(rests.all[k].rejection); }}});
 }
 
 /// Angle between the direction that a turn leads to and that of the rest after it [rad].
 double misfit(const Group& group) { return std::hypot(group.rows[0].residual, group.rows[1].residual); }
 
 Table moves_table(const Fit& fit) {
-  const Unit degree = Unit::parse("deg"), one = Unit::parse("1");
-  Table table{"moves",
-              "turns between rests; residual: between the directions of gravity by the gyros and by the fit",
-              {{"rests", one}, {"duration", Unit::parse("s")}, {"turned", degree}, {"residual", degree}, {"used", one}},
-              {},
-              false};
   std::vector<double> residual(fit.moves.size(), std::nan(""));
   for (const Group& group : fit.groups)
     if (group.part == Part::turn) residual[group.index] = misfit(group);
-  for (std::size_t m = 0; m < fit.moves.size(); ++m)
-    table.rows.push_back({fmt::format("{} to {}", fit.moves[m].from + 1, fit.moves[m].to + 1), fit.moves[m].duration,
-                          fit.turns[m].path, residual[m], used(fit.moves[m].rejection)});
-  return table;
+  const auto label = [&](std::size_t m) { return fmt::format("{} to {}", fit.moves[m].from + 1, fit.moves[m].to + 1); };
+  return tabulate("moves",
+                  "turns between rests; residual: between the directions of gravity by the gyros and by the fit",
+                  fit.moves.size(),
+                  {{"rests", label},
+                   {"duration", "s", [&](std::size_t m) { return fit.moves[m].duration; }},
+                   {"turned", "deg", [&](std::size_t m) { return fit.turns[m].path; }},
+                   {"residual", "deg", [&](std::size_t m) { return residual[m]; }},
+                   {"used", [&](std::size_t m) { return used(fit.moves[m].rejection); }}});
 }
 
 void add_curves(const Rests& rests, const Fit& fit, double gravity, Estimate& estimate) {
   Curve force{.name = "|f| less gravity",
               .figure = "residual at rest",
-              .x = {"time", Unit::parse("s"), {}},
-              .y = {"residual", Unit::parse("ug"), {}}};
-  force.points = true;
+              .x = {"time", Unit::parse("s")},
+              .y = {"residual", Unit::parse("ug")},
+              .points = true};
   const Inverse felt(fit.calibration.accelerometer);
-  for (const Rest& rest : rests.all) {
-    if (!rest.used()) continue;
-    force.x.values.push_back(0.5 * (rest.begin + rest.end));
-    force.y.values.push_back(norm(felt(rest.force)) - gravity);
-  }
+  for (const Rest& rest : rests.all)
+    if (rest.used()) add_point(force, 0.5 * (rest.begin + rest.end), norm(felt(rest.force)) - gravity);
   estimate.curves.push_back(std::move(force));
   Curve turn{.name = "direction after a move",
              .figure = "residual of the moves",
-             .x = {"angle turned", Unit::parse("deg"), {}},
-             .y = {"residual", Unit::parse("deg"), {}}};
-  turn.points = true;
-  for (const Group& group : fit.groups) {
-    if (group.part != Part::turn || !group.used) continue;
-    turn.x.values.push_back(fit.turns[group.index].path);
-    turn.y.values.push_back(misfit(group));
-  }
+             .x = {"angle turned", Unit::parse("deg")},
+             .y = {"residual", Unit::parse("deg")},
+             .points = true};
+  for (const Group& group : fit.groups)
+    if (group.part == Part::turn && group.used) add_point(turn, fit.turns[group.index].path, misfit(group));
   if (!turn.x.values.empty()) estimate.curves.push_back(std::move(turn));
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/rotation.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
@@ -129,10 +130,15 @@ void add_poses(const Fit& fit, const std::vector<std::string>& names, double gra
   const Candidates poses = candidates_of(fit, gravity);
   std::vector<double> rests(poses.up.size(), 0.0);
   for (const Vector3& up : fit.direction) rests[nearest(poses.up, up)] += 1.0;
-  for (std::size_t i = 0; i < poses.up.size(); ++i) {
-    const Gain gain = gain_of(fit.covariance, with(fit.covariance, poses.rows[i]), names);
-    out.poses.rows.push_back({named(poses.up[i]), rests[i], gain.share, gain.of});
-  }
+  std::vector<Gain> gains;
+  for (const Matrix& row : poses.rows) gains.push_back(gain_of(fit.covariance, with(fit.covariance, row), names));
+  out.poses =
+      tabulate("poses", "rests by direction up, and the reduction of a standard uncertainty by one more rest there",
+               poses.up.size(),
+               {{"up", [&](std::size_t i) { return named(poses.up[i]); }},
+                {"rests", [&](std::size_t i) { return rests[i]; }},
+                {"gain", "%", [&](std::size_t i) { return gains[i].share; }},
+                {"of", [&](std::size_t i) { return gains[i].of; }}});
   Matrix covariance = fit.covariance;
   std::vector<std::string> chosen;
   for (int pick = 0; pick < 3; ++pick) {
@@ -158,21 +164,31 @@ void add_poses(const Fit& fit, const std::vector<std::string>& names, double gra
 void add_turns(const Fit& fit, const std::vector<std::string>& names, double gravity, Guidance& out) {
   if (fit.parameters == of_accelerometers) return;
   const double variance = variance_of_turn(fit, gravity);
-  Gain best;
-  std::string axis;
-  for (std::size_t i = 0; i < 3; ++i) {
-    double turned = 0.0;
+  const auto axis = [](std::size_t i) { return std::string(1, letters[i]); };
+  const auto turned = [&](std::size_t i) {
+    double sum = 0.0;
     for (const Group& group : fit.groups)
-      if (group.part == Part::turn && group.used) turned += fit.turns[group.index].about[i];
-    const Gain gain = gain_of(fit.covariance, with(fit.covariance, turn_about(fit, identity3()[i], variance)), names);
-    const std::string name(1, letters[i]);
-    if (gain.share > best.share) best = gain, axis = name;
-    out.turns.rows.push_back({name, turned, gain.share, gain.of});
+      if (group.part == Part::turn && group.used) sum += fit.turns[group.index].about[i];
+    return sum;
+  };
+  std::vector<Gain> gains;
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    gains.push_back(gain_of(fit.covariance, with(fit.covariance, turn_about(fit, identity3()[i], variance)), names));
+    if (gains[i].share > gains[best].share) best = i;
   }
-  if (best.share > 0.0)
+  out.turns = tabulate("turns",
+                       "angle turned about each axis, and the reduction of a standard uncertainty by one more turn of "
+                       "90 deg about it, held level",
+                       gains.size(),
+                       {{"axis", axis},
+                        {"turned", "deg", turned},
+                        {"gain", "%", [&](std::size_t i) { return gains[i].share; }},
+                        {"of", [&](std::size_t i) { return gains[i].of; }}});
+  if (gains[best].share > 0.0)
     out.advice.push_back({Finding::Severity::info,
                           "more_turns_advised",
-                          {{"axis", axis}, {"gain", best.share, "%"}, {"parameter", best.of}}});
+                          {{"axis", axis(best)}, {"gain", gains[best].share, "%"}, {"parameter", gains[best].of}}});
 }
 
 }  // namespace
@@ -183,19 +199,7 @@ std::string facing(Vector3 up) {
 }
 
 Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, double gravity) {
-  const Unit percent = Unit::parse("%"), one = Unit::parse("1");
   Guidance out;
-  out.poses = {"poses",
-               "rests by direction up, and the reduction of a standard uncertainty by one more rest there",
-               {{"up", one}, {"rests", one}, {"gain", percent}, {"of", one}},
-               {},
-               false};
-  out.turns = {"turns",
-               "angle turned about each axis, and the reduction of a standard uncertainty by one more turn of 90 deg "
-               "about it, held level",
-               {{"axis", one}, {"turned", Unit::parse("deg")}, {"gain", percent}, {"of", one}},
-               {},
-               false};
   add_poses(fit, names, gravity, out);
   add_turns(fit, names, gravity, out);
   return out;

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/math/matrix3.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/imu/error_models.hpp"
@@ -58,66 +60,68 @@ std::string absence(const std::string& name, const linear::Problem& problem, con
 }
 
 Table observability(const Task& task, const JointSolution& solution, const Estimate& estimate) {
-  const Unit pure;
-  Table table{"observability",
-              "each term as this schedule shows it, its greatest correlation, and a motion that would show it better",
-              {{"term", pure},
-               {"state", pure},
-               {"unit", pure},
-               {"sd", pure},
-               {"correlation", pure},
-               {"with", pure},
-               {"shown_by", pure}},
-              {}};
+  struct Row {
+    std::string term, state, unit;
+    double sd = std::nan(""), correlation = std::nan("");  ///< sd [unit]
+    std::string with, shown_by;
+  };
+  std::vector<Row> rows;
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const Kind kind = task.kinds[o / 3];
     for (const auto& name : terms_of(kind, o % 3)) {
-      const std::string advice = advice_for(name, kind, o % 3);
+      Row& row = rows.emplace_back(Row{.term = name, .shown_by = advice_for(name, kind, o % 3)});
       const Parameter* parameter = find_parameter(estimate, name);
       if (!parameter) {
-        const auto term = linear::terms_of("imu", defaults(find_model("imu").constants()), {name}).front();
-        table.rows.push_back({name, absence(name, task.problems[o], solution.outputs[o]), term.unit, std::nan(""),
-                              std::nan(""), std::string(), advice});
+        row.state = absence(name, task.problems[o], solution.outputs[o]);
+        row.unit = linear::terms_of("imu", defaults(find_model("imu").constants()), {name}).front().unit;
         continue;
       }
       const auto p = static_cast<std::size_t>(parameter - estimate.parameters.data());
       const auto meaning = solution.all.stands_for.find(name);
-      const auto [correlation, with] = greatest_correlation(estimate, p);
-      table.rows.push_back({name, meaning == solution.all.stands_for.end() ? "identified" : "means " + meaning->second,
-                            parameter->unit.text(),
-                            parameter->unit.difference_from_si(standard_uncertainty(estimate, p)), correlation, with,
-                            advice});
+      row.state = meaning == solution.all.stands_for.end() ? "identified" : "means " + meaning->second;
+      row.unit = parameter->unit.text();
+      row.sd = parameter->unit.difference_from_si(standard_uncertainty(estimate, p));
+      std::tie(row.correlation, row.with) = greatest_correlation(estimate, p);
     }
   }
-  return table;
+  return tabulate(
+      "observability",
+      "each term as this schedule shows it, its greatest correlation, and a motion that would show it better", rows,
+      {{"term", &Row::term},
+       {"state", &Row::state},
+       {"unit", &Row::unit},
+       {"sd", &Row::sd},
+       {"correlation", &Row::correlation},
+       {"with", &Row::with},
+       {"shown_by", &Row::shown_by}});
 }
 
 /// u = M (y - b), M = (1 + S)^-1, as a navigation computer uses them.
 Table correction(const Task& task, const Estimate& estimate) {
-  const Unit pure;
-  Table table{"correction",
-              "u = M (y - b): rates and specific forces from the outputs, g-sensitivity, second order and levers apart",
-              {{"output", pure}, {"M_x", pure}, {"M_y", pure}, {"M_z", pure}, {"b", pure}, {"unit", pure}},
-              {}};
-  for (const Kind kind : task.kinds) {
-    const Matrix3 m = inverse(sensitivity_of(estimate, kind));
-    const Unit unit = Unit::parse(kind == Kind::gyro ? "deg/h" : "mg");
-    for (std::size_t i = 0; i < 3; ++i)
-      table.rows.push_back({role_of(kind, i), m(i, 0), m(i, 1), m(i, 2),
-                            unit.difference_from_si(value_of(estimate, role_of(kind, i) + "_bias")), unit.text()});
-  }
-  return table;
+  const auto kind = [&](std::size_t o) { return task.kinds[o / 3]; };
+  const auto role = [&](std::size_t o) { return role_of(kind(o), o % 3); };
+  const auto unit = [&](std::size_t o) { return Unit::parse(kind(o) == Kind::gyro ? "deg/h" : "mg"); };
+  const auto of_matrix = [&](std::size_t j) {
+    return [&, j](std::size_t o) { return inverse(sensitivity_of(estimate, kind(o)))(o % 3, j); };
+  };
+  return tabulate(
+      "correction",
+      "u = M (y - b): rates and specific forces from the outputs, g-sensitivity, second order and levers apart",
+      3 * task.kinds.size(),
+      {{"output", role},
+       {"M_x", of_matrix(0)},
+       {"M_y", of_matrix(1)},
+       {"M_z", of_matrix(2)},
+       {"b", [&](std::size_t o) { return unit(o).difference_from_si(value_of(estimate, role(o) + "_bias")); }},
+       {"unit", [&](std::size_t o) { return unit(o).text(); }}});
 }
 
 Table covered(const Look& look) {
-  Table table{"covered",
-              "the greatest rates and specific forces of the test: beyond them a compensation is extrapolated",
-              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
-              {}};
-  for (std::size_t i = 0; i < 3; ++i)
-    table.rows.push_back(
-        {std::string(1, letters[i]), imu::component(look.fastest, i), imu::component(look.strongest, i)});
-  return table;
+  return tabulate("covered",
+                  "the greatest rates and specific forces of the test: beyond them a compensation is extrapolated", 3,
+                  {{"axis", [](std::size_t i) { return std::string(1, letters[i]); }},
+                   {"rate", "deg/s", [&](std::size_t i) { return imu::component(look.fastest, i); }},
+                   {"specific_force", "g", [&](std::size_t i) { return imu::component(look.strongest, i); }}});
 }
 
 /// The summary of this segment for another output; null: that has none.
@@ -132,34 +136,27 @@ const linear::SegmentSummary* same_segment(const linear::Solution& solution, con
 }
 
 Table positions(const Task& task, const JointSolution& solution) {
-  const Unit g = Unit::parse("g"), rate = Unit::parse("deg/s");
   const auto& first = solution.outputs.front().segments;
   const bool measured = std::ranges::none_of(first, [](const auto& s) { return std::isnan(s.measured); });
-  Table table{
+  NumberedColumns columns{{"label", [&](std::size_t s) { return first[s].label; }},
+                          {"run", [&](std::size_t s) { return first[s].run; }},
+                          {"duration", "s", [&](std::size_t s) { return first[s].duration; }}};
+  for (std::size_t i = 0; i < 3; ++i)
+    columns.emplace_back(fmt::format("f_{}", letters[i]), "g",
+                         [&, i](std::size_t s) { return linear::without_rounding(first[s].felt.specific_force)[i]; });
+  for (std::size_t i = 0; i < 3; ++i)
+    columns.emplace_back(fmt::format("w_{}", letters[i]), "deg/s",
+                         [&, i](std::size_t s) { return linear::without_rounding(first[s].felt.rate)[i]; });
+  for (std::size_t o = 0; measured && o < task.problems.size(); ++o)
+    columns.emplace_back("residual_" + task.problems[o].role, task.kinds[o / 3] == Kind::gyro ? "deg/h" : "ug",
+                         [&, o](std::size_t s) {
+                           const auto* same = same_segment(solution.outputs[o], first[s], s);
+                           return same ? same->measured - same->predicted : std::nan("");
+                         });
+  return tabulate(
       "positions",
       measured ? "input of each segment (means), and the residuals of the outputs" : "input of each segment (means)",
-      {{"label", Unit()}, {"run", Unit()}, {"duration", Unit::parse("s")}},
-      {}};
-  for (const char letter : letters) table.columns.push_back({fmt::format("f_{}", letter), g});
-  for (const char letter : letters) table.columns.push_back({fmt::format("w_{}", letter), rate});
-  if (measured)
-    for (std::size_t o = 0; o < task.problems.size(); ++o)
-      table.columns.push_back(
-          {"residual_" + task.problems[o].role, Unit::parse(task.kinds[o / 3] == Kind::gyro ? "deg/h" : "ug")});
-  for (std::size_t at = 0; at < first.size(); ++at) {
-    const auto& segment = first[at];
-    std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
-    for (const Vector3 v : {segment.felt.specific_force, segment.felt.rate})
-      for (std::size_t i = 0; i < 3; ++i) {
-        row.emplace_back(std::abs(v[i]) < 1e-14 * norm(v) ? 0.0 : v[i]);  // cosines of 90 deg
-      }
-    for (std::size_t o = 0; measured && o < task.problems.size(); ++o) {
-      const auto* same = same_segment(solution.outputs[o], segment, at);
-      row.emplace_back(same ? same->measured - same->predicted : std::nan(""));
-    }
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+      first.size(), columns);
 }
 
 /// The effect of a rate error is taken as linear. Where an axis off the vertical runs away by delta until the end of a

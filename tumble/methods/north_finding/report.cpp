@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/constants.hpp"
@@ -58,57 +60,71 @@ Unit arcsec() { return Unit::parse("arcsec"); }
 Unit degrees() { return Unit::parse("deg"); }
 
 Table budget_of(const Estimate& estimate) {
-  Table table{"azimuth_budget", "what the uncertainty of the azimuth is made of", {}, {}};
-  table.columns = {{"source", Unit()}, {"sd", arcsec()}, {"share", Unit::parse("%")}};
-  std::vector<const Contribution*> lines;
-  for (const auto& line : estimate.budget) lines.push_back(&line);
-  std::ranges::stable_sort(lines, std::greater{}, [](const auto* line) { return line->variance(0); });
+  struct Line {
+    std::string source;
+    double variance;
+  };
   const double total = estimate.covariance(0, 0);
-  for (const auto* line : lines)
-    if (line->variance(0) > 1e-6 * total)
-      table.rows.push_back({line->source, std::sqrt(line->variance(0)), line->variance(0) / total});
-  table.rows.push_back({std::string("all together"), std::sqrt(total), 1.0});
-  return table;
+  std::vector<Line> rows;
+  for (const auto& line : estimate.budget)
+    if (line.variance(0) > 1e-6 * total) rows.push_back({line.source, line.variance(0)});
+  std::ranges::stable_sort(rows, std::greater{}, &Line::variance);
+  rows.push_back({"all together", total});
+  return tabulate("azimuth_budget", "what the uncertainty of the azimuth is made of", rows,
+                  {{"source", &Line::source},
+                   {"sd", "arcsec", [](const Line& r) { return std::sqrt(r.variance); }},
+                   {"share", "%", [&](const Line& r) { return r.variance / total; }}});
 }
 
 /// Means over the rows of each position of the gyro, as rates.
-Table positions_of(const Bench& bench, const Reduction& reduction, bool predicted) {
-  const Signal& signal = bench.signals.front();
-  const State& state = reduction.solution.state;
-  const Unit rate = Unit::parse("deg/h");
-  Table table{"positions", "the gyro at each index angle; of a table that turns, revolution by revolution", {}, {}};
-  table.columns = {
-      {"label", Unit()},          {"run", Unit()},     {"index_angle", degrees()}, {"duration", Unit::parse("s")},
-      {"f_x", Unit::parse("mg")}, {"predicted", rate}, {"noise_sd", rate}};
-  if (!predicted) table.columns.insert(table.columns.end(), {{"measured", rate}, {"residual", rate}});
+/// Sums over the rows of a stay or a revolution, weighted by seconds: [rad] of the gyro, [m/s] along x.
+struct SumsOfStay {
+  const Position& position;
+  double seconds = 0.0, measured = 0.0, modelled = 0.0, force = 0.0;
+};
+
+std::vector<SumsOfStay> sums_of(const Signal& signal, const State& state) {
+  std::vector<SumsOfStay> all;
+  State plain = state;
+  plain[x_scale] = 1.0;
+  plain[x_bias] = plain[x_y] = plain[x_z] = 0.0;
   std::size_t r = 0;
   for (std::size_t p = 0; p < signal.positions.size(); ++p) {
-    const auto& position = signal.positions[p];
-    double seconds = 0.0, measured = 0.0, modelled = 0.0, force = 0.0;
+    SumsOfStay sums{signal.positions[p]};
     for (; r < signal.rows.size() && signal.rows[r].position == p; ++r) {
       const Row& row = signal.rows[r];
       Row along = row;
       along.channel = accelerometer_x;
-      State plain = state;
-      plain[x_scale] = 1.0;
-      plain[x_bias] = plain[x_y] = plain[x_z] = 0.0;
-      seconds += row.seconds;
-      measured += row.seconds * row.output / state[gyro_scale];
-      modelled += row.seconds * output_of(state, row) / state[gyro_scale];
-      force += row.seconds * output_of(plain, along);
+      sums.seconds += row.seconds;
+      sums.measured += row.seconds * row.output / state[gyro_scale];
+      sums.modelled += row.seconds * output_of(state, row) / state[gyro_scale];
+      sums.force += row.seconds * output_of(plain, along);
     }
-    if (!(seconds > 0.0)) continue;
-    std::vector<Table::Cell> cells{position.label,
-                                   static_cast<double>(position.run),
-                                   wrapped(position.angle),
-                                   seconds,
-                                   force / seconds,
-                                   modelled / seconds,
-                                   std::sqrt(reduction.noise.front().white / seconds) / state[gyro_scale]};
-    if (!predicted) cells.insert(cells.end(), {measured / seconds, (measured - modelled) / seconds});
-    table.rows.push_back(std::move(cells));
+    if (sums.seconds > 0.0) all.push_back(sums);
   }
-  return table;
+  return all;
+}
+
+Table positions_of(const Bench& bench, const Reduction& reduction, bool predicted) {
+  const State& state = reduction.solution.state;
+  const auto noise = [&](const SumsOfStay& s) {
+    return std::sqrt(reduction.noise.front().white / s.seconds) / state[gyro_scale];
+  };
+  std::vector<ColumnOf<SumsOfStay>> columns{
+      {"label", [](const SumsOfStay& s) { return s.position.label; }},
+      {"run", [](const SumsOfStay& s) { return s.position.run; }},
+      {"index_angle", "deg", [](const SumsOfStay& s) { return wrapped(s.position.angle); }},
+      {"duration", "s", &SumsOfStay::seconds},
+      {"f_x", "mg", [](const SumsOfStay& s) { return s.force / s.seconds; }},
+      {"predicted", "deg/h", [](const SumsOfStay& s) { return s.modelled / s.seconds; }},
+      {"noise_sd", "deg/h", noise}};
+  if (!predicted) {
+    columns.emplace_back("measured", "deg/h", [](const SumsOfStay& s) { return s.measured / s.seconds; });
+    columns.emplace_back("residual", "deg/h",
+                         [](const SumsOfStay& s) { return (s.measured - s.modelled) / s.seconds; });
+  }
+  return tabulate("positions", "the gyro at each index angle; of a table that turns, revolution by revolution",
+                  sums_of(bench.signals.front(), state), columns);
 }
 
 double apart(double a, double b) { return std::remainder(a - b, two_pi); }
@@ -116,34 +132,34 @@ double apart(double a, double b) { return std::remainder(a - b, two_pi); }
 Table methods_of(const Bench& bench, const Reduction& reduction) {
   const auto forms = closed_forms(bench, reduction);
   const double joint = reduction.solution.state[azimuth];
-  Table table{"methods", "the azimuth by the closed forms, and how far they are from the joint fit", {}, {}};
-  table.columns = {{"method", Unit()}, {"azimuth", degrees()}, {"difference", arcsec()}};
-  const auto add = [&](const char* name, double value) {
-    table.rows.push_back({std::string(name), wrapped(value), apart(value, joint)});
-  };
-  add("as if level", forms.uncorrected);
-  add("tilt to first order (2.9)", forms.first_order);
-  add("tilt exact (2.12)", forms.exact);
-  add("joint fit", joint);
-  return table;
+  using Form = std::pair<const char*, double>;
+  const std::vector<Form> rows{{"as if level", forms.uncorrected},
+                               {"tilt to first order (2.9)", forms.first_order},
+                               {"tilt exact (2.12)", forms.exact},
+                               {"joint fit", joint}};
+  return tabulate("methods", "the azimuth by the closed forms, and how far they are from the joint fit", rows,
+                  {{"method", &Form::first},
+                   {"azimuth", "deg", [](const Form& r) { return wrapped(r.second); }},
+                   {"difference", "arcsec", [&](const Form& r) { return apart(r.second, joint); }}});
 }
 
 Table before_after(const Bench& bench, const Reduction& reduction, const Reduction& nominal) {
   const auto& settings = bench.plan->settings;
-  const bool has_reference = settings.has("reference_azimuth");
-  Table table{"before_after", "the same test with the nominal instrument and with the identified one", {}, {}};
-  table.columns = {{"instrument", Unit()}, {"azimuth", degrees()}, {"sd", arcsec()}, {"gamma_y", arcsec()}};
-  if (has_reference) table.columns.push_back({"error", arcsec()});
-  const auto add = [&](const char* name, const Reduction& some) {
-    const double value = some.solution.state[azimuth], sd = std::sqrt(some.solution.covariance(0, 0));
-    table.rows.push_back({std::string(name), wrapped(value), sd, some.solution.state[gyro_y]});
-    if (has_reference) table.rows.back().emplace_back(apart(value, settings.number("reference_azimuth")));
-  };
-  add("nominal", nominal);
-  add("identified", reduction);
-  const double difference = apart(reduction.solution.state[azimuth], nominal.solution.state[azimuth]);
-  table.caption += fmt::format("; the calibration moves the azimuth by {:.4g} arcsec", arcsec().from_si(difference));
-  return table;
+  const auto value = [](const Reduction* r) { return r->solution.state[azimuth]; };
+  std::vector<ColumnOf<const Reduction*>> columns{
+      {"instrument", [&](const Reduction* r) { return r == &nominal ? "nominal" : "identified"; }},
+      {"azimuth", "deg", [&](const Reduction* r) { return wrapped(value(r)); }},
+      {"sd", "arcsec", [](const Reduction* r) { return std::sqrt(r->solution.covariance(0, 0)); }},
+      {"gamma_y", "arcsec", [](const Reduction* r) { return r->solution.state[gyro_y]; }}};
+  if (settings.has("reference_azimuth"))
+    columns.emplace_back("error", "arcsec",
+                         [&](const Reduction* r) { return apart(value(r), settings.number("reference_azimuth")); });
+  const double moved = Unit::parse("arcsec").from_si(apart(value(&reduction), value(&nominal)));
+  return tabulate("before_after",
+                  fmt::format("the same test with the nominal instrument and with the identified one; the calibration "
+                              "moves the azimuth by {:.4g} arcsec",
+                              moved),
+                  std::vector{&nominal, &reduction}, columns);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -69,25 +70,26 @@ Matrix projections(const linear::Solution& solution, const Sense& sense) {
 }
 
 void add_curves(const linear::Solution& solution, const Sense& sense, const std::string& which, Estimate& estimate) {
-  const Unit degrees = Unit::parse("deg"), rate = Unit::parse("deg/h");
-  Curve model{"model, " + which, "drift over angle", {"angle", degrees, {}}, {"drift", rate, {}}, {}, {}, ""};
+  Curve model{.name = "model, " + which,
+              .figure = "drift over angle",
+              .x = {"angle", Unit::parse("deg")},
+              .y = {"drift", Unit::parse("deg/h")}};
+  Curve points = model;
+  points.name = "measured, " + which;
+  points.points = true;
   for (int k = 0; k <= 120; ++k) {
     const double angle = 2.0 * pi * k / 120.0;
     const Felt felt = at_angle(sense, angle);
     double value = 0.0;
     for (std::size_t j = 0; j < solution.columns.size(); ++j)
       value += solution.fit.parameters[j] * solution.columns[j].regressor(felt);
-    model.x.values.push_back(angle);
-    model.y.values.push_back(value);
+    add_point(model, angle, value);
   }
   estimate.curves.push_back(std::move(model));
-  Curve points{"measured, " + which, "drift over angle", {"angle", degrees, {}}, {"drift", rate, {}}, {}, {}, ""};
-  points.points = true;
   for (const auto& segment : solution.segments) {
     const Vector3 f = segment.felt.specific_force;
     if (!segment.steady || std::isnan(segment.measured) || f.y * sense.along <= 0.0) continue;
-    points.x.values.push_back(std::fmod(std::atan2(f.x, f.z) + 2.0 * pi, 2.0 * pi));
-    points.y.values.push_back(segment.measured - segment.felt.rate.x);
+    add_point(points, std::fmod(std::atan2(f.x, f.z) + 2.0 * pi, 2.0 * pi), segment.measured - segment.felt.rate.x);
   }
   if (!points.x.values.empty()) estimate.curves.push_back(std::move(points));
 }

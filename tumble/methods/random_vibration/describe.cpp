@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
@@ -135,47 +136,61 @@ void report_size(const Exposure& exposure, const Data& data, const Measured& uni
 
 }  // namespace
 
+/// A unit in one vibration.
+struct UnitRow {
+  const Exposure& exposure;
+  const Measured& unit;
+  std::string prefix;  ///< of its parameters
+  double k;            ///< [shown/(m/s^2)]
+};
+
+/// Units that count beside units that do not: only a specific force compares.
+bool all_count(const Data& data) {
+  return std::ranges::all_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
+}
+
+std::vector<UnitRow> unit_rows(const std::vector<Exposure>& exposures, const Data& data) {
+  const bool counted = all_count(data);
+  std::vector<UnitRow> rows;
+  for (const Exposure& exposure : exposures)
+    for (const Measured& unit : exposure.units)
+      rows.push_back({exposure, unit, exposure.prefix + data.units[unit.unit].prefix, counted ? unit.per_force : 1.0});
+  return rows;
+}
+
 Table units_table(const std::vector<Exposure>& exposures, const Data& data, const std::vector<Type>& types,
                   const Estimate& estimate) {
-  const auto g = Unit::parse("g"), mg = Unit::parse("mg"), one = Unit();
-  // Units that count beside units that do not: only a specific force compares.
-  const bool counted = std::ranges::all_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
-  const Unit error = Unit::parse(counted ? "pulse" : "mg");
-  Table table{"units",
-              "the units side by side: pulse error, its part from the motion, from counting, and their own",
-              {{"unit", one},
-               {"type", one},
-               {"vibration", one},
-               {"windows", one},
-               {"a_0", g},
-               {"rest_before", g},
-               {"rest_after", g},
-               {"plain_mean", error},
-               {"mean", error},
-               {"mean_sd", error},
-               {"sd", error},
-               {"sd_from_motion", error},
-               {"sd_from_counting", error},
-               {"sd_own", error},
-               {"peak_to_peak", error},
-               {"normal_peak_to_peak", error},
-               {"rectification", Unit::parse("ug/g^2")}},
-              {}};
-  for (const Exposure& exposure : exposures)
-    for (const Measured& unit : exposure.units) {
-      const std::string prefix = exposure.prefix + data.units[unit.unit].prefix;
-      const double k = counted ? unit.per_force : 1.0;
-      const auto* mean = find_parameter(estimate, prefix + "pulse_error_mean");
-      const auto index = static_cast<std::size_t>(mean - estimate.parameters.data());
-      const auto normal = 2.0 * greatest_of(static_cast<double>(unit.windows)).mean * unit.sd;
-      table.rows.push_back(
-          {name_of(data, unit), type_of(unit, types), exposure.label, static_cast<double>(unit.windows),
-           unit.rest.value, unit.rest.before, unit.rest.after, k * unit.plain_mean, k * unit.mean,
-           k / unit.per_force * standard_uncertainty(estimate, index), k * unit.sd, k * motion_sd(exposure, unit),
-           k * counting_sd(exposure, data, unit), k * own_sd(exposure, data, unit), k * (unit.highest - unit.lowest),
-           k * normal, find_parameter(estimate, prefix + "vibration_rectification")->value});
-    }
-  return table;
+  using Row = UnitRow;
+  const Unit error = Unit::parse(all_count(data) ? "pulse" : "mg");
+  const auto mean_sd = [&](const Row& r) {
+    const auto* mean = find_parameter(estimate, r.prefix + "pulse_error_mean");
+    const auto index = static_cast<std::size_t>(mean - estimate.parameters.data());
+    return r.k / r.unit.per_force * standard_uncertainty(estimate, index);
+  };
+  const auto normal = [](const Row& r) {
+    return 2.0 * greatest_of(static_cast<double>(r.unit.windows)).mean * r.unit.sd;
+  };
+  return tabulate(
+      "units", "the units side by side: pulse error, its part from the motion, from counting, and their own",
+      unit_rows(exposures, data),
+      {{"unit", [&](const Row& r) { return name_of(data, r.unit); }},
+       {"type", [&](const Row& r) { return type_of(r.unit, types); }},
+       {"vibration", [](const Row& r) { return r.exposure.label; }},
+       {"windows", [](const Row& r) { return r.unit.windows; }},
+       {"a_0", "g", [](const Row& r) { return r.unit.rest.value; }},
+       {"rest_before", "g", [](const Row& r) { return r.unit.rest.before; }},
+       {"rest_after", "g", [](const Row& r) { return r.unit.rest.after; }},
+       {"plain_mean", error, [](const Row& r) { return r.k * r.unit.plain_mean; }},
+       {"mean", error, [](const Row& r) { return r.k * r.unit.mean; }},
+       {"mean_sd", error, mean_sd},
+       {"sd", error, [](const Row& r) { return r.k * r.unit.sd; }},
+       {"sd_from_motion", error, [](const Row& r) { return r.k * motion_sd(r.exposure, r.unit); }},
+       {"sd_from_counting", error, [&](const Row& r) { return r.k * counting_sd(r.exposure, data, r.unit); }},
+       {"sd_own", error, [&](const Row& r) { return r.k * own_sd(r.exposure, data, r.unit); }},
+       {"peak_to_peak", error, [](const Row& r) { return r.k * (r.unit.highest - r.unit.lowest); }},
+       {"normal_peak_to_peak", error, [&](const Row& r) { return r.k * normal(r); }},
+       {"rectification", "ug/g^2",
+        [&](const Row& r) { return find_parameter(estimate, r.prefix + "vibration_rectification")->value; }}});
 }
 
 std::vector<Curve> error_curves(const Exposure& exposure, const Data& data) {
@@ -183,15 +198,11 @@ std::vector<Curve> error_curves(const Exposure& exposure, const Data& data) {
   for (const Measured& unit : exposure.units) {
     const auto& time = data.series[unit.series].time;
     const bool counted = data.units[unit.unit].pulse > 0.0;
-    Curve curve;
-    curve.name = "pulse_error " + exposure.prefix + name_of(data, unit);
-    curve.figure = "pulse error" + (exposure.prefix.empty() ? "" : ", " + exposure.label);
-    curve.x = {"time", Unit::parse("s"), {}};
-    curve.y = {"pulse error", Unit::parse(counted ? "pulse" : "mg"), {}};
-    const auto add = [&](std::size_t j) {
-      curve.x.values.push_back(time[j] - exposure.begin);
-      curve.y.values.push_back(unit.per_force * unit.error[j]);
-    };
+    Curve curve{.name = "pulse_error " + exposure.prefix + name_of(data, unit),
+                .figure = "pulse error" + (exposure.prefix.empty() ? "" : ", " + exposure.label),
+                .x = {"time", Unit::parse("s")},
+                .y = {"pulse error", Unit::parse(counted ? "pulse" : "mg")}};
+    const auto add = [&](std::size_t j) { add_point(curve, time[j] - exposure.begin, unit.per_force * unit.error[j]); };
     const std::size_t n = unit.error.size(), stretch = std::max<std::size_t>(1, 2 * n / most_points);
     for (std::size_t begin = 0; begin < n; begin += stretch) {
       std::size_t low = n, high = n;

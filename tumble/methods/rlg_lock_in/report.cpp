@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -138,40 +139,44 @@ Estimate estimate_of(const Answer& answer, const Settings& settings) {
   return estimate;
 }
 
+Table sweep_table(const std::vector<Point>& points, const DeadBand& band) {
+  const auto fitted = [&](std::size_t i) {
+    return band.why_not[i] == "dithered" ? std::nan("") : beat_frequency(band, points[i].rate);
+  };
+  return tabulate("sweep", "beat of each segment; the rate at which the fit gives it, nominal less fitted",
+                  points.size(),
+                  {{"label", [&](std::size_t i) { return points[i].label; }},
+                   {"run", [&](std::size_t i) { return points[i].run; }},
+                   {"duration", "s", [&](std::size_t i) { return points[i].duration; }},
+                   {"rate", "deg/h", [&](std::size_t i) { return points[i].rate; }},
+                   {"beat", "pulse/s", [&](std::size_t i) { return points[i].beat; }},
+                   {"fitted", "pulse/s", fitted},
+                   {"residual", "deg/h", [&](std::size_t i) { return band.residual[i]; }},
+                   {"used", [&](std::size_t i) { return band.used[i] ? "yes" : band.why_not[i]; }}});
+}
+
 void append_curves(const Sweep& sweep, const DeadBand& band, Estimate& estimate) {
-  const Unit rate = Unit::parse("deg/h"), beat = Unit::parse("pulse/s"), seconds = Unit::parse("s");
-  Table table{"sweep",
-              "beat of each segment; the rate at which the fit gives it, nominal less fitted",
-              {{"label", Unit()},
-               {"run", Unit()},
-               {"duration", seconds},
-               {"rate", rate},
-               {"beat", beat},
-               {"fitted", beat},
-               {"residual", rate},
-               {"used", Unit()}},
-              {}};
-  Curve measured{"measured", "beat over rate", {"input rate", rate, {}}, {"beat frequency", beat, {}}, {}, {}};
-  measured.points = true;
+  Curve measured{.name = "measured",
+                 .figure = "beat over rate",
+                 .x = {"input rate", Unit::parse("deg/h")},
+                 .y = {"beat frequency", Unit::parse("pulse/s")},
+                 .points = true};
+  Curve fitted = measured;
+  fitted.name = "fit";
+  fitted.points = false;
   double widest = 0.0;
   for (std::size_t i = 0; i < sweep.points.size(); ++i) {
     const Point& point = sweep.points[i];
-    table.rows.push_back({point.label, static_cast<double>(point.run), point.duration, point.rate, point.beat,
-                          band.why_not[i] == "dithered" ? std::nan("") : beat_frequency(band, point.rate),
-                          band.residual[i], band.used[i] ? "yes" : band.why_not[i]});
     if (band.why_not[i] == "dithered") continue;
-    measured.x.values.push_back(point.rate);
-    measured.y.values.push_back(point.beat);
+    add_point(measured, point.rate, point.beat);
     widest = std::max(widest, std::abs(point.rate));
   }
-  Curve fitted{"fit", "beat over rate", {"input rate", rate, {}}, {"beat frequency", beat, {}}, {}, {}};
   constexpr int half = 200;
   for (int k = -half; k <= half; ++k) {  // cubic spacing: dense about the dead band
     const double u = static_cast<double>(k) / half, w = widest * u * (0.1 + 0.9 * u * u);
-    fitted.x.values.push_back(w);
-    fitted.y.values.push_back(beat_frequency(band, w));
+    add_point(fitted, w, beat_frequency(band, w));
   }
-  estimate.tables.push_back(std::move(table));
+  estimate.tables.push_back(sweep_table(sweep.points, band));
   estimate.curves.push_back(std::move(measured));
   estimate.curves.push_back(std::move(fitted));
 }

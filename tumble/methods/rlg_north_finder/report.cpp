@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/rigs/rig.hpp"
 
 namespace tumble::rlg_north_finder {
@@ -35,20 +36,28 @@ double stated(const Settings& rig, const char* name) {
   return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
 }
 
-/// Angles [rad] that the plan commands in the segment; NaN where the plan lacks it.
-void append_angles(const Schedule& schedule, const std::vector<std::vector<double>>& angles,
-                   const linear::SegmentSummary& segment, std::vector<Table::Cell>& row) {
+/// Angle [rad] of an axis that the plan commands in the segment; NaN where the plan lacks it.
+double angle_in(const Schedule& schedule, const std::vector<double>& of_axis, const linear::SegmentSummary& segment) {
   const auto planned = std::ranges::find_if(
       schedule, [&](const Segment& some) { return some.label == segment.label && some.run == segment.run; });
-  const auto number = static_cast<std::size_t>(planned - schedule.begin());
-  for (const auto& of_axis : angles) row.emplace_back(planned == schedule.end() ? std::nan("") : of_axis[number]);
+  return planned == schedule.end() ? std::nan("") : of_axis[static_cast<std::size_t>(planned - schedule.begin())];
 }
 
-/// Counts of one output: as measured, predicted, their difference; without recordings predicted alone.
-void append_counts(const linear::SegmentSummary& segment, bool measured, std::vector<Table::Cell>& row) {
-  if (measured) row.emplace_back(segment.measured * segment.duration);
-  row.emplace_back(segment.predicted * segment.duration);
-  if (measured) row.emplace_back((segment.measured - segment.predicted) * segment.duration);
+/// Columns with the counts of one output: as measured, predicted, their difference; without recordings predicted alone.
+void add_counts(const Summaries& segments, Which output, bool measured,
+                std::vector<ColumnOf<linear::SegmentSummary>>& columns) {
+  using Summary = linear::SegmentSummary;
+  const auto count = [&segments, output](auto of) {
+    return [of, &segments, output](const Summary& segment) {
+      const Summary* match = output == gyro ? &segment : find(segments[output], segment);
+      return match ? Table::Cell(of(*match) * match->duration) : "";
+    };
+  };
+  const std::string role = role_of(output);
+  if (measured) columns.emplace_back(role, "pulse", count([](const Summary& s) { return s.measured; }));
+  columns.emplace_back(role + "_predicted", "pulse", count([](const Summary& s) { return s.predicted; }));
+  if (measured)
+    columns.emplace_back(role + "_residual", "pulse", count([](const Summary& s) { return s.measured - s.predicted; }));
 }
 
 struct Tilt {
@@ -67,70 +76,48 @@ std::array<Tilt, 3> list_of(const Tilts& tilts, const Settings& rig) {
 }  // namespace
 
 Table positions_table(const Plan& plan, const Summaries& segments) {
-  const Unit pulse = Unit::parse("pulse");
+  using Summary = linear::SegmentSummary;
   const bool measured = std::ranges::none_of(segments[gyro], [](const auto& s) { return std::isnan(s.measured); });
-  Table table{"positions",
-              "counts of each stay and rotation over the time used; predicted without what rig_errors lists",
-              {{"label", Unit()}},
-              {}};
-  std::vector<std::vector<double>> angles;
-  for (const auto& axis : axes_of(plan)) {
-    table.columns.push_back({axis, Unit::parse("deg")});
-    angles.push_back(table::commands_of(plan.schedule, axis));
-  }
-  table.columns.push_back({"duration", Unit::parse("s")});
-  for (const Which output : {gyro, accelerometer_x, accelerometer_y})
-    for (const char* column : {"", "_predicted", "_residual"})
-      if (measured || std::string(column) == "_predicted")
-        table.columns.push_back({std::string(role_of(output)) + column, pulse});
-  for (const auto& segment : segments[gyro]) {
-    std::vector<Table::Cell> row{segment.label};
-    append_angles(plan.schedule, angles, segment, row);
-    row.emplace_back(segment.duration);
-    append_counts(segment, measured, row);
-    for (const Which output : {accelerometer_x, accelerometer_y})
-      if (const auto* match = find(segments[output], segment))
-        append_counts(*match, measured, row);
-      else
-        row.insert(row.end(), measured ? 3 : 1, std::string());
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+  std::vector<ColumnOf<Summary>> columns{{"label", &Summary::label}};
+  for (const auto& axis : axes_of(plan))
+    columns.emplace_back(axis, "deg", [&plan, angles = table::commands_of(plan.schedule, axis)](const Summary& s) {
+      return angle_in(plan.schedule, angles, s);
+    });
+  columns.emplace_back("duration", "s", &Summary::duration);
+  for (const Which output : {gyro, accelerometer_x, accelerometer_y}) add_counts(segments, output, measured, columns);
+  return tabulate("positions",
+                  "counts of each stay and rotation over the time used; predicted without what rig_errors lists",
+                  segments[gyro], columns);
 }
 
 Table estimators_table(const std::vector<double>& least_squares, const std::vector<double>& closed_form,
                        const Estimate& estimate) {
   // every row has a unit of its own, so that the columns are text
-  Table table{
+  const auto text = [](std::size_t p, double value, int digits) {
+    return fmt::format("{:.{}g}", Unit::parse(wanted()[p].unit).difference_from_si(value), digits);
+  };
+  return tabulate(
       "estimators",
       "all together with the errors of the table, and the formulas (2.1)-(2.7), which take the table as perfect",
-      {{"parameter", Unit()},
-       {"unit", Unit()},
-       {"least_squares", Unit()},
-       {"closed_form", Unit()},
-       {"difference", Unit()},
-       {"sd", Unit()}},
-      {}};
-  for (std::size_t p = 0; p < wanted().size(); ++p) {
-    const Unit unit = Unit::parse(wanted()[p].unit);
-    const auto shown = [&](double value) { return fmt::format("{:.6g}", unit.difference_from_si(value)); };
-    table.rows.push_back({wanted()[p].name, wanted()[p].unit, shown(least_squares[p]), shown(closed_form[p]),
-                          fmt::format("{:.2g}", unit.difference_from_si(least_squares[p] - closed_form[p])),
-                          fmt::format("{:.2g}", unit.difference_from_si(standard_uncertainty(estimate, p)))});
-  }
-  return table;
+      wanted().size(),
+      {{"parameter", [](std::size_t p) { return wanted()[p].name; }},
+       {"unit", [](std::size_t p) { return wanted()[p].unit; }},
+       {"least_squares", [&](std::size_t p) { return text(p, least_squares[p], 6); }},
+       {"closed_form", [&](std::size_t p) { return text(p, closed_form[p], 6); }},
+       {"difference", [&](std::size_t p) { return text(p, least_squares[p] - closed_form[p], 2); }},
+       {"sd", [&](std::size_t p) { return text(p, standard_uncertainty(estimate, p), 2); }}});
 }
 
 Table tilts_table(const Tilts& tilts, const Settings& rig) {
-  const Unit arcsec = Unit::parse("arcsec");
-  Table table{"table_errors",
-              "what the accelerometers show of the table with z up and down (2.19), and what the rig states",
-              {{"error", Unit()}, {"description", Unit()}, {"value", arcsec}, {"sd", arcsec}, {"stated", arcsec}},
-              {}};
-  if (!tilts.known) return table;
-  for (const auto& tilt : list_of(tilts, rig))
-    table.rows.push_back({tilt.name, tilt.description, tilt.value, tilts.sd, tilt.prior});
-  return table;
+  std::vector<Tilt> rows;
+  if (tilts.known) std::ranges::copy(list_of(tilts, rig), std::back_inserter(rows));
+  return tabulate("table_errors",
+                  "what the accelerometers show of the table with z up and down (2.19), and what the rig states", rows,
+                  {{"error", &Tilt::name},
+                   {"description", &Tilt::description},
+                   {"value", "arcsec", &Tilt::value},
+                   {"sd", "arcsec", [&](const Tilt&) { return tilts.sd; }},
+                   {"stated", "arcsec", &Tilt::prior}});
 }
 
 Findings tilt_faults(const Tilts& tilts, const Settings& rig) {

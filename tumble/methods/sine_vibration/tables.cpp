@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
@@ -26,69 +27,54 @@ double gain_sd(const Estimate& estimate, const vibration::Data& data, const Poin
 
 Table response(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
                const Estimate& estimate) {
-  const auto unit = [](const char* text) { return Unit::parse(text); };
-  Table table{
+  const auto aliased_to = [](const Point& p) { return p.aliased_to > 0.0 ? Table::Cell(p.aliased_to) : ""; };
+  return tabulate(
       "response",
       "counts over each frequency as mean specific force over their windows; mean and sd of the windows themselves, "
       "mean_shift by the sine fit against the unit at rest; sd_from_window is the sd by the counting window alone",
-      {{"unit", Unit()},
-       {"segment", Unit()},
-       {"frequency", unit("Hz")},
-       {"level", unit("g")},
-       {"mean", unit("g")},
-       {"cycles_effect", unit("ug")},
-       {"mean_shift", unit("ug")},
-       {"mean_shift_sd", unit("ug")},
-       {"sd", unit("g")},
-       {"sd_from_window", unit("g")},
-       {"sd_ratio", Unit()},
-       {"gain", Unit()},
-       {"gain_sd", Unit()},
-       {"aliased_to", unit("Hz")},
-       {"K_2_effective", unit("ug/g^2")}},
-      {}};
-  for (const Point& p : measured.points) {
-    std::vector<Table::Cell> row{data.units[p.unit].name, data.series[p.series].label};
-    for (const double v :
-         {p.line.frequency, p.level, p.line.plain_mean, p.cycles_effect, p.shift, shift_sd(p, rectified), p.line.sd,
-          p.sd_from_window, p.line.sd / p.sd_from_window, p.gain, gain_sd(estimate, data, p)})
-      row.emplace_back(v);
-    if (p.aliased_to > 0.0)
-      row.emplace_back(p.aliased_to);
-    else
-      row.emplace_back("");
-    row.emplace_back(2.0 * p.shift / (p.level * p.level));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+      measured.points,
+      {{"unit", [&](const Point& p) { return data.units[p.unit].name; }},
+       {"segment", [&](const Point& p) { return data.series[p.series].label; }},
+       {"frequency", "Hz", [](const Point& p) { return p.line.frequency; }},
+       {"level", "g", &Point::level},
+       {"mean", "g", [](const Point& p) { return p.line.plain_mean; }},
+       {"cycles_effect", "ug", &Point::cycles_effect},
+       {"mean_shift", "ug", &Point::shift},
+       {"mean_shift_sd", "ug", [&](const Point& p) { return shift_sd(p, rectified); }},
+       {"sd", "g", [](const Point& p) { return p.line.sd; }},
+       {"sd_from_window", "g", &Point::sd_from_window},
+       {"sd_ratio", [](const Point& p) { return p.line.sd / p.sd_from_window; }},
+       {"gain", &Point::gain},
+       {"gain_sd", [&](const Point& p) { return gain_sd(estimate, data, p); }},
+       {"aliased_to", "Hz", aliased_to},
+       {"K_2_effective", "ug/g^2", [](const Point& p) { return 2.0 * p.shift / (p.level * p.level); }}});
 }
 
 Table units(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified) {
-  const auto unit = [](const char* text) { return Unit::parse(text); };
-  Table table{
-      "units",
-      "units under test: one pulse; drift at rest from the first to the last segment; by how much whole segments "
-      "differ beyond white noise, and K_2,eff from frequency to frequency",
-      {{"unit", Unit()},
-       {"channel", Unit()},
-       {"pulse", unit("g*s")},
-       {"scale_sd", unit("%")},
-       {"rest_drift", unit("ug")},
-       {"segment_sd", unit("ug")},
-       {"frequency_sd", unit("ug/g^2")}},
-      {}};
-  for (std::size_t u = 0; u < data.units.size(); ++u) {
+  const auto rest_drift = [&](std::size_t u) {
     std::vector<double> means;
     for (const auto& rest : measured.rests)
       if (data.series[rest.series].unit == u) means.push_back(rest.line.mean);
-    const auto r = std::ranges::find(rectified, u, &Rectification::unit);
-    const bool known = r != rectified.end();
-    table.rows.push_back({data.units[u].name, data.units[u].channel, data.units[u].pulse,
-                          data.units[u].scale_relative_sd,
-                          means.size() > 1 ? means.back() - means.front() : std::nan(""),
-                          known ? r->slow_sd : std::nan(""), known ? r->between_sd : std::nan("")});
-  }
-  return table;
+    return means.size() > 1 ? means.back() - means.front() : std::nan("");
+  };
+  const auto of = [&](double Rectification::*sd) {
+    return [&, sd](std::size_t u) {
+      const auto r = std::ranges::find(rectified, u, &Rectification::unit);
+      return r != rectified.end() ? (*r).*sd : std::nan("");
+    };
+  };
+  return tabulate(
+      "units",
+      "units under test: one pulse; drift at rest from the first to the last segment; by how much whole segments "
+      "differ beyond white noise, and K_2,eff from frequency to frequency",
+      data.units.size(),
+      {{"unit", [&](std::size_t u) { return data.units[u].name; }},
+       {"channel", [&](std::size_t u) { return data.units[u].channel; }},
+       {"pulse", "g*s", [&](std::size_t u) { return data.units[u].pulse; }},
+       {"scale_sd", "%", [&](std::size_t u) { return data.units[u].scale_relative_sd; }},
+       {"rest_drift", "ug", rest_drift},
+       {"segment_sd", "ug", of(&Rectification::slow_sd)},
+       {"frequency_sd", "ug/g^2", of(&Rectification::between_sd)}});
 }
 
 std::string curve_name(const vibration::Data& data, std::size_t unit) {
@@ -96,13 +82,11 @@ std::string curve_name(const vibration::Data& data, std::size_t unit) {
 }
 
 Curve curve(const std::string& name, const std::string& figure, const char* quantity, const char* unit, bool points) {
-  Curve c;
-  c.name = name;
-  c.figure = figure;
-  c.x = {"frequency", Unit::parse("Hz"), {}};
-  c.y = {quantity, Unit::parse(unit), {}};
-  c.points = points;
-  return c;
+  return {.name = name,
+          .figure = figure,
+          .x = {"frequency", Unit::parse("Hz")},
+          .y = {quantity, Unit::parse(unit)},
+          .points = points};
 }
 
 /// Mean, spread and gain of one unit over frequency.
@@ -116,19 +100,13 @@ void add_unit_curves(const vibration::Data& data, const Measured& measured, std:
   shift.band = gain.band = "95 % confidence";
   for (const Point& p : measured.points) {
     if (p.unit != unit) continue;
-    const auto add = [&](Curve& to, double value, double uncertainty) {
-      to.x.values.push_back(p.line.frequency);
-      to.y.values.push_back(value);
-      if (to.band.empty()) return;
-      to.lower.push_back(value - 1.96 * uncertainty);
-      to.upper.push_back(value + 1.96 * uncertainty);
-    };
+    const double f = p.line.frequency;
     if (const double s = shift_sd(p, rectified); !std::isnan(s)) {
-      add(shift, p.shift, s);
-      add(plain, p.shift + p.cycles_effect, s);
+      add_point(shift, f, p.shift, 1.96 * s);
+      add_point(plain, f, p.shift + p.cycles_effect);
     }
-    add(sd, p.line.sd, 0.0);
-    add(gain, p.gain, gain_sd(estimate, data, p));
+    add_point(sd, f, p.line.sd);
+    add_point(gain, f, p.gain, 1.96 * gain_sd(estimate, data, p));
   }
   for (Curve* c : {&shift, &plain, &sd, &gain})
     if (!c->x.values.empty()) estimate.curves.push_back(std::move(*c));
@@ -145,14 +123,9 @@ void add_residuals(const vibration::Data& data, const Measured& measured, std::s
   const auto r = std::ranges::find(rectified, unit, &Rectification::unit);
   for (const Point& p : measured.points) {
     if (p.unit != unit) continue;
-    windows.x.values.push_back(p.line.frequency);
-    windows.y.values.push_back(p.line.residual_rms);
+    add_point(windows, p.line.frequency, p.line.residual_rms);
     if (r == rectified.end() || !r->fitted_shift.contains(p.series)) continue;
-    const double residual = p.shift - r->fitted_shift.at(p.series), half = 1.96 * shift_sd(p, rectified);
-    shift.x.values.push_back(p.line.frequency);
-    shift.y.values.push_back(residual);
-    shift.lower.push_back(residual - half);
-    shift.upper.push_back(residual + half);
+    add_point(shift, p.line.frequency, p.shift - r->fitted_shift.at(p.series), 1.96 * shift_sd(p, rectified));
   }
   Curve& shown = shift.x.values.empty() ? windows : shift;
   if (!shown.x.values.empty()) estimate.curves.push_back(std::move(shown));
@@ -173,8 +146,7 @@ void add_curves(const vibration::Data& data, const Measured& measured, const std
   Curve window = curve("the counting window alone", "standard deviation over frequency", "sd", "g", false);
   for (int i = 0; i <= 200; ++i) {
     const double f = low + (high - low) * i / 200.0;
-    window.x.values.push_back(f);
-    window.y.values.push_back(sd_from_window(level, f, first.window, data.units[first.unit].pulse));
+    add_point(window, f, sd_from_window(level, f, first.window, data.units[first.unit].pulse));
   }
   estimate.curves.push_back(std::move(window));
 }

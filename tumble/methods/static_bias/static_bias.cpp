@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -328,21 +329,18 @@ std::vector<ErrorLine> lines_of(const std::vector<RunBias>& runs, const Referenc
 std::vector<Curve> averages_of(const std::vector<RunBias>& runs, const Unit& unit) {
   std::vector<Curve> curves;
   for (const auto& run : runs) {
-    Curve curve;
-    curve.name = run.label;
-    curve.figure = "residuals of the averages";
-    curve.x = {"time since power-on", Unit::parse("min"), {}};
-    curve.y = {fmt::format("average of {:.3g} s less the mean", run.blocks.length), unit, {}};
+    Curve curve{.name = run.label,
+                .figure = "residuals of the averages",
+                .x = {"time since power-on", Unit::parse("min")},
+                .y = {fmt::format("average of {:.3g} s less the mean", run.blocks.length), unit}};
     double sum = 0.0, weight = 0.0;
     for (std::size_t i = 0; i < run.blocks.means.size(); ++i) {
       sum += run.blocks.shares[i] * run.blocks.means[i];
       weight += run.blocks.shares[i];
     }
-    for (std::size_t i = 0; i < run.blocks.means.size(); ++i) {
-      if (run.blocks.shares[i] <= 0.0) continue;
-      curve.x.values.push_back((static_cast<double>(i) + 0.5) * run.blocks.length);
-      curve.y.values.push_back(run.blocks.means[i] - sum / weight);
-    }
+    for (std::size_t i = 0; i < run.blocks.means.size(); ++i)
+      if (run.blocks.shares[i] > 0.0)
+        add_point(curve, (static_cast<double>(i) + 0.5) * run.blocks.length, run.blocks.means[i] - sum / weight);
     curves.push_back(std::move(curve));
   }
   return curves;
@@ -356,13 +354,12 @@ void finish(const std::vector<RunBias>& runs, const Reference& reference, Builde
     estimate.fit.observations += run.blocks.means.size();
     estimate.fit.degrees_of_freedom += static_cast<double>(run.blocks.means.size()) - 1.0;
   }
-  Table table{"runs",
-              "mean output of each power-up",
-              {{"run", Unit()}, {"duration", Unit::parse("s")}, {"mean", builder.unit}, {"file", Unit()}},
-              {}};
-  for (const auto& run : runs)
-    table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean, run.file});
-  estimate.tables.push_back(std::move(table));
+  const auto duration = [](const RunBias& run) { return static_cast<double>(run.samples) / run.rate; };
+  estimate.tables.push_back(tabulate("runs", "mean output of each power-up", runs,
+                                     {{"run", &RunBias::label},
+                                      {"duration", "s", duration},
+                                      {"mean", builder.unit, &RunBias::mean},
+                                      {"file", &RunBias::file}}));
   estimate.curves = averages_of(runs, builder.unit);
 }
 

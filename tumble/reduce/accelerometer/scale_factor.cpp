@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
@@ -164,18 +165,16 @@ Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem pro
 
 Table in_local_g(const Estimate& estimate, double gravity) {
   const double r = gravity / standard_gravity;
-  Table table{"local_g", fmt::format("coefficients where g is the local gravity, {:.5f} m/s^2", gravity), {}, {}};
-  std::vector<Table::Cell> values{"value"}, deviations{"standard uncertainty"};
-  table.columns.push_back({"", Unit()});
+  NumberedColumns columns{{"", [](std::size_t row) { return row == 0 ? "value" : "standard uncertainty"; }}};
   for (std::size_t j = 0; j < estimate.parameters.size(); ++j) {
     const auto& parameter = estimate.parameters[j];
-    const double factor = std::pow(r, per_g(parameter.unit));
-    table.columns.push_back({parameter.name, parameter.unit});
-    values.emplace_back(factor * parameter.value);
-    deviations.emplace_back(factor * standard_uncertainty(estimate, j));
+    columns.emplace_back(
+        parameter.name, parameter.unit, [&, j, factor = std::pow(r, per_g(parameter.unit))](std::size_t row) {
+          return factor * (row == 0 ? estimate.parameters[j].value : standard_uncertainty(estimate, j));
+        });
   }
-  table.rows = {std::move(values), std::move(deviations)};
-  return table;
+  return tabulate("local_g", fmt::format("coefficients where g is the local gravity, {:.5f} m/s^2", gravity), 2,
+                  columns);
 }
 
 }  // namespace tumble::accelerometer

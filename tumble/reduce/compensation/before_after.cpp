@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/clocks/sampling_rate.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/reduce/stretches.hpp"
 
@@ -39,22 +40,19 @@ double sd_before(const Work& work, std::span<const double> raw, std::size_t each
 
 }  // namespace
 
-Table before_and_after(const Works& works, const Recording& raw, const Recording& done) {
-  const bool means = std::ranges::any_of(
-      works, [](const Work& work) { return work.model->thermal && work.model->thermal->averaging > 0.0; });
-  Table table{
-      "compensation",
-      means ? "sd of the averages about their run's mean, before and after" : "sd of the samples before and after",
-      {{"channel", Unit()},
-       {"run", Unit()},
-       {"label", Unit()},
-       {"sd raw", Unit()},
-       {"sd compensated", Unit()},
-       {"unit", Unit()},
-       {"ratio", Unit()},
-       {"outside calibrated range", Unit::parse("%")}},
-      {}};
-  const auto runs = runs_of({raw});
+namespace {
+
+/// One power-up of an output.
+struct RunOfOutput {
+  const Channel& channel;
+  const Run& run;
+  double before, after;  ///< sd [SI of u]
+  double outside;        ///< share of samples
+};
+
+std::vector<RunOfOutput> runs_of_outputs(const Works& works, const std::vector<Run>& runs, const Recording& raw,
+                                         const Recording& done) {
+  std::vector<RunOfOutput> rows;
   for (const Work& work : works) {
     const Channel& channel = done.channels[work.place];
     const double averaging = work.model->thermal ? work.model->thermal->averaging : 0.0;
@@ -65,16 +63,34 @@ Table before_and_after(const Works& works, const Recording& raw, const Recording
       const auto part = [&, a = first, n = end - first](const std::vector<double>& values) {
         return std::span(values).subspan(a, n);
       };
-      const double before = sd_before(work, part(raw.channels[work.place].values), each);
-      const double after = sd_of_means(part(channel.values), each);
       double outside = 0.0;
       for (const double flag : part(work.trust.extrapolated.values)) outside += flag > 0.0;
-      table.rows.push_back({channel.name, static_cast<double>(run.number), run.label,
-                            channel.unit.difference_from_si(before), channel.unit.difference_from_si(after),
-                            channel.unit.text(), after / before, outside / static_cast<double>(end - first)});
+      rows.push_back({channel, run, sd_before(work, part(raw.channels[work.place].values), each),
+                      sd_of_means(part(channel.values), each), outside / static_cast<double>(end - first)});
     }
   }
-  return table;
+  return rows;
+}
+
+}  // namespace
+
+Table before_and_after(const Works& works, const Recording& raw, const Recording& done) {
+  using Row = RunOfOutput;
+  const bool means = std::ranges::any_of(
+      works, [](const Work& work) { return work.model->thermal && work.model->thermal->averaging > 0.0; });
+  const auto runs = runs_of({raw});
+  return tabulate(
+      "compensation",
+      means ? "sd of the averages about their run's mean, before and after" : "sd of the samples before and after",
+      runs_of_outputs(works, runs, raw, done),
+      {{"channel", [](const Row& r) { return r.channel.name; }},
+       {"run", [](const Row& r) { return r.run.number; }},
+       {"label", [](const Row& r) { return r.run.label; }},
+       {"sd raw", [](const Row& r) { return r.channel.unit.difference_from_si(r.before); }},
+       {"sd compensated", [](const Row& r) { return r.channel.unit.difference_from_si(r.after); }},
+       {"unit", [](const Row& r) { return r.channel.unit.text(); }},
+       {"ratio", [](const Row& r) { return r.after / r.before; }},
+       {"outside calibrated range", "%", &Row::outside}});
 }
 
 }  // namespace tumble::compensation

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -41,20 +42,26 @@ void tell(const Counts& counts, const std::string& channel, Findings& findings) 
 }
 
 Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
-  Table table{name,
-              "size of each term of the error model over the recording",
-              {{"term", Unit()}, {"mean", unit}, {"sd", unit}, {"largest", unit}, {"inputs", Unit()}},
-              {}};
+  struct Row {
+    std::string term;
+    double mean, sd, largest;
+    std::string inputs;
+  };
+  std::vector<Row> rows;
   const double n = std::max(1.0, static_cast<double>(work.counts.samples));
   for (const auto& used : work.terms) {
-    const double mean = used.sum / n;
-    table.rows.push_back(
-        {used.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest, in_a_row(used.from)});
+    const double mean = used.sum / n, sd = std::sqrt(std::max(0.0, used.squares / n - mean * mean));
+    rows.push_back({used.name, mean, sd, used.largest, in_a_row(used.from)});
   }
   for (const auto& used : work.staying)
-    table.rows.push_back({used.name, std::nan(""), std::nan(""), std::nan(""),
-                          std::string(used.remains ? "remains" : "missing: remains")});
-  return table;
+    rows.push_back(
+        {used.name, std::nan(""), std::nan(""), std::nan(""), used.remains ? "remains" : "missing: remains"});
+  return tabulate(name, "size of each term of the error model over the recording", rows,
+                  {{"term", &Row::term},
+                   {"mean", unit, &Row::mean},
+                   {"sd", unit, &Row::sd},
+                   {"largest", unit, &Row::largest},
+                   {"inputs", &Row::inputs}});
 }
 
 }  // namespace tumble::compensation

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/reduce/linear/work.hpp"
 #include "tumble/units/error.hpp"
 
@@ -83,13 +84,11 @@ JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::
 }
 
 Table rig_errors(const JointSolution& solution) {
-  Table table{"rig_errors",
-              "errors of the rig as this test shows them, in units of the standard uncertainty stated for each",
-              {{"error", Unit()}, {"found", Unit()}, {"sd", Unit()}},
-              {}};
-  for (const auto& error : solution.errors)
-    if (error.sd < std::sqrt(0.9)) table.rows.push_back({error.draw, error.value, error.sd});
-  return table;
+  auto shown = solution.errors;
+  std::erase_if(shown, [](const FoundEffect& error) { return !(error.sd < std::sqrt(0.9)); });
+  return tabulate("rig_errors",
+                  "errors of the rig as this test shows them, in units of the standard uncertainty stated for each",
+                  shown, {{"error", &FoundEffect::draw}, {"found", &FoundEffect::value}, {"sd", &FoundEffect::sd}});
 }
 
 }  // namespace tumble::linear

@@ -154,6 +154,9 @@ Information information(const Plan& plan, const Problem& problem, const Truth& t
 /// Parameters, covariance, budget, fit and findings of a solution.
 Estimate estimate_of(const Solution& solution);
 
+/// A mean of an input [SI] without what is rounding alone: the cosine of 90 deg.
+Vector3 without_rounding(Vector3 mean);
+
 /// Table `positions`: label, specific force along the axes named (x, y, z of Felt), with `rate_unit` also the rates,
 /// predicted and measured output, residual.
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -173,31 +174,33 @@ Estimate estimate_of(const Solution& solution) {
   return estimate;
 }
 
+Vector3 without_rounding(Vector3 v) {
+  const double rounding = 1e-14 * norm(v);  // cosines of 90 deg
+  for (std::size_t i = 0; i < 3; ++i)
+    if (std::abs(v[i]) < rounding) v[i] = 0.0;
+  return v;
+}
+
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit) {
-  const Unit unit = Unit::parse(channel_unit), g = Unit::parse("g"), seconds = Unit::parse("s");
-  Table table{"positions", "input, prediction and measurement of each segment (means over the samples used)", {}, {}};
-  table.columns = {{"label", Unit()}, {"run", Unit()}, {"duration", seconds}};
-  for (const auto& axis : axes) table.columns.push_back({"f_" + axis, g});
-  if (!rate_unit.empty())
-    for (const auto& axis : axes) table.columns.push_back({"w_" + axis, Unit::parse(rate_unit)});
-  const bool measured = std::ranges::none_of(solution.segments, [](const auto& s) { return std::isnan(s.measured); });
-  for (const char* name : {"predicted", "noise_sd"}) table.columns.push_back({name, unit});
-  if (measured)
-    for (const char* name : {"measured", "residual"}) table.columns.push_back({name, unit});
-  for (const auto& segment : solution.segments) {
-    std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
-    const auto add = [&](Vector3 v) {
-      const double rounding = 1e-14 * norm(v);  // cosines of 90 deg
-      for (const double part : {v.x, v.y, v.z}) row.emplace_back(std::abs(part) < rounding ? 0.0 : part);
-    };
-    add(segment.felt.specific_force);
-    if (!rate_unit.empty()) add(segment.felt.rate);
-    row.insert(row.end(), {segment.predicted, segment.sd});
-    if (measured) row.insert(row.end(), {segment.measured, segment.measured - segment.predicted});
-    table.rows.push_back(std::move(row));
+  using Summary = SegmentSummary;
+  const Unit unit = Unit::parse(channel_unit);
+  std::vector<ColumnOf<Summary>> columns{
+      {"label", &Summary::label}, {"run", &Summary::run}, {"duration", "s", &Summary::duration}};
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    columns.emplace_back("f_" + axes[i], "g",
+                         [i](const Summary& s) { return without_rounding(s.felt.specific_force)[i]; });
+  for (std::size_t i = 0; i < axes.size() && !rate_unit.empty(); ++i)
+    columns.emplace_back("w_" + axes[i], Unit::parse(rate_unit),
+                         [i](const Summary& s) { return without_rounding(s.felt.rate)[i]; });
+  columns.emplace_back("predicted", unit, &Summary::predicted);
+  columns.emplace_back("noise_sd", unit, &Summary::sd);
+  if (std::ranges::none_of(solution.segments, [](const auto& s) { return std::isnan(s.measured); })) {
+    columns.emplace_back("measured", unit, &Summary::measured);
+    columns.emplace_back("residual", unit, [](const Summary& s) { return s.measured - s.predicted; });
   }
-  return table;
+  return tabulate("positions", "input, prediction and measurement of each segment (means over the samples used)",
+                  solution.segments, columns);
 }
 
 Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,

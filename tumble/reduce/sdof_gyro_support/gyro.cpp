@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sdof_gyro_support {
@@ -69,6 +70,7 @@ namespace {
 
 /// Residuals [rad/s] of one position.
 struct Repeats {
+  std::string label;
   double count = 0.0, sum = 0.0, squares = 0.0, noise = 0.0;
 
   void add(const linear::SegmentSummary& segment) {
@@ -90,13 +92,12 @@ bool is_same_position(const linear::SegmentSummary& a, const linear::SegmentSumm
 
 void add_repeats(const linear::Solution& solution, Estimate& estimate) {
   const Unit rate = Unit::parse("deg/h");
-  Table table{"repeats", "residuals of positions that were taken more than once", {}, {}};
-  table.columns = {{"label", Unit()}, {"times", Unit()}, {"sd", rate}, {"noise_sd", rate}};
+  std::vector<Repeats> repeated;
   std::vector<bool> done(solution.segments.size(), false);
   double squares = 0.0;
   std::size_t freedom = 0;
   for (std::size_t a = 0; a < solution.segments.size(); ++a) {
-    Repeats repeats;
+    Repeats repeats{solution.segments[a].label};
     for (std::size_t b = a; b < solution.segments.size(); ++b) {
       const auto& segment = solution.segments[b];
       if (done[b] || std::isnan(segment.measured) || !is_same_position(solution.segments[a], segment)) continue;
@@ -106,15 +107,18 @@ void add_repeats(const linear::Solution& solution, Estimate& estimate) {
     if (repeats.count < 2.0) continue;
     squares += repeats.about_mean();
     freedom += static_cast<std::size_t>(repeats.count) - 1;
-    table.rows.push_back({solution.segments[a].label, repeats.count,
-                          std::sqrt(repeats.about_mean() / (repeats.count - 1.0)),
-                          std::sqrt(repeats.noise / repeats.count)});
+    repeated.push_back(repeats);
   }
   if (freedom == 0) return;
   const double sd = std::sqrt(squares / static_cast<double>(freedom));
   estimate.findings.push_back(
       {Finding::Severity::info, "repeatability_of_positions", {{"repeatability", sd, rate}, {"repeats", freedom}}});
-  estimate.tables.push_back(std::move(table));
+  estimate.tables.push_back(
+      tabulate("repeats", "residuals of positions that were taken more than once", repeated,
+               {{"label", &Repeats::label},
+                {"times", &Repeats::count},
+                {"sd", rate, [](const Repeats& r) { return std::sqrt(r.about_mean() / (r.count - 1.0)); }},
+                {"noise_sd", rate, [](const Repeats& r) { return std::sqrt(r.noise / r.count); }}}));
 }
 
 }  // namespace tumble::sdof_gyro_support

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "tumble/clocks/stamp_slack.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -217,21 +218,14 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
 }
 
 Table angles_table(const RecordedAngles& angles) {
-  const Unit deg = Unit::parse("deg"), arcsec = Unit::parse("arcsec");
-  Table table{"angles",
-              "where the axes stood: commanded by the plan and recorded by the encoders",
-              {{"label", Unit()},
-               {"run", Unit()},
-               {"axis", Unit()},
-               {"commanded", deg},
-               {"recorded", deg},
-               {"difference", arcsec},
-               {"sd", arcsec}},
-              {}};
-  for (const auto& stand : angles.stands)
-    table.rows.push_back({stand.label, static_cast<double>(stand.run), stand.axis, stand.commanded, stand.recorded,
-                          stand.recorded - stand.commanded, stand.sd});
-  return table;
+  return tabulate("angles", "where the axes stood: commanded by the plan and recorded by the encoders", angles.stands,
+                  {{"label", &Stand::label},
+                   {"run", &Stand::run},
+                   {"axis", &Stand::axis},
+                   {"commanded", "deg", &Stand::commanded},
+                   {"recorded", "deg", &Stand::recorded},
+                   {"difference", "arcsec", [](const Stand& s) { return s.recorded - s.commanded; }},
+                   {"sd", "arcsec", &Stand::sd}});
 }
 
 }  // namespace tumble::table

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/report/result_members.hpp"
+#include "tumble/report/testing/member_leaves.hpp"
+
 namespace tumble::testing {
 namespace {
 
@@ -90,23 +93,20 @@ void expect_same_tables(const Estimate& a, const Estimate& b) {
   }
 }
 
-void expect_same_curves(const Estimate& a, const Estimate& b) {
-  ASSERT_EQ(a.curves.size(), b.curves.size());
-  for (std::size_t k = 0; k < a.curves.size(); ++k) {
-    const auto &p = a.curves[k], &q = b.curves[k];
-    EXPECT_EQ(p.name, q.name);
-    EXPECT_EQ(p.figure, q.figure);
-    EXPECT_EQ(p.x.name, q.x.name);
-    EXPECT_EQ(p.x.unit, q.x.unit);
-    EXPECT_EQ(p.y.name, q.y.name);
-    EXPECT_EQ(p.y.unit, q.y.unit);
-    EXPECT_EQ(p.band, q.band);
-    EXPECT_EQ(p.logarithmic, q.logarithmic);
-    EXPECT_EQ(p.points, q.points);
-    expect_same(p.x.values, q.x.values, p.name + " x");
-    expect_same(p.y.values, q.y.values, p.name + " y");
-    expect_same(p.lower, q.lower, p.name + " lower");
-    expect_same(p.upper, q.upper, p.name + " upper");
+/// Members that the JSON has, by their paths.
+template <class T>
+void expect_same_members(const std::vector<T>& a, const std::vector<T>& b, const std::string& what) {
+  ASSERT_EQ(a.size(), b.size()) << what;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const auto before = leaves_of(a[k]), after = leaves_of(b[k]);
+    ASSERT_EQ(before.size(), after.size()) << what << " " << k;
+    for (const auto& [path, value] : before) {
+      ASSERT_TRUE(after.contains(path)) << what << " " << k << " " << path;
+      if (const auto* number = std::get_if<double>(&value))
+        expect_same(*number, std::get<double>(after.at(path)), 2.0, path);
+      else
+        EXPECT_EQ(value, after.at(path)) << path;
+    }
   }
 }
 
@@ -173,7 +173,8 @@ void expect_same_rest(const Estimate& a, const Estimate& b) {
 void expect_same(const Estimate& a, const Estimate& b) {
   expect_same_parameters(a, b);
   expect_same_tables(a, b);
-  expect_same_curves(a, b);
+  expect_same_members(a.curves, b.curves, "curve");
+  expect_same_members(a.models, b.models, "model");
   expect_same_rest(a, b);
 }
 

@@ -9,6 +9,7 @@
 
 #include "tumble/archive/history.hpp"
 #include "tumble/core/budget.hpp"
+#include "tumble/core/columns.hpp"
 #include "tumble/exchange/decision.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/population/capability.hpp"
@@ -57,19 +58,16 @@ std::vector<Curve> distribution(const Production& production, const std::string&
   auto units = production.units;
   std::ranges::sort(units, {}, &UnitValue::value);
   const auto spread = spread_of_units(units);
-  Curve values{.name = "units",
-               .figure = "distribution",
-               .x = {"normal score", Unit(), {}},
-               .y = {name, production.shown, {}},
-               .points = true};
-  Curve truth{.name = "true values", .figure = "distribution", .x = values.x, .y = values.y};
+  Curve truth{
+      .name = "true values", .figure = "distribution", .x = {"normal score", Unit()}, .y = {name, production.shown}};
+  Curve values = truth;
+  values.name = "units";
+  values.points = true;
   const double count = static_cast<double>(units.size());
   for (std::size_t i = 0; i < units.size(); ++i) {
     const double score = quantile(normal, (static_cast<double>(i) + 0.625) / (count + 0.25));
-    values.x.values.push_back(score);
-    values.y.values.push_back(units[i].value);
-    truth.x.values.push_back(score);
-    truth.y.values.push_back(spread.mean + spread.sd * score);
+    add_point(values, score, units[i].value);
+    add_point(truth, score, spread.mean + spread.sd * score);
   }
   return {values, truth};
 }
@@ -93,28 +91,37 @@ std::vector<Rule> rules_of(const Production& production, const std::vector<Popul
   return rules;
 }
 
+/// What each decision rule accepts and rejects.
+Table risk_table(const Production& production, const std::vector<Population>& populations, const Tolerance& tolerance) {
+  struct Row {
+    Rule rule;
+    GlobalRisk risk;
+  };
+  std::vector<Row> rows;
+  for (const Rule& rule : rules_of(production, populations, tolerance))
+    rows.push_back({rule, global_risk(populations, production.sd, tolerance, rule.acceptance)});
+  const auto end = [](double Tolerance::*of, const char* of_none) {
+    return [of, of_none](const Row& r) {
+      return r.rule.acceptance.empty() ? Table::Cell(of_none) : r.rule.acceptance.*of;
+    };
+  };
+  return tabulate("risk",
+                  "share of all units that a decision rule accepts out of tolerance (consumer's risk) and rejects "
+                  "within it (producer's risk), over what the production may be",
+                  rows,
+                  {{"rule", [](const Row& r) { return r.rule.name; }},
+                   {"from", production.shown, end(&Tolerance::lower, "nothing")},
+                   {"to", production.shown, end(&Tolerance::upper, "is accepted")},
+                   {"consumer", "%", [](const Row& r) { return r.risk.consumer; }},
+                   {"producer", "%", [](const Row& r) { return r.risk.producer; }}});
+}
+
 /// Capability's companions: how many units each rule accepts wrongly and rejects wrongly.
 Estimate risks(const Production& production, const WantedParameter& wanted) {
   const Tolerance tolerance{wanted.limits.lower, wanted.limits.upper};
   const auto populations = possible_populations(production.units);
   Estimate one;
-  Table table{"risk",
-              "share of all units that a decision rule accepts out of tolerance (consumer's risk) and rejects within "
-              "it (producer's risk), over what the production may be",
-              {{"rule", {}},
-               {"from", production.shown},
-               {"to", production.shown},
-               {"consumer", Unit::parse("%")},
-               {"producer", Unit::parse("%")}},
-              {}};
-  for (const auto& [name, acceptance] : rules_of(production, populations, tolerance)) {
-    const auto risk = global_risk(populations, production.sd, tolerance, acceptance);
-    if (acceptance.empty())
-      table.rows.push_back({name, "nothing", "is accepted", risk.consumer, risk.producer});
-    else
-      table.rows.push_back({name, acceptance.lower, acceptance.upper, risk.consumer, risk.producer});
-  }
-  one.tables.push_back(table);
+  one.tables.push_back(risk_table(production, populations, tolerance));
   std::vector<double> consumer, producer;
   for (const auto& population : populations) {
     const auto risk = global_risk(population, production.sd, tolerance, tolerance);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/columns.hpp"
 #include "tumble/tasks/optimisation/criteria.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -31,59 +32,58 @@ double total_of(const Schedule& schedule) {
 
 Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std::string>& terms,
                      const std::vector<double>& reference) {
-  Table table{"schedules",
-              "each in the same total time, except the plan as it is. det, trace, worst: uncertainty relative to the "
-              "reference of each parameter as geometric mean over all directions, root mean square and largest; "
-              "smaller is better",
-              {{"schedule", one},
-               {"segments", one},
-               {"time", Unit::parse("min")},
-               {"determined", one},
-               {"det", one},
-               {"trace", one},
-               {"worst", one},
-               {"condition", one},
-               {"not distinguished", one}},
-              {}};
-  for (const auto& row : rows) {
-    std::vector<Cell> cells{row.name, static_cast<double>(row.schedule.size()), total_of(row.schedule)};
-    if (!row.estimate) {
-      cells.insert(cells.end(), {"-", "-", "-", "-", "-", row.refused.text()});
-      table.rows.push_back(std::move(cells));
-      continue;
-    }
-    const auto criteria = criteria_of(with_prior_if_any(*row.estimate), terms, reference);
-    std::vector<std::string> hidden;
+  std::vector<Criteria> criteria;
+  for (const auto& row : rows)
+    criteria.push_back(row.estimate ? criteria_of(with_prior_if_any(*row.estimate), terms, reference) : Criteria());
+  const auto hidden = [&](std::size_t i) {
+    std::vector<std::string> names;
     for (std::size_t k = 0; k < terms.size(); ++k)
-      if (std::isinf(criteria.sd[k])) hidden.push_back(terms[k]);
-    cells.insert(cells.end(), {fmt::format("{} of {}", terms.size() - hidden.size(), terms.size()),
-                               number(criteria.determinant), number(criteria.trace), number(criteria.worst),
-                               number(row.estimate->fit.condition), fmt::format("{}", fmt::join(hidden, ", "))});
-    table.rows.push_back(std::move(cells));
-  }
-  return table;
+      if (std::isinf(criteria[i].sd[k])) names.push_back(terms[k]);
+    return names;
+  };
+  const auto if_predicted = [&](auto of) {
+    return [&, of](std::size_t i) { return rows[i].estimate ? Cell(of(i)) : "-"; };
+  };
+  const auto determined = [&](std::size_t i) {
+    return fmt::format("{} of {}", terms.size() - hidden(i).size(), terms.size());
+  };
+  const auto not_distinguished = [&](std::size_t i) {
+    return rows[i].estimate ? fmt::format("{}", fmt::join(hidden(i), ", ")) : rows[i].refused.text();
+  };
+  return tabulate(
+      "schedules",
+      "each in the same total time, except the plan as it is. det, trace, worst: uncertainty relative to the "
+      "reference of each parameter as geometric mean over all directions, root mean square and largest; "
+      "smaller is better",
+      rows.size(),
+      {{"schedule", [&](std::size_t i) { return rows[i].name; }},
+       {"segments", [&](std::size_t i) { return rows[i].schedule.size(); }},
+       {"time", "min", [&](std::size_t i) { return total_of(rows[i].schedule); }},
+       {"determined", if_predicted(determined)},
+       {"det", if_predicted([&](std::size_t i) { return number(criteria[i].determinant); })},
+       {"trace", if_predicted([&](std::size_t i) { return number(criteria[i].trace); })},
+       {"worst", if_predicted([&](std::size_t i) { return number(criteria[i].worst); })},
+       {"condition", if_predicted([&](std::size_t i) { return number(rows[i].estimate->fit.condition); })},
+       {"not distinguished", not_distinguished}});
 }
 
 Table sd_table(const std::vector<ScheduleRow>& rows, const Estimate& chosen, const std::vector<std::string>& terms,
                const std::vector<double>& reference) {
-  Table table{"schedule_sd",
-              "standard uncertainty of every parameter; - if the schedule does not determine it; reference: the value "
-              "to which the criteria are relative",
-              {{"schedule", one}},
-              {}};
-  for (const auto& term : terms) {
-    const auto* parameter = find_parameter(chosen, term);
-    table.columns.push_back({term, parameter ? parameter->unit : one});
-  }
-  const auto add = [&](const std::string& name, const std::vector<double>& sd) {
-    std::vector<Cell> cells{name};
-    for (std::size_t k = 0; k < terms.size(); ++k) cells.push_back(number(sd[k], table.columns[k + 1].unit));
-    table.rows.push_back(std::move(cells));
-  };
+  using Line = std::pair<std::string, std::vector<double>>;  // name, sd of each term [SI]
+  std::vector<Line> lines;
   for (const auto& row : rows)
-    if (row.estimate) add(row.name, sds_of(with_prior_if_any(*row.estimate), terms));
-  add("reference", reference);
-  return table;
+    if (row.estimate) lines.emplace_back(row.name, sds_of(with_prior_if_any(*row.estimate), terms));
+  lines.emplace_back("reference", reference);
+  std::vector<ColumnOf<Line>> columns{{"schedule", &Line::first}};
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const auto* parameter = find_parameter(chosen, terms[k]);
+    const Unit unit = parameter ? parameter->unit : one;
+    columns.emplace_back(terms[k], unit, [k, unit](const Line& line) { return number(line.second[k], unit); });
+  }
+  return tabulate("schedule_sd",
+                  "standard uncertainty of every parameter; - if the schedule does not determine it; reference: the "
+                  "value to which the criteria are relative",
+                  lines, columns);
 }
 
 Table schedule_table(const Schedule& schedule) {
