@@ -42,7 +42,7 @@ ROOMS_OF_TEXT = ("tumble/formats/", "tumble/wire/", "tumble/units/", "tumble/tas
                  "tumble/core/tables/", "tumble/report/legacy/")
 READS_TEXT = {  # why: which files, below tumble/ and apps/
     "sentences: patterns, their places and the tables of translations are made of text":
-        "tumble/core/finding.cpp tumble/language/said.cpp tumble/language/say.cpp",
+        "tumble/core/finding.cpp tumble/language/said.cpp tumble/language/said/pattern.cpp tumble/language/said/stored.cpp tumble/language/say.cpp",
     "settings and options, as people write them":
         "tumble/core/settings.cpp tumble/methods/imu_channel_calibration/evidence.cpp tumble/methods/imu_ferraris/sections.cpp "
         "tumble/methods/random_vibration/types.cpp tumble/methods/rlg_lock_in/sweep.cpp tumble/tasks/export.cpp "

@@ -71,8 +71,10 @@ TEST(PastResults, AModelWithoutTheParameterIsRefused) {
 
 TEST(PastResults, WhatIsNoResultIsAProblem) {
   Problems problems;
-  summary_of_result({.json = "{}", .file = "x.json"}, "2026-03-02T09:00:00Z", problems);
-  EXPECT_EQ(problems.size(), 1u);
+  const auto summary = summary_of_result({.json = "{}", .file = "x.json"}, "2026-03-02T09:00:00Z", problems);
+  EXPECT_TRUE(summary.sha256.empty());
+  ASSERT_FALSE(problems.empty());  // one for each member that a result has
+  for (const Problem& problem : problems) EXPECT_EQ(problem.where.file, "x.json") << problem.text();
 }
 
 }  // namespace

@@ -33,6 +33,14 @@ TEST(Finding, IsBuiltWithItsSentence) {
   EXPECT_EQ(sentence(finding), finding.message);
 }
 
+TEST(Finding, ItsReasonIsTranslated) {
+  const Finding finding(Finding::Severity::error, "segment_not_measurable",
+                        {{"reason", Sentence("the signal does not move: there is no line in it")}}, "10 Hz");
+  EXPECT_TRUE(message_in(Language::chinese, finding).ends_with("信号不变：其中没有谱线"))
+      << message_in(Language::chinese, finding);
+  EXPECT_TRUE(in_language(Language::chinese, errors_among({finding}).at(0)).ends_with("信号不变：其中没有谱线"));
+}
+
 TEST(Finding, OfAnotherProjectBringsItsSentence) {
   const Finding finding(Severity::info, Phrase{"my_code", "{count:jump} of {size:.1f} {how}"},
                         {{"size", -0.01, "K"}, {"how", Phrase{"my_word", "upwards"}}}, "oven", {2, 1.0, 3.0});

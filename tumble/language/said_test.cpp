@@ -4,7 +4,6 @@
 
 #include <cerrno>
 
-#include "tumble/core/message_in.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 
@@ -86,14 +85,6 @@ TEST(Said, AFullStopBehindAQuestionMarkGoes) {
   EXPECT_EQ(chinese(say("no column '{}' for time{}; columns are {}", std::string("x"),
                         say("; did you mean '{}'?", std::string("y")), Name{"y"})),
             "没有作为时间的列“x”，是否应为“y”？已有的列：y");
-}
-
-TEST(Said, TheReasonInAFindingIsTranslated) {
-  const Finding finding(Finding::Severity::error, "segment_not_measurable",
-                        {{"reason", Sentence("the signal does not move: there is no line in it")}}, "10 Hz");
-  EXPECT_TRUE(message_in(Language::chinese, finding).ends_with("信号不变：其中没有谱线"))
-      << message_in(Language::chinese, finding);
-  EXPECT_TRUE(chinese(errors_among({finding}).at(0)).ends_with("信号不变：其中没有谱线"));
 }
 
 TEST(Said, LinesAreTranslatedOneByOne) {

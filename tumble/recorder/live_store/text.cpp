@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "tumble/units/error.hpp"
 
@@ -102,12 +103,11 @@ bool items_of_text(const Chunk& chunk, const std::function<void(const StoreItem&
     const bool is_row = chunk.kind == StoreItem::Kind::journal;
     const auto row = is_row ? row_of_chunk(chunk, json) : row_of_event(json);
     if (is_row && !row) return true;
-    const StoreEvent event = event_of(json, chunk.begin);
+    std::optional<StoreEvent> event;
+    if (!row) event = event_of(json, chunk.begin);
     item.kind = row ? StoreItem::Kind::journal : StoreItem::Kind::event;
-    if (row)
-      item.journal = &*row;
-    else
-      item.event = &event;
+    item.journal = row ? &*row : nullptr;
+    item.event = event ? &*event : nullptr;
     visit(item);
   } catch (const Error&) {
     return false;
