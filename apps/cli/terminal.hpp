@@ -45,8 +45,8 @@ void print(std::string_view text);
 void note(const Terminal& terminal, const Sentence& message);
 /// "error:" and the problems, each on a line of its own.
 void complain(const Terminal& terminal, const Problems& problems);
-/// Tells the program that has started this one: a line "problems [...]" to the descriptor that TUMBLE_PROBLEMS names, or
-/// else to that of progress.
+/// Tells the program that has started this one: a line "problems [...]" to the descriptor that TUMBLE_PROBLEMS names,
+/// or else to that of progress.
 void hand_on(Error::Kind kind, const Problems& problems);
 inline void complain(const Terminal& terminal, const Problem& problem) { complain(terminal, Problems{problem}); }
 

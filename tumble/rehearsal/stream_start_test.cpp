@@ -91,12 +91,10 @@ TEST(StreamStart, AUnitThatIsSilentUntilItIsStartedIsRecorded) {
 TEST(StreamStart, ItIsStartedAgainInEachPowerUp) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = commanded_rehearsal(scratch, "fog_thermal_bias");
-  int power_ups = 0;
-  for (Segment& segment : rehearsal.plan.schedule) {
-    segment.duration = std::min(segment.duration, 20.0);
-    power_ups = std::max(power_ups, segment.run);
-  }
-  ASSERT_GT(power_ups, 1);
+  constexpr int power_ups = 2;  // of the plan's, which soak for hours
+  std::erase_if(rehearsal.plan.schedule, [](const Segment& segment) { return segment.run > power_ups; });
+  for (Segment& segment : rehearsal.plan.schedule) segment.duration = std::min(segment.duration, 20.0);
+  ASSERT_EQ(rehearsal.plan.schedule.back().run, power_ups);
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
   EXPECT_EQ(times_in(sent_to_units(rehearsal.folder), "=CONFIG,0\n"), static_cast<std::size_t>(power_ups));

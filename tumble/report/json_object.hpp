@@ -13,7 +13,7 @@ class JsonObject {
   /// `json` points to an nlohmann::ordered_json that outlives the object.
   explicit JsonObject(void* json) : json_(json) {}
 
-  void number(const char* key, double value) const;  ///< [as given]; null where it is not finite
+  void number(const char* key, double value) const;                        ///< [as given]; null where it is not finite
   void numbers(const char* key, const std::vector<double>& values) const;  ///< [n, as given]
   void whole(const char* key, unsigned long long value) const;
   void flag(const char* key, bool value) const;

@@ -339,7 +339,8 @@ Estimate estimate_of(const Node& top) {
   for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
   for (const auto& node : top["curves"].elements()) estimate.curves.push_back(members_of<Curve>(node));
   estimate.fit = members_of<Fit>(top["fit"]);
-  for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node, estimate.parameters));
+  for (const auto& node : top["findings"].elements())
+    estimate.findings.push_back(finding_of(node, estimate.parameters));
   for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
   estimate.provenance = provenance_of(top["provenance"]);
   if (!estimate.provenance.memory) estimate.provenance.memory = legacy::memory_of(estimate.findings);

@@ -14,7 +14,8 @@ inline std::size_t decimal_length(double value) {
   return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
 }
 
-/// The double next to `start` [u] with the shortest decimal that `to_si` takes exactly to `si` [SI]; NaN if no double is.
+/// The double next to `start` [u] with the shortest decimal that `to_si` takes exactly to `si` [SI]; NaN if no double
+/// is.
 template <class ToSi>
 double exact_near(double start, double si, const ToSi& to_si) {
   double best = NAN;
@@ -32,9 +33,9 @@ double exact_near(double start, double si, const ToSi& to_si) {
   return best;
 }
 
-/// `si` [SI] in a displayed unit, such that reading it back gives `si` exactly where a double of the displayed unit can,
-/// else the value next to it; either way writing what was read gives the same number again. NaN where no number of the
-/// displayed unit is finite.
+/// `si` [SI] in a displayed unit, such that reading it back gives `si` exactly where a double of the displayed unit
+/// can, else the value next to it; either way writing what was read gives the same number again. NaN where no number of
+/// the displayed unit is finite.
 template <class ToSi, class FromSi>
 double shown_value(double si, const ToSi& to_si, const FromSi& from_si) {
   const double start = std::isfinite(si) ? from_si(si) : NAN;

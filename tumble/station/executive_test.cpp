@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <set>
 
 #include "tumble/math/random.hpp"
@@ -262,6 +263,9 @@ void shake(ExecutiveBench& bench, std::uint64_t seed) {
   bench.at(600.0, RunOrder{RunOrder::Kind::abort, "evening"});
 }
 
+/// Runs that are shaken: 10^4 where many inputs are asked for (script/test --full), else enough for each ending.
+std::uint64_t shaken_runs() { return std::getenv("TUMBLE_FUZZ_INPUTS") != nullptr ? 10'000 : 2'000; }
+
 TEST(Executive, EndsSafelyWhateverHappens) {
   Station station = bench_station(true);
   station.axes[0].settle.timeout = 10.0;
@@ -286,7 +290,7 @@ TEST(Executive, EndsSafelyWhateverHappens) {
   course.prompt_deadline = 30.0;
   const auto shared = std::make_shared<const Course>(course);
   std::map<RunEnding, int> endings;
-  for (std::uint64_t seed = 1; seed <= 10'000; ++seed) {
+  for (std::uint64_t seed = 1; seed <= shaken_runs(); ++seed) {
     ExecutiveBench bench(shared);
     bench.at(0.0, ChannelValues{{}, {{"input.door", "closed"}}});
     shake(bench, seed);

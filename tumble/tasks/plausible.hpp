@@ -24,8 +24,8 @@ Findings about_site(const Plan& plan);
 Findings ruled_by_site(const Plan& plan, const Estimate& estimate);
 
 /// Gives each finding the parameters that it concerns (Finding::about), where whoever made it did not: the parameter
-/// that is its place, or those that its channel gives. A wrong sign anywhere concerns all of them, and so does a finding
-/// whose place is neither: nobody can say which numbers it leaves sound.
+/// that is its place, or those that its channel gives. A wrong sign anywhere concerns all of them, and so does a
+/// finding whose place is neither: nobody can say which numbers it leaves sound.
 void settle_findings(Estimate& estimate);
 
 /// Whether an error among the settled findings takes the ground from under a parameter of this name, which the data may

@@ -5,8 +5,8 @@
 #include <system_error>
 #include <vector>
 
-#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 

@@ -145,9 +145,9 @@ SayArgument say_argument(const T& value) {
 }
 
 /// The English pattern of a sentence, checked when it is compiled: as fmt checks it, and each text (std::string) stands
-/// in quotes. A text outside of quotes is a Name, or a Sentence where it has words: else nobody knows which. The kind of
-/// a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it), words
-/// of the program (const char*), a text.
+/// in quotes. A text outside of quotes is a Name, or a Sentence where it has words: else nobody knows which. The kind
+/// of a value follows from its type: a number, a Name, a Sentence, a Problem (a sentence with its place before it),
+/// words of the program (const char*), a text.
 template <class... Values>
 struct SayPattern {
   std::string_view english;

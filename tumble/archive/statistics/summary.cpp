@@ -190,7 +190,9 @@ Table outliers_table(const OutlierUnits& found, const UnitMeans& means, const Mo
 }
 
 Table batches_table(const BatchChange& change, const UnitMeans& means, const Unit& unit) {
-  const auto date = [&](const BatchChange& c) { return day_of(means.moment[std::min(c.after, means.moment.size() - 1)]); };
+  const auto date = [&](const BatchChange& c) {
+    return day_of(means.moment[std::min(c.after, means.moment.size() - 1)]);
+  };
   return tabulate("batches", "the most probable change of the mean in order of production", std::vector{change},
                   {{"after units", &BatchChange::after},
                    {"earliest", &BatchChange::earliest},

@@ -37,7 +37,8 @@ Tolerance tolerance_of(const Limit& limit, const Unit* unit) {
     if (*bound && unit != nullptr && (*bound)->unit.dimension() != unit->dimension())
       throw Error(Error::Kind::bad_input,
                   say("the limit {} is in {} [{}], the parameter in {} [{}]", Name{bound_text(**bound)},
-                      Name{(*bound)->unit.text()}, Name{name((*bound)->unit.dimension())}, Name{unit->text()}, Name{name(unit->dimension())}));
+                      Name{(*bound)->unit.text()}, Name{name((*bound)->unit.dimension())}, Name{unit->text()},
+                      Name{name(unit->dimension())}));
   const Tolerance limits{limit.lowest(), limit.highest()};
   if (limits.empty())
     throw Error(Error::Kind::bad_input, say("the limit '{}' has its lower end above its upper end", limit_text(limit)));

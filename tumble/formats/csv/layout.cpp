@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/language/say.hpp"
 #include "tumble/formats/csv/advice.hpp"
 #include "tumble/formats/csv/shape.hpp"
 #include "tumble/formats/file/annotations.hpp"
+#include "tumble/language/say.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 

@@ -1,8 +1,8 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
 #include "tumble/models/given/given.hpp"
-#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::sdof_gyro {
 namespace {

@@ -7,8 +7,8 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/text_parts.hpp"
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble::vibration {
 namespace {
