@@ -264,7 +264,7 @@ void shake(ExecutiveBench& bench, std::uint64_t seed) {
 }
 
 /// Runs that are shaken: 10^4 where many inputs are asked for (script/test --full), else enough for each ending.
-std::uint64_t shaken_runs() { return std::getenv("TUMBLE_FUZZ_INPUTS") != nullptr ? 10'000 : 2'000; }
+std::uint64_t shaken_runs() { return std::getenv("TUMBLE_FUZZ_INPUTS") != nullptr ? 10'000 : 5'000; }
 
 TEST(Executive, EndsSafelyWhateverHappens) {
   Station station = bench_station(true);
