@@ -290,7 +290,8 @@ TEST(Executive, EndsSafelyWhateverHappens) {
   course.prompt_deadline = 30.0;
   const auto shared = std::make_shared<const Course>(course);
   std::map<RunEnding, int> endings;
-  for (std::uint64_t seed = 1; seed <= shaken_runs(); ++seed) {
+  const std::uint64_t runs = shaken_runs();
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     ExecutiveBench bench(shared);
     bench.at(0.0, ChannelValues{{}, {{"input.door", "closed"}}});
     shake(bench, seed);
@@ -305,7 +306,7 @@ TEST(Executive, EndsSafelyWhateverHappens) {
   }
   for (const auto ending : {RunEnding::complete, RunEnding::aborted, RunEnding::stopped, RunEnding::failed,
                             RunEnding::error, RunEnding::faulted})
-    EXPECT_GT(endings[ending], 5) << name(ending);
+    EXPECT_GT(endings[ending] * 2000, static_cast<int>(runs)) << name(ending);  // the rarest is one in a thousand
 }
 
 }  // namespace
