@@ -2,7 +2,52 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/report/members.hpp"
+
 namespace tumble {
+
+template <class Visitor>
+void members(Visitor& visit, const ArchivedStep& one) {
+  visit("number", one.number)("time", one.when)("by", one.who)("what", one.action)("which", one.subject);
+  visit("why", one.reason)("detail", one.detail);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const ArchivedResult& one) {
+  visit("sha256", one.sha256)("method", one.method)("title", one.title)("verdict", one.verdict)("by", one.who);
+  visit("begun", one.begun)("ended", one.ended)("archived", one.archived)("tumble", one.program_version);
+  visit("run", one.run)("simulated", one.simulated)("replaced_by", one.replaced_by)("reason", one.correction);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const ArchivedRun& one) {
+  visit("id", one.id)("title", one.title)("station", one.station)("slot", one.slot)("operator", one.who);
+  visit("started", one.started)("ended", one.ended)("ending", one.ending);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const ArchivedFile& one) {
+  visit("sha256", one.sha256)("role", one.role)("name", one.name)("bytes", one.bytes)("run", one.run)("slot", one.slot);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const ArchivedCertificate& one) {
+  visit("number", one.number)("format", one.format)("sha256", one.sha256)("result", one.result);
+  visit("issued_by", one.issued_by)("issued", one.issued);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const Signature& one) {
+  visit("number", one.number)("of", one.kind)("sha256", one.sha256)("meaning", one.meaning)("by", one.who);
+  visit("time", one.when)("why", one.why)("problem", one.problem);
+}
+
+template <class Visitor>
+void members(Visitor& visit, const UnitRecord& record) {
+  visit("model", record.name.model)("serial", record.name.serial)("results", record.results)("runs", record.runs);
+  visit("files", record.files)("certificates", record.certificates)("signatures", record.signatures);
+  visit("events", record.steps);
+}
 
 namespace {
 
@@ -10,17 +55,12 @@ using Json = nlohmann::ordered_json;
 
 std::string written(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-Json steps_json(const std::vector<ArchivedStep>& steps) {
-  Json all = Json::array();
-  for (const auto& one : steps)
-    all.push_back({{"number", one.number},
-                   {"time", one.when},
-                   {"by", one.who},
-                   {"what", one.action},
-                   {"which", one.subject},
-                   {"why", one.reason},
-                   {"detail", one.detail}});
-  return all;
+template <class Part>
+Json json_of(const Part& part) {
+  Json json = Json::object();
+  MembersToJson visit{JsonObject(&json)};
+  visit("all", part);
+  return json["all"];
 }
 
 }  // namespace
@@ -36,59 +76,7 @@ std::string units_json(const std::vector<ArchivedUnit>& units) {
   return written(all);
 }
 
-std::string record_json(const UnitRecord& record) {
-  Json json{{"model", record.name.model}, {"serial", record.name.serial}};
-  for (const char* const name : {"results", "runs", "files", "certificates", "signatures", "events"})
-    json[name] = Json::array();
-  for (const auto& one : record.results)
-    json["results"].push_back({{"sha256", one.sha256},
-                               {"method", one.method},
-                               {"title", one.title},
-                               {"verdict", one.verdict},
-                               {"by", one.who},
-                               {"begun", one.begun},
-                               {"ended", one.ended},
-                               {"archived", one.archived},
-                               {"tumble", one.program_version},
-                               {"run", one.run},
-                               {"simulated", one.simulated},
-                               {"replaced_by", one.replaced_by},
-                               {"reason", one.correction}});
-  for (const auto& one : record.runs)
-    json["runs"].push_back({{"id", one.id},
-                            {"title", one.title},
-                            {"station", one.station},
-                            {"slot", one.slot},
-                            {"operator", one.who},
-                            {"started", one.started},
-                            {"ended", one.ended},
-                            {"ending", one.ending}});
-  for (const auto& one : record.files)
-    json["files"].push_back({{"sha256", one.sha256},
-                             {"role", one.role},
-                             {"name", one.name},
-                             {"bytes", one.bytes},
-                             {"run", one.run},
-                             {"slot", one.slot}});
-  for (const auto& one : record.certificates)
-    json["certificates"].push_back({{"number", one.number},
-                                    {"format", one.format},
-                                    {"sha256", one.sha256},
-                                    {"result", one.result},
-                                    {"issued_by", one.issued_by},
-                                    {"issued", one.issued}});
-  for (const auto& one : record.signatures)
-    json["signatures"].push_back({{"number", one.number},
-                                  {"of", one.kind},
-                                  {"sha256", one.sha256},
-                                  {"meaning", one.meaning},
-                                  {"by", one.who},
-                                  {"time", one.when},
-                                  {"why", one.why},
-                                  {"problem", one.problem}});
-  json["events"] = steps_json(record.steps);
-  return written(json);
-}
+std::string record_json(const UnitRecord& record) { return written(json_of(record)); }
 
 std::string run_json(const RunRecord& record) {
   const auto& run = record.run;
@@ -100,7 +88,7 @@ std::string run_json(const RunRecord& record) {
   json["equipment"] = Json::array();
   for (const auto& [name, certificate] : record.equipment)
     json["equipment"].push_back({{"equipment", name}, {"certificate", certificate}});
-  json["events"] = steps_json(record.steps);
+  json["events"] = json_of(record.steps);
   return written(json);
 }
 

@@ -34,12 +34,27 @@ std::vector<std::string> separate(const std::string& text) {
   return parts;
 }
 
-bool for_reading(const std::string& key) {
-  for (const char* known : {"rate", "topic", "frames", "missing", "columns", "segment_column", "decimal", "time",
-                            "date", "encoding", "skip"})
-    if (key == known) return true;
-  return !after(key, "unit.").empty();
+/// How a file is read, by the keys that say it.
+using ReadingSetter = void (*)(ReadOptions&, const std::string& value);
+constexpr std::pair<std::string_view, ReadingSetter> reading_keys[] = {
+    {"rate", [](auto& reading, const auto& value) { reading.rate = parse_rate(value); }},
+    {"missing", [](auto& reading, const auto& value) { reading.missing = value; }},
+    {"columns", [](auto& reading, const auto& value) { reading.columns = separate(value); }},
+    {"topic", [](auto& reading, const auto& value) { reading.topics.push_back(value); }},
+    {"frames", [](auto& reading, const auto& value) { reading.frames = value; }},
+    {"segment_column", [](auto& reading, const auto& value) { reading.segment_column = value; }},
+    {"decimal", [](auto& reading, const auto& value) { reading.decimal = parse_decimal(value); }},
+    {"time", [](auto& reading, const auto& value) { reading.time = value; }},
+    {"date", [](auto& reading, const auto& value) { reading.date = parse_date_order(value); }},
+    {"encoding", [](auto& reading, const auto& value) { reading.encoding = value; }},
+    {"skip", [](auto& reading, const auto& value) { reading.skip = parse_skip(value); }}};
+
+ReadingSetter find_reading(std::string_view key) {
+  const auto found = std::ranges::find(reading_keys, key, &std::pair<std::string_view, ReadingSetter>::first);
+  return found == std::end(reading_keys) ? nullptr : found->second;
 }
+
+bool for_reading(const std::string& key) { return find_reading(key) != nullptr || !after(key, "unit.").empty(); }
 
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
   const Given given{key, value, "--set", true, true};
@@ -48,31 +63,11 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     copy.key = name;
     return copy;
   };
-  if (key == "rate") sorted.reading.rate = parse_rate(value);
-  if (key == "missing")
-    sorted.reading.missing = value;
-  else if (key == "calibration")
+  if (const auto set = find_reading(key)) set(sorted.reading, value);
+  if (key == "calibration")
     sorted.calibration = value;
   else if (key == "prior")
     sorted.prior = value;
-  else if (key == "columns")
-    sorted.reading.columns = separate(value);
-  else if (key == "topic")
-    sorted.reading.topics.push_back(value);
-  else if (key == "frames")
-    sorted.reading.frames = value;
-  else if (key == "segment_column")
-    sorted.reading.segment_column = value;
-  else if (key == "decimal")
-    sorted.reading.decimal = parse_decimal(value);
-  else if (key == "time")
-    sorted.reading.time = value;
-  else if (key == "date")
-    sorted.reading.date = parse_date_order(value);
-  else if (key == "encoding")
-    sorted.reading.encoding = value;
-  else if (key == "skip")
-    sorted.reading.skip = parse_skip(value);
   else if (const auto column = after(key, "unit."); !column.empty())
     sorted.reading.units[std::string(column)] = Unit::parse(value);
   else if (const auto role = after(key, "channels."); !role.empty())
@@ -83,7 +78,7 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.rig.push_back(renamed(rig));
   else if (const auto beside = after(key, "beside."); !beside.empty())
     sorted.beside.push_back(renamed(beside));
-  else
+  else if (key == "rate" || find_reading(key) == nullptr)  // a rate is a setting of some methods, too
     sorted.settings.push_back(given);
 }
 
