@@ -20,11 +20,7 @@ namespace {
 
 using topics::Log;
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 [[noreturn]] void refuse(const std::string& path, const Sentence& what) {
   throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
@@ -109,30 +105,17 @@ void take_start(const Scan& scan, const std::vector<topics::Topic>& topics, Reco
     frame.meta[clock_start] = iso_time(*scan.started + std::llround(1e6 * *first) * 1000) + "Z";
 }
 
-/// Names of messages that cannot be read, for people.
-std::string unreadable(const Scan& scan) {
+/// Names of messages that cannot be read.
+std::vector<std::string> unreadable(const Scan& scan) {
   std::vector<std::string> names;
   for (const Description& description : scan.descriptions)
     if (description.ambiguous || (!description.name.empty() && description.fields.empty()))
       names.push_back(description.name);
-  return names.empty() ? "?" : fmt::format("{}", fmt::join(names, ", "));
+  return names;
 }
 
 void take_damage(const Scan& scan, Findings& findings) {
-  const Damage& damage = scan.damage;
-  if (damage.stretches > 0)
-    findings.push_back({Finding::Severity::warning,
-                        "log_damaged",
-                        {{"size", damage.bytes}, {"at", damage.first}},
-                        "",
-                        {damage.stretches, {}, {}}});
-  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
-  if (damage.undescribed > 0 || unreadable(scan) != "?")
-    findings.push_back({Finding::Severity::info,
-                        "messages_not_described",
-                        {{"what", unreadable(scan)}},
-                        "",
-                        {damage.undescribed, {}, {}}});
+  topics::name_damage(scan.damage, unreadable(scan), findings);
   if (scan.rejected > 0.0)
     findings.push_back({Finding::Severity::warning, "log_rejected", {{"number", scan.rejected}}});
 }

@@ -22,11 +22,7 @@ using ros::Window;
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t piece_size = std::uint64_t{1} << 20;  ///< [bytes] of messages outside of chunks
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 ros::Packing packing_of(const std::string& name) {
   if (name.empty() || name == "none") return ros::Packing::none;

@@ -19,11 +19,7 @@ using ros::Window;
 constexpr std::string_view signature = "#ROSBAG V";
 constexpr std::string_view version = "#ROSBAG V2.0\n";
 
-bool recognises(const std::string& path) {
-  char bytes[signature.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == signature;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, signature); }
 
 ros::Packing packing_of(const std::string& name) {
   if (name == "none" || name.empty()) return ros::Packing::none;

@@ -20,11 +20,7 @@ namespace {
 constexpr std::string_view magic("SQLite format 3\0", 16);
 constexpr std::int64_t rows_at_once = 16384;
 
-bool is_database(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool is_database(const std::string& path) { return file::begins_with(path, magic); }
 
 bool recognises(const std::string& path) {
   std::error_code problem;

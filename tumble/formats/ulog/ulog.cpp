@@ -23,11 +23,7 @@ namespace {
 
 using topics::Log;
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 [[noreturn]] void refuse(const std::string& path, const Sentence& what) {
   throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
@@ -96,20 +92,7 @@ void take_meta(const Scan& scan, Recording& frame) {
 }
 
 void take_damage(const Scan& scan, Findings& findings) {
-  const Damage& damage = scan.damage;
-  if (damage.stretches > 0)
-    findings.push_back({Finding::Severity::warning,
-                        "log_damaged",
-                        {{"size", damage.bytes}, {"at", damage.first}},
-                        "",
-                        {damage.stretches, {}, {}}});
-  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
-  if (damage.undescribed > 0 || !scan.unreadable.empty())
-    findings.push_back({Finding::Severity::info,
-                        "messages_not_described",
-                        {{"what", scan.unreadable.empty() ? "?" : fmt::format("{}", fmt::join(scan.unreadable, ", "))}},
-                        "",
-                        {damage.undescribed, {}, {}}});
+  topics::name_damage(scan.damage, scan.unreadable, findings);
   const auto& lost = scan.dropouts;
   if (lost.count > 0)
     findings.push_back({Finding::Severity::warning,
