@@ -159,7 +159,6 @@ std::string with_bit7(std::string text) {
 
 std::string stripped(std::string_view text) { return std::string(trimmed(text)); }
 
-
 std::string wrap(const Controller& controller, Direction direction, const std::string& plain, bool bare,
                  std::uint16_t transaction) {
   if (bare) return plain;
