@@ -17,8 +17,7 @@ using tables::Section;
 
 /// The settings with the values that count.
 std::map<std::string, std::string> settings_of(const toml::table& document,
-                                               const std::map<std::string, std::string>& wanted,
-                                               ControllerDeclaration& declared) {
+                                               const std::map<std::string, std::string>& wanted, Declared& declared) {
   std::map<std::string, std::string> settings;
   std::vector<std::string> known;
   if (const auto* table = document["setting"].as_table())
@@ -40,7 +39,7 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
   return settings;
 }
 
-void put_into(std::string& text, const toml::source_region& place, ControllerDeclaration& declared) {
+void put_into(std::string& text, const toml::source_region& place, Declared& declared) {
   const auto& settings = declared.controller.settings;
   for (std::size_t at = text.find("${"); at != std::string::npos; at = text.find("${", at)) {
     const auto end = text.find('}', at);
@@ -57,7 +56,7 @@ void put_into(std::string& text, const toml::source_region& place, ControllerDec
   }
 }
 
-void put_into_node(toml::node& node, ControllerDeclaration& declared, int depth) {
+void put_into_node(toml::node& node, Declared& declared, int depth) {
   if (depth > 20) return;
   if (auto* text = node.as_string()) put_into(text->get(), node.source(), declared);
   if (auto* table = node.as_table())
@@ -82,7 +81,7 @@ void read_serial(Section& section, ControllerLink& link) {
   if (!numeric || !sound || link.baud == 0) section.problem_at("serial", "\"9600:8N1\" is expected: baud, format");
 }
 
-void read_link(Section& root, ControllerDeclaration& declared) {
+void read_link(Section& root, Declared& declared) {
   ControllerLink& link = declared.controller.link;
   const auto* table = root.table("link");
   if (!table) return root.missing("link", "{tcp = 5025}");
@@ -115,7 +114,7 @@ void read_axes(Section& root, Controller& controller) {
   if (controller.axes.empty()) controller.axes = {"1"};
 }
 
-void read_http(Section& root, ControllerDeclaration& declared) {
+void read_http(Section& root, Declared& declared) {
   Controller& controller = declared.controller;
   controller.protocol = Controller::Protocol::http;
   controller.longest = 16384;
@@ -135,7 +134,7 @@ void read_http(Section& root, ControllerDeclaration& declared) {
   section.close();
 }
 
-void read_protocol(Section& root, ControllerDeclaration& declared) {
+void read_protocol(Section& root, Declared& declared) {
   const std::string protocol = root.text("protocol").value_or("text");
   Controller& controller = declared.controller;
   if (protocol != "text" && protocol != "modbus" && protocol != "http")
@@ -187,8 +186,7 @@ double seconds_at(Section& section, std::string_view key, double otherwise) {
   return otherwise;
 }
 
-void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted,
-                  ControllerDeclaration& declared) {
+void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Declared& declared) {
   declared.controller.settings = settings_of(document, wanted, declared);
   for (auto&& [key, value] : document)
     if (key.str() != "setting") put_into_node(value, declared, 0);
@@ -201,7 +199,7 @@ namespace tumble {
 Controller read_controller(std::string_view text, const std::string& file,
                            const std::map<std::string, std::string>& settings) {
   toml::table document = tables::document_of(std::string(text), file);
-  controller::ControllerDeclaration declared{declaration::Draft(file)};
+  controller::Declared declared{declaration::Draft(file)};
   controller::put_settings(document, settings, declared);
   tables::Section root = declared.draft.section(document, "");
   root.table("setting");

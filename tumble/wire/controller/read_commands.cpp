@@ -46,7 +46,7 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
 
 /// Absolute temperatures keep their zero: 0.1 degC of a register is a step, and 0 is 0 degC.
 void check_template(Section& section, const char* key, const ControllerTemplate& form, bool is_send,
-                    const ControllerDeclaration& declared) {
+                    const Declared& declared) {
   for (const auto& piece : form.pieces) {
     require_unit(section, key, piece);
     if (piece.axis > static_cast<int>(declared.controller.axes.size()))
@@ -59,7 +59,7 @@ void check_template(Section& section, const char* key, const ControllerTemplate&
   }
 }
 
-std::vector<ControllerTemplate> templates_at(Section& section, const char* key, ControllerDeclaration& declared) {
+std::vector<ControllerTemplate> templates_at(Section& section, const char* key, Declared& declared) {
   std::vector<ControllerTemplate> forms;
   parse_at(section, key, [&] {
     for (const auto& text : section.texts(key)) {
@@ -86,7 +86,7 @@ ControllerPiece register_field(std::string text) {
   throw Error(Error::Kind::bad_input, "Modbus sends the high byte first; the order of words is words = \"low first\"");
 }
 
-void read_register(Section& section, ControllerExchange& exchange, ControllerDeclaration& declared) {
+void read_register(Section& section, ControllerExchange& exchange, Declared& declared) {
   const auto read = section.text("read"), write = section.text("write");
   ControllerRegister access;
   if (read && write) section.problem_at("write", "an exchange reads or writes");
@@ -126,7 +126,7 @@ void read_json(Section& section, ControllerExchange& exchange) {
   if (exchange.bare) section.problem_at("bare", "has no meaning for HTTP");
 }
 
-ControllerExchange exchange_of(Section& section, ControllerDeclaration& declared) {
+ControllerExchange exchange_of(Section& section, Declared& declared) {
   ControllerExchange exchange;
   exchange.when = section.text("when").value_or("");
   exchange.timeout = seconds_at(section, "timeout", declared.timeout);
@@ -188,7 +188,7 @@ void summarise(ControllerCommand& command) {
   command.gives.assign(gives.begin(), gives.end());
 }
 
-ControllerCommand command_at(const std::string& verb, const toml::table& table, ControllerDeclaration& declared) {
+ControllerCommand command_at(const std::string& verb, const toml::table& table, Declared& declared) {
   Section section = declared.draft.section(table, fmt::format("[command.{}]", verb));
   ControllerCommand command;
   command.verb = verb;
@@ -217,7 +217,7 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
   return command;
 }
 
-void resolve_same(ControllerCommand& command, ControllerDeclaration& declared, Section& root) {
+void resolve_same(ControllerCommand& command, Declared& declared, Section& root) {
   if (command.same_as.empty()) return;
   const auto* other = declared.controller.find(command.same_as);
   if (!other || !other->same_as.empty() || !command.exchanges.empty())
@@ -254,7 +254,7 @@ const std::vector<Unit>* units_of(const std::string& value) {
   return found == known.end() ? nullptr : &found->second;
 }
 
-void read_commands(Section& root, ControllerDeclaration& declared) {
+void read_commands(Section& root, Declared& declared) {
   const auto* all = root.table("command");
   if (!all) return root.missing("command", "[command.stop] send = \"STOP\"");
   std::vector<std::pair<toml::source_position, std::string>> order;

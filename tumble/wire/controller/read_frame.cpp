@@ -15,7 +15,7 @@ using declaration::bytes_at;
 using declaration::parse_at;
 using tables::Section;
 
-ControllerFraming framing_of(Section& around, const char* key, ControllerDeclaration& declared) {
+ControllerFraming framing_of(Section& around, const char* key, Declared& declared) {
   ControllerFraming framing;
   const auto* table = around.table(key);
   if (!table) {
@@ -53,7 +53,7 @@ std::optional<ControllerChecksum> checksum_named(std::string_view kind) {
   return ControllerChecksum{.sum = FrameChecksum{.kind = found->kind}, .form = found->form};
 }
 
-ControllerChecksum checksum_at(Section& around, ControllerDeclaration& declared) {
+ControllerChecksum checksum_at(Section& around, Declared& declared) {
   const auto* table = around.table("checksum");
   if (!table) return {};
   Section section = declared.draft.section(*table, "checksum");
@@ -67,7 +67,7 @@ ControllerChecksum checksum_at(Section& around, ControllerDeclaration& declared)
   return check;
 }
 
-ControllerBitRule rule_of(const toml::table& table, ControllerDeclaration& declared) {
+ControllerBitRule rule_of(const toml::table& table, Declared& declared) {
   Section section = declared.draft.section(table, "rules");
   ControllerBitRule rule;
   const auto whole = [&](const char* key, std::uint32_t otherwise) -> std::uint32_t {
@@ -97,7 +97,7 @@ ControllerBitRule rule_of(const toml::table& table, ControllerDeclaration& decla
   return rule;
 }
 
-void read_bits(Section& root, ControllerDeclaration& declared) {
+void read_bits(Section& root, Declared& declared) {
   const auto* all = root.table("bits");
   if (!all) return;
   for (const auto& [key, node] : *all) {
@@ -118,7 +118,7 @@ void read_bits(Section& root, ControllerDeclaration& declared) {
   }
 }
 
-ControllerSaying saying_of(const toml::table& table, const char* name, ControllerDeclaration& declared) {
+ControllerSaying saying_of(const toml::table& table, const char* name, Declared& declared) {
   Section section = declared.draft.section(table, name);
   ControllerSaying saying;
   const auto text = section.text("expect");
@@ -143,7 +143,7 @@ ControllerChecksum modbus_checksum() {
   return {.sum = crc, .form = ControllerChecksum::Form::bytes, .with_head = true};
 }
 
-void read_frame(Section& root, ControllerDeclaration& declared) {
+void read_frame(Section& root, Declared& declared) {
   Controller& controller = declared.controller;
   const auto* table = root.table("framing");
   if (controller.protocol != Controller::Protocol::text) {
@@ -167,7 +167,7 @@ void read_frame(Section& root, ControllerDeclaration& declared) {
   section.close();
 }
 
-void read_words(Section& root, ControllerDeclaration& declared) {
+void read_words(Section& root, Declared& declared) {
   if (const auto* all = root.table("word"))
     for (const auto& [key, node] : *all) {
       const auto* table = node.as_table();
@@ -189,7 +189,7 @@ void read_words(Section& root, ControllerDeclaration& declared) {
   read_bits(root, declared);
 }
 
-void read_sayings(Section& root, ControllerDeclaration& declared) {
+void read_sayings(Section& root, Declared& declared) {
   for (const auto* table : declaration::tables_at(root, "error"))
     declared.controller.errors.push_back(saying_of(*table, "[[error]]", declared));
   for (const auto* table : declaration::tables_at(root, "notice"))

@@ -16,7 +16,7 @@ namespace {
 using declaration::parse_at;
 using tables::Section;
 
-std::map<std::string, double> quantities_at(Section& around, const char* key, ControllerDeclaration& declared,
+std::map<std::string, double> quantities_at(Section& around, const char* key, Declared& declared,
                                             std::map<std::string, double>* tolerance) {
   std::map<std::string, double> values;
   const auto* table = around.table(key);
@@ -57,7 +57,7 @@ void add_hex(Section& section, const char* key, std::vector<std::string>& lines)
   });
 }
 
-void read_vector(const toml::table& table, ControllerDeclaration& declared) {
+void read_vector(const toml::table& table, Declared& declared) {
   Section section = declared.draft.section(table, "[[vector]]");
   ControllerVector vector;
   vector.place = declared.draft.problems.where(table.source());
@@ -88,7 +88,7 @@ void read_vector(const toml::table& table, ControllerDeclaration& declared) {
 
 }  // namespace
 
-void read_vectors(Section& root, ControllerDeclaration& declared) {
+void read_vectors(Section& root, Declared& declared) {
   for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, declared);
   if (declared.controller.vectors.empty() && declared.draft.sound())
     declared.draft.add(

@@ -25,7 +25,7 @@ bool is_same(const ControllerCommand& a, const ControllerCommand& b) {
 
 }  // namespace
 
-void require_sense(ControllerDeclaration& declared) {
+void require_sense(Declared& declared) {
   const auto& commands = declared.controller.commands;
   const auto add = [&](const std::string& verb, const Sentence& said) {
     const Where table{.table = "command." + verb, .place = say("[command.{}]", Name{verb})};

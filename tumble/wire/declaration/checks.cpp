@@ -124,7 +124,7 @@ void read_between(Section& section, const FrameLayout& layout, FrameChecksum& ch
   }
 }
 
-void read_check(const toml::table& table, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_check(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
   Section section = declared.draft.section(table, "check");
   FrameChecksum check = kind_of_check(section, big);
   if (layout.text) {
@@ -142,7 +142,7 @@ void read_check(const toml::table& table, bool big, FrameLayout& layout, FrameDe
 
 }  // namespace
 
-void read_checks(Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_checks(Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(section, "check");
   if (!tables.empty()) layout.checks.clear();
   for (const auto* table : tables) read_check(*table, big, layout, declared);

@@ -14,7 +14,7 @@
 namespace tumble::declaration {
 
 /// A declaration of frames while it is read.
-struct FrameDeclaration {
+struct Declared {
   Draft draft;
   FrameCodec codec;
   Scales scales;
@@ -45,11 +45,11 @@ std::vector<int> items_of(tables::Section& section, FrameLayout& layout);
 /// Sees to it that the number lies in its item or in the frame.
 void place_number(tables::Section& section, const FrameNumber& number, FrameLayout& layout);
 
-void read_checks(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared);
-void read_channels(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared);
-void read_statuses(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared);
-void read_counter(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared);
-void read_time(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared);
-void read_layout(const toml::table& table, FrameDeclaration& declared);
+void read_checks(tables::Section& section, bool big, FrameLayout& layout, Declared& declared);
+void read_channels(tables::Section& section, bool big, FrameLayout& layout, Declared& declared);
+void read_statuses(tables::Section& section, bool big, FrameLayout& layout, Declared& declared);
+void read_counter(tables::Section& section, bool big, FrameLayout& layout, Declared& declared);
+void read_time(tables::Section& section, bool big, FrameLayout& layout, Declared& declared);
+void read_layout(const toml::table& table, Declared& declared);
 
 }  // namespace tumble::declaration

@@ -53,8 +53,8 @@ void parse_at(tables::Section& section, std::string_view key, Parse parse) {
 
 /// The keys that every declaration has: title, source, note and certainty, into members of these names. Given: example
 /// of a title.
-template <class Declared>
-void read_head(tables::Section& root, const char* example, Declared& to) {
+template <class Head>
+void read_head(tables::Section& root, const char* example, Head& to) {
   to.title = root.text("title").value_or("");
   to.source = root.text("source").value_or("");
   to.note = root.text("note").value_or("");

@@ -12,7 +12,7 @@ namespace {
 constexpr int longest_frame = 8192;  ///< [byte]
 
 /// {by = "counter", frames = 10}: how many frames in a row must count.
-int read_lock(tables::Section& section, FrameLayout& layout, FrameDeclaration& declared) {
+int read_lock(tables::Section& section, FrameLayout& layout, Declared& declared) {
   const auto* table = section.table("sync");
   if (!table) return 0;
   tables::Section lock = declared.draft.section(*table, "sync");
@@ -26,7 +26,7 @@ int read_lock(tables::Section& section, FrameLayout& layout, FrameDeclaration& d
 }
 
 /// The first and the last bytes. Returns how many frames in a row must count, where their counter is in place of these.
-int read_sync(tables::Section& section, FrameLayout& layout, FrameDeclaration& declared) {
+int read_sync(tables::Section& section, FrameLayout& layout, Declared& declared) {
   const auto* node = section.find("sync");
   const int lock = node && node->is_table() ? read_lock(section, layout, declared) : 0;
   parse_at(section, "sync", [&] {
@@ -56,7 +56,7 @@ void lock_by_counter(tables::Section& section, int lock, FrameLayout& layout) {
     section.problem_at("sync", "frames found by their counter have a fixed length");
 }
 
-void read_length(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_length(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto* node = section.find("length");
   if (!node || node->is_integer()) {
     const auto length = section.integer("length").value_or(layout.length);
@@ -79,7 +79,7 @@ void read_length(tables::Section& section, bool big, FrameLayout& layout, FrameD
   length.close();
 }
 
-void read_list(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_list(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto* table = section.table("items");
   if (!table) return;
   tables::Section items = declared.draft.section(*table, "items");
@@ -104,7 +104,7 @@ void read_list(tables::Section& section, bool big, FrameLayout& layout, FrameDec
   layout.list = list;
 }
 
-void read_masks(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_masks(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(section, "masks");
   if (tables.empty()) return;
   layout.masks.clear();
@@ -134,7 +134,7 @@ void read_masks(tables::Section& section, bool big, FrameLayout& layout, FrameDe
 }
 
 /// How a frame of bytes begins and ends, and what it is made of. Returns what read_sync does.
-int read_bytes(tables::Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const int lock = read_sync(section, layout, declared);
   read_length(section, big, layout, declared);
   read_list(section, big, layout, declared);
@@ -148,7 +148,7 @@ int read_bytes(tables::Section& section, bool big, FrameLayout& layout, FrameDec
 }
 
 /// The frame of that name, of those before, as it is.
-FrameLayout like(tables::Section& section, const FrameDeclaration& declared) {
+FrameLayout like(tables::Section& section, const Declared& declared) {
   const auto name = section.text("like");
   if (!name) return {};
   for (const FrameLayout& frame : declared.codec.frames)
@@ -159,7 +159,7 @@ FrameLayout like(tables::Section& section, const FrameDeclaration& declared) {
 
 }  // namespace
 
-void read_layout(const toml::table& table, FrameDeclaration& declared) {
+void read_layout(const toml::table& table, Declared& declared) {
   const auto title = table["name"].value_or(std::string());
   tables::Section section = declared.draft.section(table, title.empty() ? "[[frame]]" : "[[frame]] '" + title + "'");
   FrameLayout layout = like(section, declared);

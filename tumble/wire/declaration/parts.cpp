@@ -45,7 +45,7 @@ FrameCondition condition_in(Section& section, int item, bool big, FrameLayout& l
 
 /// Index of the channel of that name and scale; it is added where it is new.
 std::size_t channel_index(Section& section, const std::string& name, const Scale& scale, const Unit& shown,
-                          FrameDeclaration& declared) {
+                          Declared& declared) {
   auto& channels = declared.codec.channels;
   const auto found = std::ranges::find(channels, name, &FrameChannel::name);
   if (found == channels.end()) {
@@ -71,7 +71,7 @@ Unit shown_unit(Section& section, const Scale& scale) {
   return unit;
 }
 
-void read_channel(const toml::table& table, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_channel(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
   Section section = declared.draft.section(table, "channel");
   const auto names = section.texts("name");
   if (names.empty()) section.missing("name", "\"gyro.x\"");
@@ -115,11 +115,11 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Frame
 
 }  // namespace
 
-void read_channels(Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_channels(Section& section, bool big, FrameLayout& layout, Declared& declared) {
   for (const auto* table : tables_at(section, "channel")) read_channel(*table, big, layout, declared);
 }
 
-void read_statuses(Section& section, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_statuses(Section& section, bool big, FrameLayout& layout, Declared& declared) {
   for (const auto* table : tables_at(section, "status")) {
     Section status = declared.draft.section(*table, "status");
     FrameStatus read;
@@ -143,7 +143,7 @@ void read_statuses(Section& section, bool big, FrameLayout& layout, FrameDeclara
   }
 }
 
-void read_counter(Section& around, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_counter(Section& around, bool big, FrameLayout& layout, Declared& declared) {
   const auto* table = around.table("counter");
   if (!table) return;
   Section section = declared.draft.section(*table, "counter");
@@ -170,7 +170,7 @@ void read_counter(Section& around, bool big, FrameLayout& layout, FrameDeclarati
   layout.counter = counter;
 }
 
-void read_time(Section& around, bool big, FrameLayout& layout, FrameDeclaration& declared) {
+void read_time(Section& around, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(around, "time");
   if (!tables.empty()) layout.time.clear();
   for (const auto* table : tables) {

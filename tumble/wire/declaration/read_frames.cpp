@@ -15,10 +15,10 @@ namespace tumble {
 
 namespace {
 
-using declaration::FrameDeclaration;
+using declaration::Declared;
 using tables::Section;
 
-void read_link(Section& root, FrameDeclaration& declared) {
+void read_link(Section& root, Declared& declared) {
   FrameLink& link = declared.codec.link;
   if (const auto* table = root.table("link")) {
     Section section = declared.draft.section(*table, "link");
@@ -38,7 +38,7 @@ void read_link(Section& root, FrameDeclaration& declared) {
   lines("stop", link.stop);
 }
 
-void read_scales(const toml::table* table, FrameDeclaration& declared) {
+void read_scales(const toml::table* table, Declared& declared) {
   if (!table) return;
   Section section = declared.draft.section(*table, "[scale]");
   for (const auto& name : section.unread()) {
@@ -52,7 +52,7 @@ void read_scales(const toml::table* table, FrameDeclaration& declared) {
 }
 
 /// The scales of the variants that are wanted, in place of those of [scale].
-void read_variants(Section& root, const std::vector<std::string>& wanted, FrameDeclaration& declared) {
+void read_variants(Section& root, const std::vector<std::string>& wanted, Declared& declared) {
   const auto* table = root.table("variant");
   std::vector<std::string>& known = declared.codec.variants;
   if (table)
@@ -93,7 +93,7 @@ FrameVector::Value stated_value(Section& section, std::string_view key, const to
   return value;
 }
 
-void read_vector_values(Section& section, FrameVector& vector, FrameDeclaration& declared) {
+void read_vector_values(Section& section, FrameVector& vector, Declared& declared) {
   const auto* table = section.table("values");
   if (!table) return section.missing("values", "{\"gyro.x\" = \"2.019593e-5 rad\"}");
   for (const auto& [key, node] : *table) {
@@ -112,7 +112,7 @@ void read_vector_values(Section& section, FrameVector& vector, FrameDeclaration&
 }
 
 /// Bytes in hexadecimal digits, or a line; the end that its frame declares is added to a line.
-void read_vector_bytes(Section& section, FrameVector& vector, const FrameDeclaration& declared) {
+void read_vector_bytes(Section& section, FrameVector& vector, const Declared& declared) {
   const auto line = section.text("line");
   declaration::parse_at(section, "hex",
                         [&] { vector.bytes = declaration::parse_hex(section.text("hex").value_or("")); });
@@ -129,7 +129,7 @@ void read_vector_bytes(Section& section, FrameVector& vector, const FrameDeclara
     }
 }
 
-void read_vector(const toml::table& table, const std::string& variants, FrameDeclaration& declared) {
+void read_vector(const toml::table& table, const std::string& variants, Declared& declared) {
   Section section = declared.draft.section(table, "[[vector]]");
   FrameVector vector;
   vector.place = declared.draft.problems.where(table.source());
@@ -147,7 +147,7 @@ void read_vector(const toml::table& table, const std::string& variants, FrameDec
   declared.codec.vectors.push_back(vector);
 }
 
-void require_uses(FrameDeclaration& declared) {
+void require_uses(Declared& declared) {
   if (declared.codec.frames.empty()) declared.draft.add("there is no [[frame]]");
   const auto counted = [](const FrameLayout& layout) { return layout.counter && layout.counter->lock > 0; };
   if (declared.codec.frames.size() > 1 && std::ranges::any_of(declared.codec.frames, counted))
@@ -164,7 +164,7 @@ void require_uses(FrameDeclaration& declared) {
 
 FrameCodec read_frames(std::string_view text, const std::string& file, const std::vector<std::string>& variants) {
   const toml::table document = tables::document_of(std::string(text), file);
-  FrameDeclaration declared{declaration::Draft(file)};
+  Declared declared{declaration::Draft(file)};
   Section root = declared.draft.section(document, "");
   FrameCodec& codec = declared.codec;
   codec.name = file;
