@@ -49,7 +49,7 @@ Rows::Rows(std::string path, const Layout& layout, std::string_view missing, Loo
   }
 }
 
-/// The end of a cell that is not wanted as a number, of which label and stamp are taken; null where any_row() must look.
+/// The end of a cell that is not wanted as a number; its label or stamp is taken. Null where any_row() must look.
 template <bool blanks>
 const char* Rows::plain_text_cell(const char* p, std::size_t column, std::size_t row) {
   const char separator = layout_.separator;

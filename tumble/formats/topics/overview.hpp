@@ -31,8 +31,8 @@ std::vector<Overview> overviews_of(const std::vector<Topic>& topics);
 /// Adds all but stamps [s] and values [as written].
 void note(std::span<const Stretch* const> stretches, std::vector<Overview>& overviews);
 
-/// Sets the zero of time. Where a log has two clocks, 0 s is the first sample of all topics, whose time [ns] is returned
-/// and which the even clocks then count from; 0 for another log, whose clock remains.
+/// Sets the zero of time. Where a log has two clocks, 0 s is the first sample of all topics, from which the even clocks
+/// then count. Its time [ns]; 0 for another log, whose clock remains.
 std::int64_t set_epoch(const Log& log, std::vector<Overview>& overviews);
 
 /// [s] after the epoch.
