@@ -313,18 +313,44 @@ double faded_in(const Shaking& shaking) {
   return fades ? std::min(shaking.end, shaking.begin + 2.0 / shaking.motion.frequency) : shaking.begin;
 }
 
+/// When each segment has its motion [s].
+std::vector<double> settled_of(const RigRun& run, const Shaker& shaker) {
+  std::vector<double> settled;
+  double begin = 0.0;
+  for (const auto& segment : run.segments) {
+    const Shaking& shaking = shaking_at(shaker, begin);
+    const double end = begin + segment.duration;
+    settled.push_back(std::clamp(faded_in(shaking), begin, end));
+    begin = end;
+  }
+  return settled;
+}
+
+/// The reference accelerometer of the shaker.
+Sensor accelerometer_of(const RigRun& run, std::shared_ptr<const Shaker> shaker) {
+  const auto list = errors(run.options, run.site);
+  const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
+  const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
+  Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};
+  const bool mean = run.options.word("reference_output") == "mean";
+  sensor.read = [=, rate = run.rate, random = run.random.split("reference")](double first, double step,
+                                                                             std::span<double> readings) {
+    if (mean)
+      mean_shake(*shaker, first, step, readings);
+    else
+      shake(*shaker, first, step, readings);
+    for (double& reading : readings) reading *= gain;
+    add_reading_noise(noise, rate, random, first, step, readings);
+  };
+  return sensor;
+}
+
 Reference reference(const RigRun& run) {
   const auto shaker = std::make_shared<const Shaker>(shaker_of(run));
   Reference out;
   out.felt = [shaker](double first, double step, std::span<Felt> samples) { felt_on(*shaker, first, step, samples); };
   out.steady_until = [shaker](double time) { return until(*shaker, time); };
-  double begin = 0.0;
-  for (const auto& segment : run.segments) {
-    const Shaking& shaking = shaking_at(*shaker, begin);
-    const double end = begin + segment.duration;
-    out.settled.push_back(std::clamp(faded_in(shaking), begin, end));
-    begin = end;
-  }
+  out.settled = settled_of(run, *shaker);
   out.drives.push_back({"shake", [shaker](double time) {
                           const Shaking& shaking = shaking_at(*shaker, time);
                           const bool still = shaking.motion.kind == Kind::hold || time >= shaking.end;
@@ -341,21 +367,7 @@ Reference reference(const RigRun& run) {
                   return PartPlacement{shaker->chain.base, {}};
                 }},
                {"instrument", {}, false, [shaker](double time) { return instrument_at(shaker->chain, time); }}};
-  const auto list = errors(run.options, run.site);
-  const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
-  const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
-  Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};
-  const bool mean = run.options.word("reference_output") == "mean";
-  sensor.read = [=, rate = run.rate, random = run.random.split("reference")](double first, double step,
-                                                                             std::span<double> readings) {
-    if (mean)
-      mean_shake(*shaker, first, step, readings);
-    else
-      shake(*shaker, first, step, readings);
-    for (double& reading : readings) reading *= gain;
-    add_reading_noise(noise, rate, random, first, step, readings);
-  };
-  out.sensors.push_back(std::move(sensor));
+  out.sensors.push_back(accelerometer_of(run, shaker));
   return out;
 }
 

@@ -2,8 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <set>
 
 #include "tumble/clocks/sampling_rate.hpp"
@@ -13,6 +11,7 @@
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/clock_column.hpp"
 #include "tumble/tasks/copies.hpp"
+#include "tumble/tasks/marks.hpp"
 #include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -64,50 +63,6 @@ ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles) {
   if (!options.only.empty())
     for (auto& column : encoders_of(plan)) options.only.push_back(std::move(column));
   return options;
-}
-
-double first_stamp(const Recording& recording) {
-  double first = std::numeric_limits<double>::infinity();
-  for (const auto& channel : recording.channels)
-    if (!channel.values.empty()) first = std::min(first, channel.time(0));
-  return first;
-}
-
-/// Ends each mark as the schedule says. A label that stands for segments of several lengths says nothing.
-void end_marks(const Schedule& schedule, std::vector<Mark>& marks) {
-  for (Mark& mark : marks) {
-    const auto of_label = [&](const Segment& segment) { return segment.label == mark.label; };
-    const auto planned = std::ranges::find_if(schedule, of_label);
-    const auto other_length = [&](const Segment& segment) {
-      return of_label(segment) && segment.duration != planned->duration;
-    };
-    if (planned != schedule.end() && std::ranges::none_of(schedule, other_length))
-      mark.end = mark.begin + planned->duration;
-  }
-}
-
-/// The marks of the file; without any, segment k begins after the durations of those before it, counted from the first
-/// stamp of the recording.
-void mark_from_schedule(const Plan& plan, const RecordingEntry& entry, Recording& recording) {
-  if (!recording.marks.empty()) {
-    if (entry.run > 0)
-      for (auto& mark : recording.marks) mark.run = entry.run;
-    return;
-  }
-  double begin = first_stamp(recording);
-  if (!entry.segment.empty()) {
-    const auto planned = std::find_if(plan.schedule.begin(), plan.schedule.end(),
-                                      [&](const Segment& segment) { return segment.label == entry.segment; });
-    const int run = entry.run > 0 ? entry.run : planned == plan.schedule.end() ? 1 : planned->run;
-    recording.marks.push_back({entry.segment, begin, run});
-    return;
-  }
-  for (const auto& segment : plan.schedule) {
-    if (entry.run > 0 && segment.run != entry.run) continue;
-    recording.marks.push_back({segment.label, begin, segment.run});
-    begin += segment.duration;
-  }
-  if (recording.marks.empty() && entry.run > 0) recording.marks.push_back({"", begin, entry.run});
 }
 
 std::vector<NamedKind> columns_of(const std::vector<Channel>& channels) {
@@ -277,6 +232,61 @@ void select_channels(const std::vector<std::string>& only, Recording& recording)
     std::erase_if(recording.channels, [&](const Channel& channel) { return !wanted(channel); });
 }
 
+/// The files of the plan and those named after it; there must be one, unless recordings are in memory.
+std::vector<RecordingEntry> entries_of(const Plan& plan, const std::vector<std::string>& files, bool in_memory) {
+  auto entries = plan.recordings;
+  for (const auto& file : files) entries.push_back({file, "", 0, nullptr});
+  if (entries.empty() && !in_memory)
+    throw Error(Error::Kind::bad_input,
+                plan.file.empty() ? Problem("no recording to identify from: name one or more after the method")
+                                  : in_file(plan.file, "no recording: name it after the plan or in [[recording]]"));
+  return entries;
+}
+
+/// Evidence, and how each of its recordings was read.
+struct Gathered {
+  Evidence evidence;
+  std::vector<ReadOptions> read_by = {};
+
+  /// Takes a recording whose plan and options stand already.
+  void accept(Recording recording, const RecordingEntry& entry) {
+    evidence.recordings.push_back(std::move(recording));
+    mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
+    end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
+  }
+};
+
+/// Reads all files; what cannot be read is refused together.
+void read_files(const std::vector<RecordingEntry>& entries, const ReadOptions& options, const Progress& progress,
+                Gathered& to) {
+  Problems problems;
+  auto kind = Error::Kind::bad_file;
+  for (std::size_t i = 0; i < entries.size(); ++i) try {
+      const auto part = [&](double done, std::string_view what) {
+        report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
+      };
+      to.evidence.plans.push_back(entries[i].plan);
+      to.read_by.push_back(options_of(entries[i], to.evidence.plan, options));
+      to.accept(read(entries[i].file, to.read_by.back(), part), entries[i]);
+      // One thread at a time works out its own.
+      if (entries.size() > 1) sha256_of(to.evidence.recordings.back().origin);
+    } catch (const Error& error) {
+      kind = error.kind;
+      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    }
+  if (!problems.empty()) throw Error(kind, problems);
+}
+
+void take_from_memory(std::vector<Recording> recordings, const ReadOptions& options, Gathered& to) {
+  for (auto& recording : recordings) {
+    to.evidence.plans.push_back(nullptr);
+    to.read_by.push_back({});
+    for (Channel& channel : recording.channels)
+      if (!channel.timeline.uniform() && options.rate) channel.timeline.rate = *options.rate;
+    to.accept(std::move(recording), {});
+  }
+}
+
 /// Gathers the files, then takes the recordings in memory.
 Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
                     const Progress& progress) {
@@ -284,49 +294,19 @@ Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vecto
     throw Error(Error::Kind::bad_input, say("{}: names no method: method = \"...\" at the top", Name{plan.file}));
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles);
-  auto entries = plan.recordings;
-  for (const auto& file : files) entries.push_back({file, "", 0, nullptr});
-  if (entries.empty() && in_memory.empty())
-    throw Error(Error::Kind::bad_input,
-                plan.file.empty() ? Problem("no recording to identify from: name one or more after the method")
-                                  : in_file(plan.file, "no recording: name it after the plan or in [[recording]]"));
+  const auto entries = entries_of(plan, files, !in_memory.empty());
   read_calibration(plan);
   read_prior(plan);
-  Evidence evidence{std::move(plan), {}};
-  std::vector<ReadOptions> read_by;
-  Problems problems;
-  auto kind = Error::Kind::bad_file;
-  const auto accept = [&](Recording recording, const RecordingEntry& entry) {
-    evidence.recordings.push_back(std::move(recording));
-    mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
-    end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
-  };
-  for (std::size_t i = 0; i < entries.size(); ++i) try {
-      const auto part = [&](double done, std::string_view what) {
-        report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
-      };
-      evidence.plans.push_back(entries[i].plan);
-      read_by.push_back(options_of(entries[i], evidence.plan, options));
-      accept(read(entries[i].file, read_by.back(), part), entries[i]);
-      if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
-    } catch (const Error& error) {
-      kind = error.kind;
-      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
-    }
-  if (!problems.empty()) throw Error(kind, problems);
-  check_reading(evidence.plan.reading, evidence, read_by);
-  for (auto& recording : in_memory) {
-    evidence.plans.push_back(nullptr);
-    read_by.push_back({});
-    for (Channel& channel : recording.channels)
-      if (!channel.timeline.uniform() && options.rate) channel.timeline.rate = *options.rate;
-    accept(std::move(recording), {});
-  }
+  Gathered gathered{{std::move(plan), {}}};
+  Evidence& evidence = gathered.evidence;
+  read_files(entries, options, progress, gathered);
+  check_reading(evidence.plan.reading, evidence, gathered.read_by);
+  take_from_memory(std::move(in_memory), options, gathered);
   look_at_copies(evidence.recordings);
-  check_roles(evidence, roles, read_by);
+  check_roles(evidence, roles, gathered.read_by);
   for (std::size_t r = entries.size(); r < evidence.recordings.size(); ++r)
     select_channels(options.only, evidence.recordings[r]);
-  return evidence;
+  return std::move(evidence);
 }
 
 }  // namespace

@@ -107,6 +107,45 @@ RecordPiece measure_piece(const Plan& plan, const std::string& file, const Progr
   return piece;
 }
 
+namespace {
+
+/// Samples of a channel that are missing before a file; a file that begins before the one before it ends is a problem,
+/// which the first channel reports.
+std::size_t lost_before(const RecordPiece& before, const RecordPiece& piece, std::size_t channel, Clock clock,
+                        Problems& problems) {
+  const Step step = step_between(before, piece, channel, clock);
+  if (step.lost < -step.tolerance && channel == 0)
+    problems.push_back(
+        say("{}: begins {} before {} ends: give the files in the order of their times, each "
+            "once",
+            Name{piece.file}, Name{say_seconds(-step.lost / piece.channels[channel].rate)}, Name{before.file}));
+  return step.lost > step.tolerance ? static_cast<std::size_t>(std::round(step.lost)) : 0;
+}
+
+/// Puts the samples of one channel one file behind the other.
+void lay_out_channel(const std::vector<RecordPiece>& pieces, std::size_t channel, Clock clock, RecordLayout& layout,
+                     Problems& problems) {
+  std::size_t position = 0, lost = 0, gaps = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    PlaceInRecord place{.start = position};
+    if (i > 0 && clock != Clock::none)
+      place.lost_before = lost_before(pieces[i - 1], pieces[i], channel, clock, problems);
+    lost += place.lost_before;
+    gaps += place.lost_before > 0 ? 1 : 0;
+    position += place.lost_before + pieces[i].channels[channel].samples;
+    layout.places[i].push_back(place);
+  }
+  for (auto& places : layout.places) places[channel].total = position;
+  if (gaps > 0)
+    layout.findings.push_back({Finding::Severity::info,
+                               "gaps_between_files",
+                               {{"lost", lost}},
+                               pieces.front().channels[channel].label,
+                               {gaps, {}, {}}});
+}
+
+}  // namespace
+
 RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
   Problems problems;
   for (const RecordPiece& piece : pieces)
@@ -114,33 +153,7 @@ RecordLayout lay_out(const std::vector<RecordPiece>& pieces) {
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   const Clock clock = clock_of(pieces);
   RecordLayout layout{std::vector<std::vector<PlaceInRecord>>(pieces.size()), {}};
-  for (std::size_t k = 0; k < pieces.front().channels.size(); ++k) {
-    std::size_t position = 0, lost = 0, gaps = 0;
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      PlaceInRecord place{.start = position};
-      if (i > 0 && clock != Clock::none) {
-        const Step step = step_between(pieces[i - 1], pieces[i], k, clock);
-        if (step.lost > step.tolerance) place.lost_before = static_cast<std::size_t>(std::round(step.lost));
-        if (step.lost < -step.tolerance && k == 0)
-          problems.push_back(
-              say("{}: begins {} before {} ends: give the files in the order of their times, each "
-                  "once",
-                  Name{pieces[i].file}, Name{say_seconds(-step.lost / pieces[i].channels[k].rate)},
-                  Name{pieces[i - 1].file}));
-      }
-      lost += place.lost_before;
-      gaps += place.lost_before > 0 ? 1 : 0;
-      position += place.lost_before + pieces[i].channels[k].samples;
-      layout.places[i].push_back(place);
-    }
-    for (auto& places : layout.places) places[k].total = position;
-    if (gaps > 0)
-      layout.findings.push_back({Finding::Severity::info,
-                                 "gaps_between_files",
-                                 {{"lost", lost}},
-                                 pieces.front().channels[k].label,
-                                 {gaps, {}, {}}});
-  }
+  for (std::size_t k = 0; k < pieces.front().channels.size(); ++k) lay_out_channel(pieces, k, clock, layout, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   layout.findings.push_back({Finding::Severity::info,
                              clock == Clock::dates    ? "files_joined_by_dates"

@@ -24,9 +24,14 @@ int last_place(const std::string& number) {
   return point < digits ? power - static_cast<int>(digits - point - 1) : power;
 }
 
+template <bool blanks>
+bool separates(char c, char separator) {
+  return blanks ? c == ' ' || c == '\t' : c == separator;
+}
+
 }  // namespace
 
-Rows::Rows(std::string path, const Layout& layout, std::string missing, Look look)
+Rows::Rows(std::string path, const Layout& layout, std::string_view missing, Look look)
     : path_(std::move(path)),
       layout_(layout),
       missing_(lower_case(missing)),
@@ -44,12 +49,22 @@ Rows::Rows(std::string path, const Layout& layout, std::string missing, Look loo
   }
 }
 
+/// The end of a cell that is not wanted as a number; its label or stamp is taken. Null where any_row() must look.
+template <bool blanks>
+const char* Rows::plain_text_cell(const char* p, std::size_t column, std::size_t row) {
+  const char separator = layout_.separator;
+  const char* after = p;
+  while (!separates<blanks>(*after, separator) && *after != '\n' && *after != '\r' && *after != '"') ++after;
+  const std::string_view cell(p, static_cast<std::size_t>(after - p));
+  if (column == label_ && *after != '"') take_label(cell, row);
+  return stamp_column(column) && !take_stamp(cell, column, row) ? nullptr : after;
+}
+
 /// One line of plain cells; null where something is out of the ordinary, and any_row() must look.
 template <bool blanks>
 const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
   const std::size_t count = targets_.size();
   const char separator = layout_.separator;
-  const auto separates = [separator](char c) { return blanks ? c == ' ' || c == '\t' : c == separator; };
   const auto skip = [](const char* at) {
     while (*at == ' ' || (blanks && *at == '\t')) ++at;
     return at;
@@ -60,10 +75,8 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
     int exponent = 0;
     const char* after = p;
     if (targets_[column] == nullptr) {
-      while (!separates(*after) && *after != '\n' && *after != '\r' && *after != '"') ++after;
-      const std::string_view cell(p, static_cast<std::size_t>(after - p));
-      if (column == label_ && *after != '"') take_label(cell, row);
-      if (stamp_column(column) && !take_stamp(cell, column, row)) return nullptr;
+      after = plain_text_cell<blanks>(p, column, row);
+      if (after == nullptr) return nullptr;
     } else {
       after = parse_number(p, layout_.mark, value, exponent);
       if (column == time_) {
@@ -80,8 +93,8 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
     if (column + 1 == count) break;
     if (column + 1 == looked_at_)
       return static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p))) + 1;
-    if (!separates(*p) && !blanks) p = skip(p);
-    if (!separates(*p)) return nullptr;
+    if (!separates<blanks>(*p, separator) && !blanks) p = skip(p);
+    if (!separates<blanks>(*p, separator)) return nullptr;
     ++p;
   }
   if (*p == ' ' || *p == '\t') p = skip(p);

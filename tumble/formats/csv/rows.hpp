@@ -34,7 +34,7 @@ enum class Look { at_all, at_wanted };
 /// Turns lines into numbers. Cells that hold no number are noted, and refused all together by finish().
 class Rows {
  public:
-  Rows(std::string path, const Layout& layout, std::string missing, Look look);
+  Rows(std::string path, const Layout& layout, std::string_view missing, Look look);
 
   /// Fills the batch from whole lines and moves `text` behind what was used: to its end, or the batch is full.
   void parse(std::string_view& text, Batch& batch);
@@ -44,6 +44,8 @@ class Rows {
   std::size_t slots() const { return slots_; }  ///< wanted columns
 
  private:
+  template <bool blanks>
+  const char* plain_text_cell(const char* p, std::size_t column, std::size_t row);
   template <bool blanks>
   const char* plain_row(const char* p, const char* end, std::size_t row);
   const char* any_row(const char* p, const char* end, std::size_t& row);

@@ -10,6 +10,7 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/choose.hpp"
+#include "tumble/formats/topics/messages.hpp"
 #include "tumble/formats/topics/read.hpp"
 #include "tumble/units/error.hpp"
 
@@ -19,11 +20,7 @@ namespace {
 
 using topics::Log;
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 [[noreturn]] void refuse(const std::string& path, const Sentence& what) {
   throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
@@ -58,10 +55,8 @@ topics::Topic topic_of(const Scan& scan, const Stream& stream) {
   const FieldUnits& units = scan.field_units[stream.id];
   const Field* const time = time_field(description);
   const Field* const instance = scan.instance_field(stream.id);
-  topics::Topic topic{.name = stream.name, .messages = stream.messages};
-  topic.time = time->offset;
-  topic.time_number = *number_of(time->type);
-  topic.ticks = ticks_of(*time);
+  topics::Topic topic{.name = stream.name, .samples = stream.messages, .most = stream.messages};
+  topic.layout = {.time = time->offset, .time_number = *number_of(time->type), .ticks = ticks_of(*time)};
   for (std::size_t i = 0; i < description.fields.size(); ++i) {
     const Field& field = description.fields[i];
     const auto number = number_of(field.type);
@@ -101,39 +96,26 @@ void take_meta(const Scan& scan, Recording& frame) {
 }
 
 /// Date and time of the first sample, where a GPS receiver said them.
-void take_start(const Scan& scan, const std::vector<std::size_t>& streams, Recording& frame) {
+void take_start(const Scan& scan, const std::vector<topics::Topic>& topics, Recording& frame) {
   std::optional<double> first;
-  for (const std::size_t i : streams)
-    if (const auto& own = scan.streams[i].first; own && (!first || *own < *first)) first = own;
+  for (const topics::Topic& topic : topics)
+    if (const auto& own = scan.streams[topic.source].first; own && (!first || *own < *first)) first = own;
   constexpr double latest = 1e9;  // s
   if (scan.started && first && *first < latest)
     frame.meta[clock_start] = iso_time(*scan.started + std::llround(1e6 * *first) * 1000) + "Z";
 }
 
-/// Names of messages that cannot be read, for people.
-std::string unreadable(const Scan& scan) {
+/// Names of messages that cannot be read.
+std::vector<std::string> unreadable(const Scan& scan) {
   std::vector<std::string> names;
   for (const Description& description : scan.descriptions)
     if (description.ambiguous || (!description.name.empty() && description.fields.empty()))
       names.push_back(description.name);
-  return names.empty() ? "?" : fmt::format("{}", fmt::join(names, ", "));
+  return names;
 }
 
 void take_damage(const Scan& scan, Findings& findings) {
-  const Damage& damage = scan.damage;
-  if (damage.stretches > 0)
-    findings.push_back({Finding::Severity::warning,
-                        "log_damaged",
-                        {{"size", damage.bytes}, {"at", damage.first}},
-                        "",
-                        {damage.stretches, {}, {}}});
-  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
-  if (damage.undescribed > 0 || unreadable(scan) != "?")
-    findings.push_back({Finding::Severity::info,
-                        "messages_not_described",
-                        {{"what", unreadable(scan)}},
-                        "",
-                        {damage.undescribed, {}, {}}});
+  topics::name_damage(scan.damage, unreadable(scan), findings);
   if (scan.rejected > 0.0)
     findings.push_back({Finding::Severity::warning, "log_rejected", {{"number", scan.rejected}}});
 }
@@ -143,10 +125,10 @@ bool has_parameters_of_sensors(const Scan& scan) {
   return std::ranges::any_of(scan.parameters, [](const auto& one) { return one.first.starts_with("INS_"); });
 }
 
-void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Findings& findings) {
+void say_corrected(const Scan& scan, const std::vector<topics::Topic>& topics, Findings& findings) {
   std::vector<std::string> all;
-  for (const std::size_t i : streams) {
-    const Stream& stream = scan.streams[i];
+  for (const topics::Topic& topic : topics) {
+    const Stream& stream = scan.streams[topic.source];
     const std::string& name = scan.descriptions[stream.id].name;
     const KnownMessage* const known = known_message(name);
     if (!known) continue;
@@ -167,17 +149,17 @@ struct Route {
   std::vector<int> topics = std::vector<int>(256, -1);
 };
 
-std::function<void(const topics::Take&, const Progress&)> player(const std::string& path,
-                                                                 const std::shared_ptr<const Scan>& scan,
-                                                                 const std::vector<std::size_t>& streams) {
+/// The messages of these topics, whose sources are streams of the scan.
+topics::Messages messages_of(const std::string& path, const std::shared_ptr<const Scan>& scan,
+                             const std::vector<topics::Topic>& topics) {
   auto routes = std::make_shared<std::vector<std::optional<Route>>>(256);
-  for (std::size_t i = 0; i < streams.size(); ++i) {
-    const Stream& stream = scan->streams[streams[i]];
+  for (std::size_t i = 0; i < topics.size(); ++i) {
+    const Stream& stream = scan->streams[topics[i].source];
     auto& route = (*routes)[stream.id];
     if (!route) route = Route{stream.instance < 0 ? nullptr : scan->instance_field(stream.id)};
     route->topics[stream.instance < 0 ? 0 : static_cast<std::size_t>(stream.instance)] = static_cast<int>(i);
   }
-  return [path, scan, routes](const topics::Take& take, const Progress& progress) {
+  return [path, scan, routes](const topics::TakeMessage& take, const Progress& progress) {
     Descriptions descriptions;
     walk(path, descriptions, progress, [&](std::uint8_t id, const char* message) {
       const auto& route = (*routes)[id];
@@ -190,7 +172,10 @@ std::function<void(const topics::Take&, const Progress&)> player(const std::stri
 }
 
 /// Reads everything but the samples.
-Log open(const std::string& path, const ReadOptions& options) {
+Log open(const std::string& path, const ReadOptions& options, bool checksum) {
+  Log log;
+  log.frame.origin.file = path;
+  if (checksum) log.frame.origin.checksum = sha256_in_background(path);
   if (!recognises(path))
     refuse(path, "is not a recording that can be read: it does not begin with the bytes A3 95 of a DataFlash log");
   const auto found = std::make_shared<const Scan>(scan(path));
@@ -208,42 +193,18 @@ Log open(const std::string& path, const ReadOptions& options) {
                      found->damage.undescribed > 0 ? " (it holds messages without FMT: is its beginning missing?)"
                                                    : " (is it cut off?)",
                      fmt::join(names, ", ")));
-  Log log;
-  log.frame.origin.file = path;
-  std::vector<std::size_t> of_scan;
   for (const std::size_t i : chosen) {
     log.topics.push_back(topic_of(*found, found->streams[streams[i]]));
-    of_scan.push_back(streams[i]);
+    log.topics.back().source = streams[i];
   }
   take_meta(*found, log.frame);
   take_damage(*found, log.frame.findings);
-  say_corrected(*found, of_scan, log.frame.findings);
+  say_corrected(*found, log.topics, log.frame.findings);
   topics::name_the_others(names, chosen, log.frame.findings);
   topics::name_channels(options, log);
-  std::vector<std::size_t> remaining;  // name_channels() may have removed topics
-  for (const topics::Topic& topic : log.topics)
-    for (const std::size_t i : of_scan)
-      if (found->streams[i].name == topic.name) remaining.push_back(i);
-  take_start(*found, remaining, log.frame);
-  log.play = player(path, found, remaining);
+  take_start(*found, log.topics, log.frame);
+  topics::play_messages(messages_of(path, found, log.topics), log);
   return log;
-}
-
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  auto checksum = sha256_in_background(path);
-  const Log log = open(path, options);
-  Recording recording = topics::read(log, options.rate, progress);
-  recording.origin.checksum = std::move(checksum);
-  return recording;
-}
-
-std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
-  return topics::memory(open(path, options));
-}
-
-void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-            const Progress& progress) {
-  topics::stream(open(path, options), options.rate, samples, sink, progress);
 }
 
 }  // namespace
@@ -252,8 +213,8 @@ extern const Format dataflash{.name = "dataflash",
                               .summary = "log of the autopilot ArduPilot: messages such as IMU:0",
                               .extensions = {".bin"},
                               .recognises = recognises,
-                              .read = read,
-                              .memory = memory,
-                              .stream = stream};
+                              .read = topics::read_file<open>,
+                              .memory = topics::memory_of_file<open>,
+                              .stream = topics::stream_file<open>};
 
 }  // namespace tumble::dataflash

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
 
 namespace tumble::dataflash {
 namespace {
@@ -136,7 +136,7 @@ class Walker {
 
   Descriptions& descriptions_;
   const Progress& progress_;
-  topics::Window window_;
+  file::Window window_;
   Damage damage_;
 };
 

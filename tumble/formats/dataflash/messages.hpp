@@ -9,9 +9,12 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
+#include "tumble/formats/topics/damage.hpp"
 #include "tumble/formats/topics/topic.hpp"
 
 namespace tumble::dataflash {
+
+using topics::Damage;
 
 constexpr std::string_view magic = "\xa3\x95";
 constexpr std::size_t message_head = 3;  ///< magic, u8 id
@@ -49,15 +52,6 @@ const Field* time_field(const Description& description);
 double ticks_of(const Field& time);
 /// [s] on the clock of the autopilot; nothing where the message has no stamp.
 std::optional<double> time_of(const Description& description, const char* message);
-
-/// Damage of a file.
-struct Damage {
-  std::size_t stretches = 0;    ///< that are no messages
-  std::size_t bytes = 0;        ///< in them
-  std::size_t first = 0;        ///< [bytes] where the first begins
-  std::size_t cut_off = 0;      ///< [bytes] of a message at the end of the file
-  std::size_t undescribed = 0;  ///< places where a message of an id without FMT may begin
-};
 
 /// Goes through all messages that are whole; their descriptions grow on the way.
 Damage walk(const std::string& path, Descriptions& descriptions, const Progress& progress,

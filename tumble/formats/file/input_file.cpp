@@ -57,4 +57,10 @@ std::size_t InputFile::read_at(std::uint64_t offset, char* to, std::size_t count
   return done;
 }
 
+bool begins_with(const std::string& path, std::string_view bytes) {
+  char first[32];
+  const std::size_t count = InputFile(path).read(first, bytes.size());
+  return std::string_view(first, count) == bytes;
+}
+
 }  // namespace tumble::file

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace tumble::file {
 
@@ -27,5 +28,8 @@ class InputFile {
   int descriptor_ = -1;
   std::size_t size_ = 0;
 };
+
+/// Whether the file begins with these bytes, at most 32. Throws as InputFile.
+bool begins_with(const std::string& path, std::string_view bytes);
 
 }  // namespace tumble::file

@@ -13,10 +13,7 @@ namespace tumble::gzip {
 
 namespace {
 
-bool recognises(const std::string& path) {
-  char bytes[3];
-  return file::InputFile(path).read(bytes, sizeof bytes) == 3 && std::string_view(bytes, 3) == "\x1f\x8b\x08";
-}
+bool recognises(const std::string& path) { return file::begins_with(path, "\x1f\x8b\x08"); }
 
 /// "imu.csv" of "folder/imu.csv.gz".
 std::string inner_name(const std::string& path) {

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "tumble/formats/file/number_at.hpp"
+#include "tumble/formats/file/window.hpp"
 #include "tumble/formats/mat/array.hpp"
 #include "tumble/formats/mat/numbers.hpp"
-#include "tumble/formats/topics/window.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mat {
@@ -51,7 +51,7 @@ bool is_name(const char* at, std::size_t size) {
          });
 }
 
-void take_numbers(topics::Window& window, const Head& head, const std::string& name, Contents& contents) {
+void take_numbers(file::Window& window, const Head& head, const std::string& name, Contents& contents) {
   const std::size_t size = size_of(head.type);
   Array array(name, head.kind == 0 ? std::min(head.rows, head.columns) : 0, contents.spool);
   std::vector<double> values(piece_of_level4), codes;
@@ -75,7 +75,7 @@ void take_numbers(topics::Window& window, const Head& head, const std::string& n
 }  // namespace
 
 bool is_level4(const std::string& path) {
-  topics::Window window(path);
+  file::Window window(path);
   if (!window.holds(variable_head + 2)) return false;
   const auto head = head_at(window.data());
   return head && window.holds(variable_head + head->name) && is_name(window.data() + variable_head, head->name) &&
@@ -85,7 +85,7 @@ bool is_level4(const std::string& path) {
 Contents read_level4(const std::string& path, Keep keep) {
   Contents contents(path, keep);
   contents.head = "MATLAB 4";
-  topics::Window window(path);
+  file::Window window(path);
   Budget budget(window.size());
   while (window.holds(variable_head)) {
     const auto head = head_at(window.data());

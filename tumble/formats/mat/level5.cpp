@@ -251,7 +251,7 @@ class Level5 {
 
   const std::string& path_;
   Contents& contents_;
-  topics::Window window_;
+  file::Window window_;
   Budget budget_;
   bool swapped_ = false;
   Sentence name_;

@@ -21,7 +21,7 @@ struct Bytes::Inflater {
   z_stream stream{};
 };
 
-Bytes::Bytes(topics::Window& window, std::size_t size, bool packed) : window_(window), rest_(size) {
+Bytes::Bytes(file::Window& window, std::size_t size, bool packed) : window_(window), rest_(size) {
   if (!packed) return;
   inflater_ = std::make_unique<Inflater>();
   if (inflateInit(&inflater_->stream) != Z_OK) throw Error(Error::Kind::internal, "zlib cannot be started");

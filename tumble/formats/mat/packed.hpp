@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
 
 namespace tumble::mat {
 
@@ -12,7 +12,7 @@ namespace tumble::mat {
 class Bytes {
  public:
   /// `size` bytes of the file from the place of `window` on; `packed`: they unpack to what is read.
-  Bytes(topics::Window& window, std::size_t size, bool packed);
+  Bytes(file::Window& window, std::size_t size, bool packed);
   Bytes(const Bytes&) = delete;
   Bytes& operator=(const Bytes&) = delete;
   ~Bytes();
@@ -32,7 +32,7 @@ class Bytes {
   bool step();
   void unpack(char* to, std::size_t count);
 
-  topics::Window& window_;
+  file::Window& window_;
   std::size_t rest_;  ///< [bytes] in the file
   std::size_t position_ = 0;
   std::unique_ptr<Inflater> inflater_;

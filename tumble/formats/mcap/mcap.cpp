@@ -11,6 +11,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/mcap/records.hpp"
 #include "tumble/formats/ros/recording.hpp"
+#include "tumble/formats/topics/read.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mcap {
@@ -21,11 +22,7 @@ using ros::Window;
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t piece_size = std::uint64_t{1} << 20;  ///< [bytes] of messages outside of chunks
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 ros::Packing packing_of(const std::string& name) {
   if (name.empty() || name == "none") return ros::Packing::none;
@@ -196,15 +193,8 @@ ros::Log open(const std::string& path) {
 
 namespace {
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  return ros::read(open(path), options, progress);
-}
-
-std::uintmax_t memory(const std::string& path, const ReadOptions& options) { return ros::memory(open(path), options); }
-
-void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-            const Progress& progress) {
-  ros::stream(open(path), options, samples, sink, progress);
+topics::Log open_topics(const std::string& path, const ReadOptions& options, bool checksum) {
+  return ros::topics_log(open(path), options, checksum);
 }
 
 }  // namespace
@@ -214,8 +204,8 @@ extern const Format mcap{
     .summary = "MCAP log of ROS 1 or ROS 2: IMU, magnetic field, temperature and pressure messages",
     .extensions = {".mcap"},
     .recognises = recognises,
-    .read = read,
-    .memory = memory,
-    .stream = stream};
+    .read = topics::read_file<open_topics>,
+    .memory = topics::memory_of_file<open_topics>,
+    .stream = topics::stream_file<open_topics>};
 
 }  // namespace tumble::mcap

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <cstdint>
-
-#include "tumble/formats/format.hpp"
+#include "tumble/core/read_options.hpp"
 #include "tumble/formats/ros/log.hpp"
+#include "tumble/formats/topics/topic.hpp"
 
 namespace tumble::ros {
 
-/// The topics wanted as a recording: what the members of Format of these names do, once the file has been opened.
-Recording read(Log log, const ReadOptions& options, const Progress& progress);
-std::uintmax_t memory(Log log, const ReadOptions& options);
-void stream(Log log, const ReadOptions& options, std::size_t samples, const BlockSink& sink, const Progress& progress);
+/// The topics of an opened file that are wanted, for tumble::topics to read. With `checksum` another thread works out
+/// that of the file meanwhile. Throws Error::bad_file, see choose_streams().
+topics::Log topics_log(Log log, const ReadOptions& options, bool checksum);
 
 }  // namespace tumble::ros

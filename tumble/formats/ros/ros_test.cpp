@@ -12,9 +12,9 @@
 
 #include "tumble/core/testing/asserts.hpp"
 #include "tumble/formats/format.hpp"
-#include "tumble/formats/ros/clock.hpp"
 #include "tumble/formats/ros/message.hpp"
 #include "tumble/formats/testing/log_files.hpp"
+#include "tumble/formats/topics/clock.hpp"
 
 namespace tumble {
 namespace {
@@ -239,13 +239,13 @@ TEST(RosTopics, UnknownAndUnreadableOnesAreRefusedTogether) {
 TEST(RosClock, ChoosesTheHeaderUnlessItIsWrong) {
   constexpr std::int64_t second = 1'000'000'000, begin = 1'400'000'000 * second;
   const auto choose = [&](std::int64_t first, double rate, std::string& code) {
-    ros::ClockSummary clocks;
+    topics::ClockSummary clocks;
     for (int i = 0; i < 10'000; ++i) {
       const std::int64_t after = i * (second / 100);
       clocks.add(first + static_cast<std::int64_t>(rate * static_cast<double>(after)), begin + after);
     }
     Findings findings;
-    const auto choice = ros::choose_clock(clocks, "/imu", findings);
+    const auto choice = topics::choose_clock(clocks, "/imu", findings);
     code = findings.empty() ? "" : findings.front().code;
     return choice;
   };
@@ -329,7 +329,7 @@ TEST(RosMessages, OfTwoFramesOnOneTopicAreReported) {
 }
 
 TEST(RosClock, MessagesAreSortedOnlyWhereNeitherClockIsInOrder) {
-  ros::ClockSummary clocks;
+  topics::ClockSummary clocks;
   for (const std::int64_t i : {1, 0, 3, 2}) clocks.add(10 + i, 100 + i);
   EXPECT_TRUE(clocks.out_of_order());
   clocks = {};

@@ -1,13 +1,16 @@
 #include "tumble/formats/ros/stream.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <string_view>
 
-#include "tumble/core/settings.hpp"
+#include "tumble/formats/topics/choose.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 
 namespace tumble::ros {
 namespace {
@@ -119,57 +122,86 @@ Topics read_by_default(Log& log) {
   return chosen;
 }
 
-Topics named(Log& log, const std::vector<std::string>& names) {
+Topics named(const Log& log, const std::vector<std::string>& names) {
   const Topics topics = topics_of(log);
   std::vector<std::string> known;
-  Problems problems;
   for (const Topic& topic : topics) known.push_back(topic.name);
-  Topics chosen;
-  for (const std::string& name : names) {
-    const auto alike = [&](const Topic& topic) { return without_slash(topic.name) == without_slash(name); };
-    const auto present = std::ranges::find_if(topics, alike);
-    const auto found =
-        std::ranges::find_if(topics, [&](const Topic& topic) { return alike(topic) && readable(topic); });
+  const auto alike = [&](const Topic& topic, const std::string& name) {
+    return without_slash(topic.name) == without_slash(name);
+  };
+  const auto is_meant = [&](std::size_t index, const std::string& name) {
+    const auto of_name = [&](const Topic& topic) { return alike(topic, name) && readable(topic); };
+    return std::ranges::find_if(topics, of_name) - topics.begin() == static_cast<std::ptrdiff_t>(index);
+  };
+  const auto refusal = [&](const std::string& name) -> Problem {
+    const auto present = std::ranges::find_if(topics, [&](const Topic& topic) { return alike(topic, name); });
     if (present == topics.end())
-      problems.push_back(say("'{}' has no topic '{}'{}; its topics are {}", log.path, name, did_you_mean(name, known),
-                             described(topics)));
-    else if (found == topics.end())
-      problems.push_back(say("'{}': topic {} is of a type that is not read; those that are read are {}", log.path,
-                             described(*present), Name{known_message_types()}));
-    else if (std::ranges::none_of(chosen, [&](const Topic& topic) { return topic.name == found->name; }))
-      chosen.push_back(*found);
-  }
-  if (!problems.empty()) throw Error{Error::Kind::bad_file, problems};
+      return say("'{}' has no topic '{}'{}; its topics are {}", log.path, name, did_you_mean(name, known),
+                 described(topics));
+    return say("'{}': topic {} is of a type that is not read; those that are read are {}", log.path,
+               described(*present), Name{known_message_types()});
+  };
+  Topics chosen;
+  for (const std::size_t i : topics::asked_for(topics.size(), names, is_meant, refusal)) chosen.push_back(topics[i]);
   return chosen;
 }
 
-std::vector<Column> columns_of(const Topic& topic, bool several) {
-  std::vector<Column> columns;
+std::vector<topics::Column> columns_of(const Topic& topic, bool several) {
+  std::vector<topics::Column> columns;
   for (const Part& part : find_message_type(topic.type)->parts) {
     const std::string own = part.name;
     const std::string name =
         own.empty() ? as_prefix(topic.name) : (several ? as_prefix(topic.name) + "." : std::string()) + own;
-    const Unit unit = *part.unit == '\0' ? Unit() : Unit::parse(part.unit);
-    for (std::size_t i = 0; i < part.count; ++i)
-      columns.push_back({part.count == 1 ? name : name + '.' + "xyz"[i], unit, part.first + i, part.covariance});
+    std::optional<Unit> unit;
+    if (*part.unit != '\0') unit = Unit::parse(part.unit);
+    for (std::size_t i = 0; i < part.count; ++i) {
+      const std::string axis = part.count == 1 ? "" : std::string(".") + "xyz"[i];
+      columns.push_back({.field = own + axis,
+                         .names = {name + axis},
+                         .unit = unit,
+                         .offset = (part.first + i) * sizeof(double),
+                         .number = topics::Number::f64});
+    }
   }
   return columns;
 }
 
-/// Numbers whose message says no unit.
-void give_units(const Log& log, const ReadOptions& options, Stream& stream) {
-  if (*stream.type->parts.front().unit != '\0') return;
-  std::string without;
-  for (Column& column : stream.columns) {
-    const auto given = options.units.find(column.name);
-    if (given != options.units.end())
-      column.unit = given->second;
-    else
-      without += (without.empty() ? "'" : ", '") + column.name + "'";
-  }
+/// At most so many messages of a topic: as the index says, and as the file has room for.
+std::size_t most_messages(const Log& log, const Topic& topic) {
+  const std::uint64_t message = 8 * find_message_type(topic.type)->numbers + 12;
+  const std::uint64_t known = log.messages_at_most > 0 ? log.messages_at_most : topic.count.messages;
+  std::uint64_t bytes = size_of(log);
+  for (const Piece& piece : log.pieces)
+    if (piece.packing != Packing::none) bytes += std::min(piece.unpacked, piece.size * 256);
+  return std::min(known, bytes / message);
+}
+
+topics::Topic topic_of(const Log& log, const Topic& from, bool several) {
+  topics::Topic topic{.name = from.name, .type = from.type, .may_lack = true};
+  if (from.type == imu) topic.other = "orientation_not_read";
+  topic.samples = topic.most = most_messages(log, from);
+  topic.columns = columns_of(from, several);
+  return topic;
+}
+
+/// Units of numbers whose message says none.
+void require_units(const Log& log, const ReadOptions& options, topics::Topic& topic) {
+  const auto without = topics::give_units(options.units, topic);
   if (without.empty()) return;
-  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", Name{without},
-                  Name{stream.topic.name}, Name{stream.columns.front().name}));
+  refuse(log, say("states no unit for {} of topic {}; give it: --set unit.{}=rad/s",
+                  Name{fmt::format("'{}'", fmt::join(without, "', '"))}, Name{topic.name},
+                  Name{topic.columns.front().name()}));
+}
+
+Stream stream_of(const Topic& from, const topics::Topic& topic) {
+  Stream stream{from, find_message_type(from.type)};
+  for (const topics::Column& column : topic.columns) {
+    const std::size_t number = column.offset / sizeof(double);
+    const auto part = std::ranges::find_if(
+        stream.type->parts, [&](const Part& each) { return number >= each.first && number < each.first + each.count; });
+    stream.numbers.push_back({number, part->covariance});
+  }
+  return stream;
 }
 
 }  // namespace
@@ -207,24 +239,29 @@ Sentence described(const std::vector<Topic>& topics) {
   return topics.size() > most ? say("{} and {} more", all, topics.size() - most) : all;
 }
 
-std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
+std::vector<Stream> choose_streams(Log& log, const ReadOptions& options, topics::Log& to) {
   const Topics chosen = options.topics.empty() ? read_by_default(log) : named(log, options.topics);
-  std::vector<Stream> streams;
-  std::string channels;
   for (const Topic& topic : chosen) {
     const auto alike = std::ranges::count_if(chosen, [&](const Topic& other) { return other.type == topic.type; });
-    Stream stream{topic, find_message_type(topic.type), columns_of(topic, alike > 1)};
-    for (const Column& column : stream.columns) channels += (channels.empty() ? "" : ", ") + column.name;
-    if (!options.only.empty())
-      std::erase_if(stream.columns, [&](const Column& column) {
-        return std::ranges::find(options.only, column.name) == options.only.end();
-      });
-    if (stream.columns.empty()) continue;
-    give_units(log, options, stream);
-    streams.push_back(std::move(stream));
+    to.topics.push_back(topic_of(log, topic, alike > 1));
+    to.topics.back().source = to.topics.size() - 1;
   }
-  if (streams.empty())
-    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), Name{channels}));
+  topics::name_columns(to.topics);
+  std::vector<std::string> channels;
+  for (const topics::Topic& topic : to.topics)
+    for (const topics::Column& column : topic.columns) channels.push_back(column.name());
+  topics::keep_columns(options.only, to.topics);
+  if (to.topics.empty())
+    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"),
+                    Name{fmt::format("{}", fmt::join(channels, ", "))}));
+  Topics wanted;
+  std::vector<Stream> streams;
+  for (topics::Topic& topic : to.topics) {
+    require_units(log, options, topic);
+    streams.push_back(stream_of(chosen[topic.source], topic));
+    wanted.push_back(streams.back().topic);
+  }
+  to.wanted = described(wanted);
   return streams;
 }
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "tumble/core/channel.hpp"
 #include "tumble/core/read_options.hpp"
 #include "tumble/formats/ros/log.hpp"
+#include "tumble/formats/topics/topic.hpp"
 
 namespace tumble::ros {
 
@@ -24,10 +24,8 @@ Sentence described(const Topic& topic);
 Sentence described(const std::vector<Topic>& topics);
 
 /// A number of a message that becomes a channel.
-struct Column {
-  std::string name;
-  Unit unit;
-  std::size_t number = 0;
+struct ReadNumber {
+  std::size_t index = 0;
   int covariance = -1;  ///< as in Part
 };
 
@@ -35,14 +33,15 @@ struct Column {
 struct Stream {
   Topic topic;
   const MessageType* type = nullptr;
-  std::vector<Column> columns;
+  std::vector<ReadNumber> numbers = {};  ///< by column
 };
 
-/// Topics that are read, and the numbers of them that are.
+/// Chooses the topics that are read, and the numbers of them that are: they become the topics of `to`, which are in the
+/// order of the streams that are returned.
 ///
 /// Topics that the options name; else the only topic of sensor_msgs/Imu, and with it of each other known type the topic
 /// that is the only one, or the only one beside the IMU's ("/imu/data", "/imu/temperature"). Throws Error::bad_file,
 /// with all topics, where the options have to say which, or name one that is not there or cannot be read.
-std::vector<Stream> choose_streams(Log& log, const ReadOptions& options);
+std::vector<Stream> choose_streams(Log& log, const ReadOptions& options, topics::Log& to);
 
 }  // namespace tumble::ros

@@ -8,6 +8,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/ros/recording.hpp"
 #include "tumble/formats/rosbag/records.hpp"
+#include "tumble/formats/topics/read.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rosbag {
@@ -18,11 +19,7 @@ using ros::Window;
 constexpr std::string_view signature = "#ROSBAG V";
 constexpr std::string_view version = "#ROSBAG V2.0\n";
 
-bool recognises(const std::string& path) {
-  char bytes[signature.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == signature;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, signature); }
 
 ros::Packing packing_of(const std::string& name) {
   if (name == "none" || name.empty()) return ros::Packing::none;
@@ -192,15 +189,8 @@ ros::Log open(const std::string& path) {
   return log;
 }
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  return ros::read(open(path), options, progress);
-}
-
-std::uintmax_t memory(const std::string& path, const ReadOptions& options) { return ros::memory(open(path), options); }
-
-void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-            const Progress& progress) {
-  ros::stream(open(path), options, samples, sink, progress);
+topics::Log open_topics(const std::string& path, const ReadOptions& options, bool checksum) {
+  return ros::topics_log(open(path), options, checksum);
 }
 
 }  // namespace
@@ -209,8 +199,8 @@ extern const Format rosbag{.name = "rosbag",
                            .summary = "ROS 1 bag: IMU, magnetic field, temperature and pressure messages",
                            .extensions = {".bag"},
                            .recognises = recognises,
-                           .read = read,
-                           .memory = memory,
-                           .stream = stream};
+                           .read = topics::read_file<open_topics>,
+                           .memory = topics::memory_of_file<open_topics>,
+                           .stream = topics::stream_file<open_topics>};
 
 }  // namespace tumble::rosbag

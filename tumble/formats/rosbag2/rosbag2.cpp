@@ -11,6 +11,7 @@
 #include "tumble/formats/ros/recording.hpp"
 #include "tumble/formats/rosbag2/database.hpp"
 #include "tumble/formats/rosbag2/folder.hpp"
+#include "tumble/formats/topics/read.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rosbag2 {
@@ -19,11 +20,7 @@ namespace {
 constexpr std::string_view magic("SQLite format 3\0", 16);
 constexpr std::int64_t rows_at_once = 16384;
 
-bool is_database(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool is_database(const std::string& path) { return file::begins_with(path, magic); }
 
 bool recognises(const std::string& path) {
   std::error_code problem;
@@ -129,15 +126,8 @@ ros::Log open(const std::string& path) {
   return parts.size() == 1 ? std::move(parts.front()) : ros::joined(path, std::move(parts));
 }
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  return ros::read(open(path), options, progress);
-}
-
-std::uintmax_t memory(const std::string& path, const ReadOptions& options) { return ros::memory(open(path), options); }
-
-void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-            const Progress& progress) {
-  ros::stream(open(path), options, samples, sink, progress);
+topics::Log open_topics(const std::string& path, const ReadOptions& options, bool checksum) {
+  return ros::topics_log(open(path), options, checksum);
 }
 
 }  // namespace
@@ -147,9 +137,9 @@ extern const Format rosbag2{
     .summary = "ROS 2 bag, in SQLite or its folder: IMU, magnetic field, temperature and pressure messages",
     .extensions = {".db3"},
     .recognises = recognises,
-    .read = read,
-    .memory = memory,
-    .stream = stream,
+    .read = topics::read_file<open_topics>,
+    .memory = topics::memory_of_file<open_topics>,
+    .stream = topics::stream_file<open_topics>,
     .folders = true};
 
 }  // namespace tumble::rosbag2

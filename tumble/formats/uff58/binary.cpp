@@ -5,7 +5,7 @@
 
 #include "tumble/formats/csv/encoding.hpp"
 #include "tumble/formats/file/number_at.hpp"
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::uff58 {
@@ -59,7 +59,7 @@ void decode_binary(std::string_view bytes, const BinaryNumbers& kind, bool rever
 }
 
 void each_part(const std::string& path, const Progress& progress, const Parts& parts) {
-  topics::Window window(path);
+  file::Window window(path);
   for (std::size_t number = 1; window.holds(1); ++number) {
     report(progress, static_cast<double>(window.position()) / static_cast<double>(window.size() + 1), "reading");
     window.holds(longest_line);
@@ -85,7 +85,7 @@ void each_part(const std::string& path, const Progress& progress, const Parts& p
 
 bool has_binary_datasets(const std::string& path) {
   constexpr std::string_view begin = "\n    58b";
-  topics::Window window(path);
+  file::Window window(path);
   while (window.holds(begin.size())) {
     const std::string_view here(window.data(), window.available());
     if (here.find(begin) != here.npos) return true;

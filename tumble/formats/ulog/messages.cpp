@@ -155,7 +155,7 @@ class Walker {
   const std::string& path_;
   const Subscriptions& subscriptions_;
   const Progress& progress_;
-  topics::Window window_;
+  file::Window window_;
   std::vector<std::size_t> places_;
   Damage damage_;
 };

@@ -6,10 +6,13 @@
 #include <vector>
 
 #include "tumble/core/progress.hpp"
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
+#include "tumble/formats/topics/damage.hpp"
 #include "tumble/formats/ulog/definitions.hpp"
 
 namespace tumble::ulog {
+
+using topics::Damage;
 
 constexpr std::string_view magic = "\x55\x4c\x6f\x67\x01\x12\x35";
 constexpr std::size_t head_size = 16;    ///< magic, version, u64 time
@@ -34,15 +37,6 @@ class Subscriptions {
  private:
   std::vector<Subscription> all_;
   Subscription none_;
-};
-
-/// Damage of a file.
-struct Damage {
-  std::size_t stretches = 0;    ///< that are no messages
-  std::size_t bytes = 0;        ///< in them
-  std::size_t first = 0;        ///< [bytes] where the first begins
-  std::size_t cut_off = 0;      ///< [bytes] of a message at the end of the file
-  std::size_t undescribed = 0;  ///< messages whose id or format is not known
 };
 
 /// A message that is whole and can be what it claims.

@@ -11,6 +11,7 @@
 #include "tumble/formats/file/number_at.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/topics/choose.hpp"
+#include "tumble/formats/topics/messages.hpp"
 #include "tumble/formats/topics/read.hpp"
 #include "tumble/formats/ulog/known.hpp"
 #include "tumble/formats/ulog/scan.hpp"
@@ -22,11 +23,7 @@ namespace {
 
 using topics::Log;
 
-bool recognises(const std::string& path) {
-  char bytes[magic.size()];
-  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
-  return std::string_view(bytes, count) == magic;
-}
+bool recognises(const std::string& path) { return file::begins_with(path, magic); }
 
 [[noreturn]] void refuse(const std::string& path, const Sentence& what) {
   throw Error(Error::Kind::bad_file, say("'{}' {}", path, what));
@@ -38,18 +35,19 @@ constexpr std::int32_t no_sample = std::numeric_limits<std::int32_t>::max();
 
 /// The fields of a topic that become channels: of a known topic its samples, of another every number.
 topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
-  topics::Topic topic{.name = from.name, .messages = from.messages};
+  topics::Topic topic{.name = from.name};
   const KnownTopic* const known = known_topic(from.format);
   topics::Burst burst;
   bool sampled = false;
   for (const Place& place : places_in(scan.definitions, from.format)) {
     if (place.field == "timestamp" || place.field == "timestamp_sample") {
       // The time of the sample, where the topic has one, rather than that of the message.
-      if (place.number == topics::Number::u64 && place.length == 1 && !sampled) topic.time = place.offset;
+      if (place.number == topics::Number::u64 && place.length == 1 && !sampled) topic.layout.time = place.offset;
       sampled = sampled || place.field == "timestamp_sample";
       continue;
     }
-    if (known && place.field == accelerometer_later && place.number == topics::Number::i32) topic.later = place.offset;
+    if (known && place.field == accelerometer_later && place.number == topics::Number::i32)
+      topic.layout.later = place.offset;
     if (known && known->burst) {
       if (place.field == "samples") burst.count = place.offset;
       if (place.field == "dt") burst.interval = place.offset;
@@ -62,19 +60,21 @@ topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
     if (known && known->burst) burst.capacity = place.length;
     topic.columns.push_back(std::move(column));
   }
-  if (burst.count > 0 && burst.interval > 0 && burst.scale > 0) topic.burst = burst;
-  if (known && known->burst && !topic.burst) topic.columns.clear();
+  if (burst.count > 0 && burst.interval > 0 && burst.scale > 0) topic.layout.burst = burst;
+  if (known && known->burst && !topic.layout.burst) topic.columns.clear();
+  topic.most = from.messages * topics::most_samples(topic.layout);
+  if (!topic.layout.burst) topic.samples = from.messages;
   return topic;
 }
 
 /// The topic, or its gyro and its accelerometer where these have times of their own.
 std::vector<topics::Topic> halves_of(topics::Topic topic) {
-  if (!topic.later) return {std::move(topic)};
+  if (!topic.layout.later) return {std::move(topic)};
   topics::Topic accelerometer = topic;
   const auto felt = [](const topics::Column& column) { return column.names.front().starts_with("accelerometer"); };
   std::erase_if(topic.columns, felt);
   std::erase_if(accelerometer.columns, std::not_fn(felt));
-  topic.later = {};
+  topic.layout.later = {};
   return {std::move(topic), std::move(accelerometer)};
 }
 
@@ -92,20 +92,7 @@ void take_meta(const Scan& scan, Recording& frame) {
 }
 
 void take_damage(const Scan& scan, Findings& findings) {
-  const Damage& damage = scan.damage;
-  if (damage.stretches > 0)
-    findings.push_back({Finding::Severity::warning,
-                        "log_damaged",
-                        {{"size", damage.bytes}, {"at", damage.first}},
-                        "",
-                        {damage.stretches, {}, {}}});
-  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
-  if (damage.undescribed > 0 || !scan.unreadable.empty())
-    findings.push_back({Finding::Severity::info,
-                        "messages_not_described",
-                        {{"what", scan.unreadable.empty() ? "?" : fmt::format("{}", fmt::join(scan.unreadable, ", "))}},
-                        "",
-                        {damage.undescribed, {}, {}}});
+  topics::name_damage(scan.damage, scan.unreadable, findings);
   const auto& lost = scan.dropouts;
   if (lost.count > 0)
     findings.push_back({Finding::Severity::warning,
@@ -165,17 +152,15 @@ bool is_new(Taken& of, const char* message) {
   return later != no_sample && std::exchange(of.last, stamp) != stamp;
 }
 
-/// `chosen` has for each topic of the log its index in the scan.
-std::function<void(const topics::Take&, const Progress&)> player(const std::string& path, const Scan& scan,
-                                                                 const Log& log,
-                                                                 const std::vector<std::size_t>& chosen) {
+/// The messages of these topics, whose sources are topics of the scan.
+topics::Messages messages_of(const std::string& path, const Scan& scan, const std::vector<topics::Topic>& topics) {
   std::vector<std::vector<Taken>> whole(scan.topics.size()), with_own_time(scan.topics.size());
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const topics::Topic& topic = log.topics[i];
-    (topic.later ? with_own_time : whole)[chosen[i]].push_back(
-        {i, topic.time, topic.later.value_or(0), std::numeric_limits<std::uint64_t>::max()});
+  for (std::size_t i = 0; i < topics.size(); ++i) {
+    const topics::Layout& layout = topics[i].layout;
+    (layout.later ? with_own_time : whole)[topics[i].source].push_back(
+        {i, layout.time, layout.later.value_or(0), std::numeric_limits<std::uint64_t>::max()});
   }
-  return [path, whole, with_own_time](const topics::Take& take, const Progress& progress) {
+  return [path, whole, with_own_time](const topics::TakeMessage& take, const Progress& progress) {
     auto late = with_own_time;
     replay(path, progress, [&](std::size_t topic, const char* sample) {
       for (const Taken& of : whole[topic]) take(of.topic, sample);
@@ -199,7 +184,10 @@ std::vector<std::size_t> sampled(const Scan& scan) {
 }
 
 /// Reads everything but the samples.
-Log open(const std::string& path, const ReadOptions& options) {
+Log open(const std::string& path, const ReadOptions& options, bool checksum) {
+  Log log;
+  log.frame.origin.file = path;
+  if (checksum) log.frame.origin.checksum = sha256_in_background(path);
   if (!recognises(path)) refuse(path, "is no ULog: it does not begin with ULog and the version");
   const Scan found = scan(path);
   std::vector<std::string> names;
@@ -217,43 +205,19 @@ Log open(const std::string& path, const ReadOptions& options) {
       options.topics.empty() ? preferred(names, messages) : topics::asked_for(names, options.topics, path);
   if (chosen.empty())
     refuse(path, say("has no topic of a gyro or an accelerometer; name one with --topic: {}", fmt::join(names, ", ")));
-  Log log;
-  log.frame.origin.file = path;
-  std::vector<std::size_t> of_scan;
-  for (const std::size_t i : chosen) {
-    for (topics::Topic& topic : halves_of(topic_of(found, found.topics[indices[i]])))
+  for (const std::size_t i : chosen)
+    for (topics::Topic& topic : halves_of(topic_of(found, found.topics[indices[i]]))) {
+      topic.source = indices[i];
       log.topics.push_back(std::move(topic));
-    of_scan.push_back(indices[i]);
-  }
+    }
   take_meta(found, log.frame);
   take_damage(found, log.frame.findings);
   say_corrected(found, log, log.frame.findings);
   say_slow(names, messages, chosen, log.frame.findings);
   topics::name_the_others(names, chosen, log.frame.findings);
   topics::name_channels(options, log);
-  std::vector<std::size_t> remaining;  // name_channels() may have removed topics
-  for (const topics::Topic& topic : log.topics)
-    for (const std::size_t i : of_scan)
-      if (found.topics[i].name == topic.name) remaining.push_back(i);
-  log.play = player(path, found, log, remaining);
+  topics::play_messages(messages_of(path, found, log.topics), log);
   return log;
-}
-
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  auto checksum = sha256_in_background(path);
-  const Log log = open(path, options);
-  Recording recording = topics::read(log, options.rate, progress);
-  recording.origin.checksum = std::move(checksum);
-  return recording;
-}
-
-std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
-  return topics::memory(open(path, options));
-}
-
-void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-            const Progress& progress) {
-  topics::stream(open(path, options), options.rate, samples, sink, progress);
 }
 
 }  // namespace
@@ -262,8 +226,8 @@ extern const Format ulog{.name = "ulog",
                          .summary = "log of the autopilot PX4: topics such as sensor_gyro:0",
                          .extensions = {".ulg"},
                          .recognises = recognises,
-                         .read = read,
-                         .memory = memory,
-                         .stream = stream};
+                         .read = topics::read_file<open>,
+                         .memory = topics::memory_of_file<open>,
+                         .stream = topics::stream_file<open>};
 
 }  // namespace tumble::ulog

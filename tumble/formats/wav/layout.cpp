@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tumble/formats/file/number_at.hpp"
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::wav {
@@ -125,7 +125,7 @@ class Reader {
   }
 
   const std::string& path_;
-  topics::Window window_;
+  file::Window window_;
   Layout layout_;
   std::uint64_t data_size_ = 0;
 };

@@ -8,8 +8,8 @@
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/number_at.hpp"
+#include "tumble/formats/file/window.hpp"
 #include "tumble/formats/format.hpp"
-#include "tumble/formats/topics/window.hpp"
 #include "tumble/formats/wav/layout.hpp"
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
@@ -107,7 +107,7 @@ double sample_of(const char* at, const Layout& layout) {
 }
 
 /// Reads the next `count` frames, at most as many as a window holds, and appends them to `to`. False at the end.
-bool take(const Opened& opened, topics::Window& window, std::size_t count, std::vector<Channel>& to,
+bool take(const Opened& opened, file::Window& window, std::size_t count, std::vector<Channel>& to,
           std::size_t& infinite) {
   const std::size_t size = size_of(opened.layout.type), frame = size * opened.layout.channels;
   if (!window.holds(count * frame)) return false;
@@ -132,9 +132,9 @@ void say_infinite(const std::string& path, std::size_t infinite, Findings& findi
 void each_block(const std::string& path, Opened& opened, std::size_t samples, const Progress& progress,
                 const std::function<void(std::size_t first, std::size_t infinite)>& done) {
   const Layout& layout = opened.layout;
-  const std::size_t fitting = topics::Window::longest / (size_of(layout.type) * layout.channels);
+  const std::size_t fitting = file::Window::longest / (size_of(layout.type) * layout.channels);
   const std::size_t longest = std::max<std::size_t>(1, std::min(samples, fitting));
-  topics::Window window(path);
+  file::Window window(path);
   window.skip(layout.first);
   for (std::uint64_t first = 0; first < layout.frames;) {
     const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(longest, layout.frames - first));

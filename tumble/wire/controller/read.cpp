@@ -5,7 +5,7 @@
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/nearest.hpp"
-#include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/declared.hpp"
 #include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controller/template.hpp"
 
@@ -17,7 +17,7 @@ using tables::Section;
 
 /// The settings with the values that count.
 std::map<std::string, std::string> settings_of(const toml::table& document,
-                                               const std::map<std::string, std::string>& wanted, Draft& draft) {
+                                               const std::map<std::string, std::string>& wanted, Declared& declared) {
   std::map<std::string, std::string> settings;
   std::vector<std::string> known;
   if (const auto* table = document["setting"].as_table())
@@ -26,21 +26,21 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
       if (const auto text = tables::text_of(node))
         settings[known.back()] = *text;
       else
-        draft.problems.add(node.source(), say("[setting]: {}: a text or a number is expected", Name{known.back()}));
+        declared.draft.problems.add(node.source(),
+                                    say("[setting]: {}: a text or a number is expected", Name{known.back()}));
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))
-      draft.problems.all.push_back(
-          in_file(draft.problems.file,
-                  say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
-                      known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))}))));
+      declared.draft.add(
+          say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
+              known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))})));
     settings[name] = value;
   }
   return settings;
 }
 
-void put_into(std::string& text, const toml::source_region& place, Draft& draft) {
-  const auto& settings = draft.controller.settings;
+void put_into(std::string& text, const toml::source_region& place, Declared& declared) {
+  const auto& settings = declared.controller.settings;
   for (std::size_t at = text.find("${"); at != std::string::npos; at = text.find("${", at)) {
     const auto end = text.find('}', at);
     const std::string name = text.substr(at + 2, std::min(end, text.size()) - at - 2);
@@ -48,7 +48,7 @@ void put_into(std::string& text, const toml::source_region& place, Draft& draft)
     if (end == std::string::npos || setting == settings.end()) {
       std::vector<std::string> known;
       for (const auto& [key, value] : settings) known.push_back(key);
-      draft.problems.add(place, say("there is no setting '{}'{}", name, did_you_mean(name, known)));
+      declared.draft.problems.add(place, say("there is no setting '{}'{}", name, did_you_mean(name, known)));
       return;
     }
     text.replace(at, end + 1 - at, setting->second);
@@ -56,13 +56,13 @@ void put_into(std::string& text, const toml::source_region& place, Draft& draft)
   }
 }
 
-void put_into_node(toml::node& node, Draft& draft, int depth) {
+void put_into_node(toml::node& node, Declared& declared, int depth) {
   if (depth > 20) return;
-  if (auto* text = node.as_string()) put_into(text->get(), node.source(), draft);
+  if (auto* text = node.as_string()) put_into(text->get(), node.source(), declared);
   if (auto* table = node.as_table())
-    for (auto&& [key, value] : *table) put_into_node(value, draft, depth + 1);
+    for (auto&& [key, value] : *table) put_into_node(value, declared, depth + 1);
   if (auto* array = node.as_array())
-    for (auto& value : *array) put_into_node(value, draft, depth + 1);
+    for (auto& value : *array) put_into_node(value, declared, depth + 1);
 }
 
 void read_serial(Section& section, ControllerLink& link) {
@@ -81,19 +81,19 @@ void read_serial(Section& section, ControllerLink& link) {
   if (!numeric || !sound || link.baud == 0) section.problem_at("serial", "\"9600:8N1\" is expected: baud, format");
 }
 
-void read_link(Section& root, Draft& draft) {
-  ControllerLink& link = draft.controller.link;
+void read_link(Section& root, Declared& declared) {
+  ControllerLink& link = declared.controller.link;
   const auto* table = root.table("link");
   if (!table) return root.missing("link", "{tcp = 5025}");
-  Section section(*table, "[link]", draft.problems);
+  Section section = declared.draft.section(*table, "[link]");
   link.tcp = number_at(section, "tcp", 65535).value_or(0);
   read_serial(section, link);
   link.flow = section.text("flow").value_or("");
   if (!link.flow.empty() && link.flow != "xonxoff" && link.flow != "rtscts")
     section.problem_at("flow", "xonxoff or rtscts is expected");
   link.period = seconds_at(section, "period", 0.1);
-  draft.timeout = seconds_at(section, "timeout", 1.0);
-  draft.pause = seconds_at(section, "pause", 0.0);
+  declared.timeout = seconds_at(section, "timeout", 1.0);
+  declared.pause = seconds_at(section, "pause", 0.0);
   if (link.tcp == 0 && link.baud == 0) section.missing("tcp", "5025, or serial = \"9600:8N1\"");
   section.close();
 }
@@ -114,13 +114,13 @@ void read_axes(Section& root, Controller& controller) {
   if (controller.axes.empty()) controller.axes = {"1"};
 }
 
-void read_http(Section& root, Draft& draft) {
-  Controller& controller = draft.controller;
+void read_http(Section& root, Declared& declared) {
+  Controller& controller = declared.controller;
   controller.protocol = Controller::Protocol::http;
   controller.longest = 16384;
   const auto* table = root.table("http");
   if (!table) return;
-  Section section(*table, "[http]", draft.problems);
+  Section section = declared.draft.section(*table, "[http]");
   ControllerHttp& settings = controller.http;
   settings.host = section.text("host").value_or(settings.host);
   settings.message = section.text("message").value_or("");
@@ -134,21 +134,21 @@ void read_http(Section& root, Draft& draft) {
   section.close();
 }
 
-void read_protocol(Section& root, Draft& draft) {
+void read_protocol(Section& root, Declared& declared) {
   const std::string protocol = root.text("protocol").value_or("text");
-  Controller& controller = draft.controller;
+  Controller& controller = declared.controller;
   if (protocol != "text" && protocol != "modbus" && protocol != "http")
     root.problem_at("protocol", "text, modbus or http is expected");
-  if (protocol == "http") return read_http(root, draft);
+  if (protocol == "http") return read_http(root, declared);
   const auto* table = root.table("modbus");
   if (protocol != "modbus") return table ? root.problem_at("modbus", "needs protocol = \"modbus\"") : void();
   controller.protocol = Controller::Protocol::modbus_tcp;
   if (!table) return;
-  Section section(*table, "[modbus]", draft.problems);
+  Section section = declared.draft.section(*table, "[modbus]");
   controller.unit = number_at(section, "unit", 255).value_or(1);
   const std::string words = section.text("words").value_or("high first");
-  draft.low_word_first = words == "low first";
-  if (!draft.low_word_first && words != "high first")
+  declared.low_word_first = words == "low first";
+  if (!declared.low_word_first && words != "high first")
     section.problem_at("words", "low first or high first is expected");
   const std::string transport = section.text("transport").value_or("tcp");
   if (transport == "rtu")
@@ -186,16 +186,10 @@ double seconds_at(Section& section, std::string_view key, double otherwise) {
   return otherwise;
 }
 
-std::string bytes_at(Section& section, std::string_view key) {
-  std::string bytes;
-  declaration::parse_at(section, key, [&] { bytes = latin1(section.text(key).value_or("")); });
-  return bytes;
-}
-
-void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Draft& draft) {
-  draft.controller.settings = settings_of(document, wanted, draft);
+void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Declared& declared) {
+  declared.controller.settings = settings_of(document, wanted, declared);
   for (auto&& [key, value] : document)
-    if (key.str() != "setting") put_into_node(value, draft, 0);
+    if (key.str() != "setting") put_into_node(value, declared, 0);
 }
 
 }  // namespace tumble::controller
@@ -205,31 +199,25 @@ namespace tumble {
 Controller read_controller(std::string_view text, const std::string& file,
                            const std::map<std::string, std::string>& settings) {
   toml::table document = tables::document_of(std::string(text), file);
-  controller::Draft draft;
-  draft.problems.file = file;
-  controller::put_settings(document, settings, draft);
-  tables::Section root(document, "", draft.problems);
+  controller::Declared declared{declaration::Draft(file)};
+  controller::put_settings(document, settings, declared);
+  tables::Section root = declared.draft.section(document, "");
   root.table("setting");
-  Controller& controller = draft.controller;
+  Controller& controller = declared.controller;
   controller.name = file.ends_with(".toml") ? file.substr(0, file.size() - 5) : file;
-  controller.title = root.text("title").value_or("");
-  controller.source = root.text("source").value_or("");
-  controller.note = root.text("note").value_or("");
+  declaration::read_head(root, "\"ESPEC P-300 chamber\"", controller);
   controller.lost_link = root.text("lost_link").value_or("");
-  if (controller.title.empty()) root.missing("title", "\"ESPEC P-300 chamber\"");
-  if (!document.contains("certainty")) root.missing("certainty", "\"maker\"");
-  controller.certainty = declaration::certainty_at(root, FrameCertainty::uncertain);
   controller::read_axes(root, controller);
-  controller::read_link(root, draft);
-  controller::read_protocol(root, draft);
-  controller::read_frame(root, draft);
-  controller::read_words(root, draft);
-  controller::read_sayings(root, draft);
-  controller::read_commands(root, draft);
-  if (draft.problems.all.empty()) controller::require_sense(draft);
-  controller::read_vectors(root, draft);
+  controller::read_link(root, declared);
+  controller::read_protocol(root, declared);
+  controller::read_frame(root, declared);
+  controller::read_words(root, declared);
+  controller::read_sayings(root, declared);
+  controller::read_commands(root, declared);
+  if (declared.draft.sound()) controller::require_sense(declared);
+  controller::read_vectors(root, declared);
   root.close();
-  if (!draft.problems.all.empty()) throw Error(Error::Kind::bad_input, draft.problems.sorted());
+  declared.draft.require_sound();
   for (const auto& [name, value] : settings)
     if (value != tables::text_of(*document["setting"][name].node())) controller.vectors.clear();
   if (auto wrong = problems_of_vectors(controller); !wrong.empty()) throw Error(Error::Kind::bad_input, wrong);

@@ -6,7 +6,7 @@
 
 #include "tumble/units/nearest.hpp"
 #include "tumble/wire/controller/body.hpp"
-#include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/declared.hpp"
 #include "tumble/wire/controller/http.hpp"
 #include "tumble/wire/controllers.hpp"
 
@@ -46,10 +46,10 @@ void require_unit(Section& section, const char* key, const ControllerPiece& piec
 
 /// Absolute temperatures keep their zero: 0.1 degC of a register is a step, and 0 is 0 degC.
 void check_template(Section& section, const char* key, const ControllerTemplate& form, bool is_send,
-                    const Draft& draft) {
+                    const Declared& declared) {
   for (const auto& piece : form.pieces) {
     require_unit(section, key, piece);
-    if (piece.axis > static_cast<int>(draft.controller.axes.size()))
+    if (piece.axis > static_cast<int>(declared.controller.axes.size()))
       section.problem_at(key, say("'{}': there is no axis {} (see axes)", key_of(piece), piece.axis));
     if (is_send && piece.kind == ControllerPiece::Kind::word)
       section.problem_at(key,
@@ -59,12 +59,12 @@ void check_template(Section& section, const char* key, const ControllerTemplate&
   }
 }
 
-std::vector<ControllerTemplate> templates_at(Section& section, const char* key, Draft& draft) {
+std::vector<ControllerTemplate> templates_at(Section& section, const char* key, Declared& declared) {
   std::vector<ControllerTemplate> forms;
   parse_at(section, key, [&] {
     for (const auto& text : section.texts(key)) {
       forms.push_back(parse_template(text));
-      check_template(section, key, forms.back(), false, draft);
+      check_template(section, key, forms.back(), false, declared);
     }
   });
   return forms;
@@ -86,7 +86,7 @@ ControllerPiece register_field(std::string text) {
   throw Error(Error::Kind::bad_input, "Modbus sends the high byte first; the order of words is words = \"low first\"");
 }
 
-void read_register(Section& section, ControllerExchange& exchange, Draft& draft) {
+void read_register(Section& section, ControllerExchange& exchange, Declared& declared) {
   const auto read = section.text("read"), write = section.text("write");
   ControllerRegister access;
   if (read && write) section.problem_at("write", "an exchange reads or writes");
@@ -97,9 +97,9 @@ void read_register(Section& section, ControllerExchange& exchange, Draft& draft)
   access.address = number_at(section, "register", 65535).value_or(-1);
   if (access.address < 0) section.missing("register", "2820"), access.address = 0;
   access.step = number_at(section, "step", 65535).value_or(0);
-  if (access.address + access.step * static_cast<int>(draft.controller.axes.size()) > 65536)
+  if (access.address + access.step * static_cast<int>(declared.controller.axes.size()) > 65536)
     section.problem_at("step", "the register of the last axis is above 65535");
-  const std::string words = section.text("words").value_or(draft.low_word_first ? "low first" : "high first");
+  const std::string words = section.text("words").value_or(declared.low_word_first ? "low first" : "high first");
   access.low_word_first = words == "low first";
   if (!access.low_word_first && words != "high first")
     section.problem_at("words", "low first or high first is expected");
@@ -126,21 +126,21 @@ void read_json(Section& section, ControllerExchange& exchange) {
   if (exchange.bare) section.problem_at("bare", "has no meaning for HTTP");
 }
 
-ControllerExchange exchange_of(Section& section, Draft& draft) {
+ControllerExchange exchange_of(Section& section, Declared& declared) {
   ControllerExchange exchange;
   exchange.when = section.text("when").value_or("");
-  exchange.timeout = seconds_at(section, "timeout", draft.timeout);
-  exchange.pause = seconds_at(section, "pause", draft.pause);
-  if (draft.controller.is_modbus()) {
-    read_register(section, exchange, draft);
+  exchange.timeout = seconds_at(section, "timeout", declared.timeout);
+  exchange.pause = seconds_at(section, "pause", declared.pause);
+  if (declared.controller.is_modbus()) {
+    read_register(section, exchange, declared);
     return exchange;
   }
   const auto send = section.text("send");
   if (!send) section.missing("send", "\"POS {axis},{position:.4f deg}\"");
   parse_at(section, "send", [&] { exchange.send = parse_template(send.value_or("")); });
-  check_template(section, "send", exchange.send, true, draft);
-  exchange.expect = templates_at(section, "expect", draft);
-  exchange.refused = templates_at(section, "refused", draft);
+  check_template(section, "send", exchange.send, true, declared);
+  exchange.expect = templates_at(section, "expect", declared);
+  exchange.refused = templates_at(section, "refused", declared);
   if (const auto* values = section.table("set"))
     for (const auto& [name, node] : *values) {
       const std::string key(name.str());
@@ -152,13 +152,13 @@ ControllerExchange exchange_of(Section& section, Draft& draft) {
   exchange.bare = flag_at(section, "bare", false);
   if (exchange.bare && (!size_of(exchange.send) || exchange.send.pieces.empty()))
     section.problem_at("bare", "bytes that are sent bare must have a fixed number");
-  if (draft.controller.protocol == Controller::Protocol::http) {
+  if (declared.controller.protocol == Controller::Protocol::http) {
     read_json(section, exchange);
     return exchange;
   }
-  const bool by_size = draft.controller.send.tail.empty() && !exchange.bare;
+  const bool by_size = declared.controller.send.tail.empty() && !exchange.bare;
   if (by_size && !size_of(exchange.send)) section.problem_at("send", "without a tail, every field needs a fixed size");
-  if (draft.controller.reply.tail.empty())
+  if (declared.controller.reply.tail.empty())
     for (const auto& form : exchange.expect)
       if (!size_of(form)) section.problem_at("expect", "without a tail, every field needs a fixed size");
   return exchange;
@@ -188,26 +188,26 @@ void summarise(ControllerCommand& command) {
   command.gives.assign(gives.begin(), gives.end());
 }
 
-ControllerCommand command_at(const std::string& verb, const toml::table& table, Draft& draft) {
-  Section section(table, fmt::format("[command.{}]", verb), draft.problems);
+ControllerCommand command_at(const std::string& verb, const toml::table& table, Declared& declared) {
+  Section section = declared.draft.section(table, fmt::format("[command.{}]", verb));
   ControllerCommand command;
   command.verb = verb;
   command.once = flag_at(section, "once", false);
   command.read_back = section.text("read_back").value_or("");
   command.same_as = section.text("same_as").value_or("");
   command.note = section.text("note").value_or("");
-  command.certainty = declaration::certainty_at(section, draft.controller.certainty);
+  command.certainty = declaration::certainty_at(section, declared.controller.certainty);
   const auto& verbs = controller_verbs();
   if (std::ranges::find(verbs, verb) == verbs.end())
     section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, verbs), fmt::join(verbs, ", ")));
   if (table.contains("exchange")) {
     for (const auto* one : declaration::tables_at(section, "exchange")) {
-      Section inner(*one, fmt::format("[command.{}] exchange", verb), draft.problems);
-      command.exchanges.push_back(exchange_of(inner, draft));
+      Section inner = declared.draft.section(*one, fmt::format("[command.{}] exchange", verb));
+      command.exchanges.push_back(exchange_of(inner, declared));
       inner.close();
     }
   } else if (command.same_as.empty()) {
-    command.exchanges.push_back(exchange_of(section, draft));
+    command.exchanges.push_back(exchange_of(section, declared));
   }
   const auto is_optional = [](const ControllerExchange& exchange) { return !exchange.when.empty(); };
   if (!command.exchanges.empty() && is_optional(command.exchanges.back()))
@@ -217,9 +217,9 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
   return command;
 }
 
-void resolve_same(ControllerCommand& command, Draft& draft, Section& root) {
+void resolve_same(ControllerCommand& command, Declared& declared, Section& root) {
   if (command.same_as.empty()) return;
-  const auto* other = draft.controller.find(command.same_as);
+  const auto* other = declared.controller.find(command.same_as);
   if (!other || !other->same_as.empty() || !command.exchanges.empty())
     return root.problem_at("command", say("[command.{}]: same_as names another command, and has nothing to send "
                                           "beside it",
@@ -254,7 +254,7 @@ const std::vector<Unit>* units_of(const std::string& value) {
   return found == known.end() ? nullptr : &found->second;
 }
 
-void read_commands(Section& root, Draft& draft) {
+void read_commands(Section& root, Declared& declared) {
   const auto* all = root.table("command");
   if (!all) return root.missing("command", "[command.stop] send = \"STOP\"");
   std::vector<std::pair<toml::source_position, std::string>> order;
@@ -265,8 +265,8 @@ void read_commands(Section& root, Draft& draft) {
   std::ranges::sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [place, verb] : order)
     if (const auto* table = all->get(verb)->as_table())
-      draft.controller.commands.push_back(command_at(verb, *table, draft));
-  for (auto& command : draft.controller.commands) resolve_same(command, draft, root);
+      declared.controller.commands.push_back(command_at(verb, *table, declared));
+  for (auto& command : declared.controller.commands) resolve_same(command, declared, root);
 }
 
 }  // namespace controller

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tumble/wire/codec/checksum.hpp"
-#include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/declared.hpp"
 #include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/controller/words.hpp"
 
@@ -11,17 +11,18 @@ namespace tumble::controller {
 
 namespace {
 
+using declaration::bytes_at;
 using declaration::parse_at;
 using tables::Section;
 
-ControllerFraming framing_of(Section& around, const char* key, Draft& draft) {
+ControllerFraming framing_of(Section& around, const char* key, Declared& declared) {
   ControllerFraming framing;
   const auto* table = around.table(key);
   if (!table) {
     around.missing(key, "{tail = \"\\r\\n\"}");
     return framing;
   }
-  Section section(*table, key, draft.problems);
+  Section section = declared.draft.section(*table, key);
   framing.head = bytes_at(section, "head");
   parse_at(section, "tail", [&] {
     for (const auto& tail : section.texts("tail")) framing.tail.push_back(latin1(tail));
@@ -52,10 +53,10 @@ std::optional<ControllerChecksum> checksum_named(std::string_view kind) {
   return ControllerChecksum{.sum = FrameChecksum{.kind = found->kind}, .form = found->form};
 }
 
-ControllerChecksum checksum_at(Section& around, Draft& draft) {
+ControllerChecksum checksum_at(Section& around, Declared& declared) {
   const auto* table = around.table("checksum");
   if (!table) return {};
-  Section section(*table, "checksum", draft.problems);
+  Section section = declared.draft.section(*table, "checksum");
   const auto known = checksum_named(section.text("kind").value_or(""));
   if (!known) section.problem_at("kind", "sum_hex, nmea_xor, sum, xor, xor_bit7, crc16 or none is expected");
   ControllerChecksum check = known.value_or(ControllerChecksum{});
@@ -66,8 +67,8 @@ ControllerChecksum checksum_at(Section& around, Draft& draft) {
   return check;
 }
 
-ControllerBitRule rule_of(const toml::table& table, Draft& draft) {
-  Section section(table, "rules", draft.problems);
+ControllerBitRule rule_of(const toml::table& table, Declared& declared) {
+  Section section = declared.draft.section(table, "rules");
   ControllerBitRule rule;
   const auto whole = [&](const char* key, std::uint32_t otherwise) -> std::uint32_t {
     const auto* node = section.find(key);
@@ -96,7 +97,7 @@ ControllerBitRule rule_of(const toml::table& table, Draft& draft) {
   return rule;
 }
 
-void read_bits(Section& root, Draft& draft) {
+void read_bits(Section& root, Declared& declared) {
   const auto* all = root.table("bits");
   if (!all) return;
   for (const auto& [key, node] : *all) {
@@ -105,20 +106,20 @@ void read_bits(Section& root, Draft& draft) {
       root.problem_at("bits", "a table for each word is expected, [bits.state]");
       continue;
     }
-    Section section(*table, fmt::format("[bits.{}]", key.str()), draft.problems);
+    Section section = declared.draft.section(*table, fmt::format("[bits.{}]", key.str()));
     ControllerBits bits{std::string(key.str()), section.text("from").value_or(""), {}};
     if (bits.from.empty()) section.missing("from", "\"status\"");
-    for (const auto* rule : declaration::tables_at(section, "rules")) bits.rules.push_back(rule_of(*rule, draft));
+    for (const auto* rule : declaration::tables_at(section, "rules")) bits.rules.push_back(rule_of(*rule, declared));
     for (const auto& rule : bits.rules)
       if (!rule.means.empty() && !bits_of_word(bits, rule.means))
         section.problem_at("rules", say("no number means '{}': the rules before it hold for all of them", rule.means));
     section.close();
-    draft.controller.bits.push_back(bits);
+    declared.controller.bits.push_back(bits);
   }
 }
 
-ControllerSaying saying_of(const toml::table& table, const char* name, Draft& draft) {
-  Section section(table, name, draft.problems);
+ControllerSaying saying_of(const toml::table& table, const char* name, Declared& declared) {
+  Section section = declared.draft.section(table, name);
   ControllerSaying saying;
   const auto text = section.text("expect");
   if (!text) section.missing("expect", "\"error:{code=20}\"");
@@ -142,18 +143,18 @@ ControllerChecksum modbus_checksum() {
   return {.sum = crc, .form = ControllerChecksum::Form::bytes, .with_head = true};
 }
 
-void read_frame(Section& root, Draft& draft) {
-  Controller& controller = draft.controller;
+void read_frame(Section& root, Declared& declared) {
+  Controller& controller = declared.controller;
   const auto* table = root.table("framing");
   if (controller.protocol != Controller::Protocol::text) {
     if (table) root.problem_at("framing", "Modbus and HTTP have their own");
     return;
   }
   if (!table) return root.missing("framing", "send = {tail = \"\\r\\n\"}, reply = {tail = \"\\r\\n\"}");
-  Section section(*table, "[framing]", draft.problems);
-  controller.send = framing_of(section, "send", draft);
-  controller.reply = framing_of(section, "reply", draft);
-  controller.checksum = checksum_at(section, draft);
+  Section section = declared.draft.section(*table, "[framing]");
+  controller.send = framing_of(section, "send", declared);
+  controller.reply = framing_of(section, "reply", declared);
+  controller.checksum = checksum_at(section, declared);
   controller.bit7 = flag_at(section, "bit7", false);
   controller.trim = flag_at(section, "trim", !controller.bit7 && !controller.send.tail.empty());
   controller.skip = number_at(section, "skip", 256).value_or(0);
@@ -166,7 +167,7 @@ void read_frame(Section& root, Draft& draft) {
   section.close();
 }
 
-void read_words(Section& root, Draft& draft) {
+void read_words(Section& root, Declared& declared) {
   if (const auto* all = root.table("word"))
     for (const auto& [key, node] : *all) {
       const auto* table = node.as_table();
@@ -175,24 +176,24 @@ void read_words(Section& root, Draft& draft) {
         continue;
       }
       std::vector<std::tuple<unsigned, unsigned, std::string, std::string>> lines;
-      Section section(*table, fmt::format("[word.{}]", key.str()), draft.problems);
+      Section section = declared.draft.section(*table, fmt::format("[word.{}]", key.str()));
       for (const auto& [text, meaning] : *table)
         parse_at(section, text.str(), [&] {
           const auto place = meaning.source().begin;
           lines.emplace_back(place.line, place.column, latin1(text.str()), section.text(text.str()).value_or(""));
         });
       std::ranges::sort(lines);
-      auto& words = draft.controller.words[std::string(key.str())];
+      auto& words = declared.controller.words[std::string(key.str())];
       for (const auto& [line, column, text, meaning] : lines) words.emplace_back(text, meaning);
     }
-  read_bits(root, draft);
+  read_bits(root, declared);
 }
 
-void read_sayings(Section& root, Draft& draft) {
+void read_sayings(Section& root, Declared& declared) {
   for (const auto* table : declaration::tables_at(root, "error"))
-    draft.controller.errors.push_back(saying_of(*table, "[[error]]", draft));
+    declared.controller.errors.push_back(saying_of(*table, "[[error]]", declared));
   for (const auto* table : declaration::tables_at(root, "notice"))
-    draft.controller.notices.push_back(saying_of(*table, "[[notice]]", draft));
+    declared.controller.notices.push_back(saying_of(*table, "[[notice]]", declared));
 }
 
 }  // namespace tumble::controller

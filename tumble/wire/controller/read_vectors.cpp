@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "tumble/core/tables/section.hpp"
-#include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/declared.hpp"
 #include "tumble/wire/controller/template.hpp"
 #include "tumble/wire/declaration/format.hpp"
 
@@ -16,12 +16,12 @@ namespace {
 using declaration::parse_at;
 using tables::Section;
 
-std::map<std::string, double> quantities_at(Section& around, const char* key, Draft& draft,
+std::map<std::string, double> quantities_at(Section& around, const char* key, Declared& declared,
                                             std::map<std::string, double>* tolerance) {
   std::map<std::string, double> values;
   const auto* table = around.table(key);
   if (!table) return values;
-  Section section(*table, fmt::format("[[vector]] {}", key), draft.problems);
+  Section section = declared.draft.section(*table, fmt::format("[[vector]] {}", key));
   for (const auto& [name_key, node] : *table) {
     const std::string name(name_key.str());
     const std::string base = name.substr(0, name.find('.'));
@@ -57,21 +57,21 @@ void add_hex(Section& section, const char* key, std::vector<std::string>& lines)
   });
 }
 
-void read_vector(const toml::table& table, Draft& draft) {
-  Section section(table, "[[vector]]", draft.problems);
+void read_vector(const toml::table& table, Declared& declared) {
+  Section section = declared.draft.section(table, "[[vector]]");
   ControllerVector vector;
-  vector.place = draft.problems.where(table.source());
+  vector.place = declared.draft.problems.where(table.source());
   vector.request.verb = section.text("verb").value_or("");
-  const auto* command = draft.controller.find(vector.request.verb);
+  const auto* command = declared.controller.find(vector.request.verb);
   if (!command) section.problem_at("verb", "one of the commands of this declaration is expected");
   vector.request.axis = section.integer("axis").value_or(1);
-  vector.request.values = quantities_at(section, "values", draft, nullptr);
+  vector.request.values = quantities_at(section, "values", declared, nullptr);
   vector.sends = lines_at(section, "send");
   add_hex(section, "send_hex", vector.sends);
   vector.replies = lines_at(section, "reply");
   add_hex(section, "reply_hex", vector.replies);
   vector.reply.verb = vector.request.verb;
-  vector.reply.values = quantities_at(section, "gives", draft, &vector.tolerance);
+  vector.reply.values = quantities_at(section, "gives", declared, &vector.tolerance);
   if (const auto* words = section.table("words"))
     for (const auto& [key, node] : *words)
       vector.reply.words[std::string(key.str())] = tables::text_of(node).value_or("");
@@ -83,18 +83,17 @@ void read_vector(const toml::table& table, Draft& draft) {
   if (vector.source.empty() && !vector.made_by_hand) section.missing("source", "\"manual, page 12\"");
   if (vector.sends.empty()) section.missing("send", "the bytes that are sent, \"POS?\\r\\n\"");
   section.close();
-  draft.controller.vectors.push_back(vector);
+  declared.controller.vectors.push_back(vector);
 }
 
 }  // namespace
 
-void read_vectors(Section& root, Draft& draft) {
-  for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, draft);
-  if (draft.controller.vectors.empty() && draft.problems.all.empty())
-    draft.problems.all.push_back(
-        in_file(draft.problems.file,
-                "there is no [[vector]]; give the bytes of one command and of its reply, and the values that they "
-                "mean, so that formats and units are tested"));
+void read_vectors(Section& root, Declared& declared) {
+  for (const auto* table : declaration::tables_at(root, "vector")) read_vector(*table, declared);
+  if (declared.controller.vectors.empty() && declared.draft.sound())
+    declared.draft.add(
+        "there is no [[vector]]; give the bytes of one command and of its reply, and the values that they "
+        "mean, so that formats and units are tested");
 }
 
 }  // namespace tumble::controller

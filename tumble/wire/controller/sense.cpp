@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tumble/wire/controller/body.hpp"
-#include "tumble/wire/controller/draft.hpp"
+#include "tumble/wire/controller/declared.hpp"
 
 namespace tumble::controller {
 
@@ -25,31 +25,29 @@ bool is_same(const ControllerCommand& a, const ControllerCommand& b) {
 
 }  // namespace
 
-void require_sense(Draft& draft) {
-  const auto& commands = draft.controller.commands;
-  auto& all = draft.problems.all;
+void require_sense(Declared& declared) {
+  const auto& commands = declared.controller.commands;
   const auto add = [&](const std::string& verb, const Sentence& said) {
     const Where table{.table = "command." + verb, .place = say("[command.{}]", Name{verb})};
-    all.push_back(in_file(draft.problems.file, within(table, said)));
+    declared.draft.add(within(table, said));
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const auto& command = commands[i];
     if (command.exchanges.empty()) add(command.verb, "there is nothing to send");
-    if (!command.read_back.empty() && !draft.controller.find(command.read_back))
+    if (!command.read_back.empty() && !declared.controller.find(command.read_back))
       add(command.verb, say("read_back: there is no command '{}'", command.read_back));
     for (std::size_t j = 0; j < i; ++j)
       if (command.same_as.empty() && commands[j].same_as.empty() && is_same(command, commands[j]))
         add(command.verb,
             say("sends the same as '{}'; write same_as = \"{}\" in place of it", commands[j].verb, commands[j].verb));
   }
-  for (const auto& bits : draft.controller.bits) {
+  for (const auto& bits : declared.controller.bits) {
     const bool carried = std::ranges::any_of(commands, [&](const ControllerCommand& command) {
       return std::ranges::find(command.gives, bits.from) != command.gives.end();
     });
     if (!carried)
-      all.push_back(in_file(draft.problems.file,
-                            within(Where{.table = "bits." + bits.word, .place = say("[bits.{}]", Name{bits.word})},
-                                   say("no reply carries the number '{}'", Name{bits.from}))));
+      declared.draft.add(within(Where{.table = "bits." + bits.word, .place = say("[bits.{}]", Name{bits.word})},
+                                say("no reply carries the number '{}'", Name{bits.from})));
   }
 }
 

@@ -5,7 +5,7 @@
 
 #include "tumble/units/error.hpp"
 #include "tumble/wire/codec/checksum.hpp"
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/declared.hpp"
 
 namespace tumble::declaration {
 
@@ -124,8 +124,8 @@ void read_between(Section& section, const FrameLayout& layout, FrameChecksum& ch
   }
 }
 
-void read_check(const toml::table& table, bool big, FrameLayout& layout, Draft& draft) {
-  Section section(table, "check", draft.problems);
+void read_check(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
+  Section section = declared.draft.section(table, "check");
   FrameChecksum check = kind_of_check(section, big);
   if (layout.text) {
     read_between(section, layout, check);
@@ -142,10 +142,10 @@ void read_check(const toml::table& table, bool big, FrameLayout& layout, Draft& 
 
 }  // namespace
 
-void read_checks(Section& section, bool big, FrameLayout& layout, Draft& draft) {
+void read_checks(Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(section, "check");
   if (!tables.empty()) layout.checks.clear();
-  for (const auto* table : tables) read_check(*table, big, layout, draft);
+  for (const auto* table : tables) read_check(*table, big, layout, declared);
 }
 
 }  // namespace tumble::declaration

@@ -2,35 +2,38 @@
 
 #include <toml++/toml.h>
 
-#include <map>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tumble/core/tables/section.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/wire/declaration/scale.hpp"
 #include "tumble/wire/frames.hpp"
 
 namespace tumble::declaration {
 
-/// A declaration while it is read.
+/// A declaration of frames or of a controller while it is read: its file and its problems.
 struct Draft {
-  FrameCodec codec;
   tables::FileProblems problems;
-  Scales scales;
-  bool big = false;  ///< where nothing else says the order of bytes
+
+  explicit Draft(std::string file) : problems{std::move(file), {}} {}
+  /// One of its tables. `name` for messages: "[link]".
+  tables::Section section(const toml::table& table, std::string name) { return {table, std::move(name), problems}; }
+  /// A problem of the whole file.
+  void add(const Problem& problem) { problems.all.push_back(in_file(problems.file, problem)); }
+  bool sound() const { return problems.all.empty(); }
+  /// Throws Error::bad_input with all problems, in the order of their lines.
+  void require_sound() const {
+    if (!sound()) throw Error(Error::Kind::bad_input, problems.sorted());
+  }
 };
 
 /// Bytes from "FE 81 FF 55"; with `mask` a '.' is a digit that may be any. Throws Error::bad_input.
 std::string parse_hex(std::string_view text, std::string* mask = nullptr);
 
-/// A whole number with a sign; absent with a problem where the key holds something else.
-std::optional<long long> whole_of(tables::Section& section, std::string_view key);
-
-/// "big" or "little", else what holds around.
-bool order_of(tables::Section& section, bool around);
+/// Bytes of a text without fields: those of Latin-1. None with a problem where it holds other letters.
+std::string bytes_at(tables::Section& section, std::string_view key);
 
 /// How certain a declaration or a part of it is; `otherwise` where it does not say.
 FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise);
@@ -48,29 +51,16 @@ void parse_at(tables::Section& section, std::string_view key, Parse parse) {
   }
 }
 
-/// One number from the keys at, type, bits and order, of a line type, bits and digits; `type` where that key is absent.
-FrameNumber number_of(tables::Section& section, bool big, std::string_view type, const FrameLayout& layout);
-
-/// The cell of a line from the keys column, or at and width; `offset` columns or bytes further. Index of its item.
-int cell_of(tables::Section& section, FrameLayout& layout, int offset);
-
-/// Whether the frame is a line of text; then its head, end and delimiter.
-bool read_line(tables::Section& section, FrameLayout& layout);
-/// The columns, once all cells are known.
-void close_line(tables::Section& section, FrameLayout& layout);
-
-/// The items that a number stands in, from the keys id or bit: indices into layout.items, -1 for the frame itself. Of a
-/// line its cell.
-std::vector<int> items_of(tables::Section& section, FrameLayout& layout);
-
-/// Sees to it that the number lies in its item or in the frame.
-void place_number(tables::Section& section, const FrameNumber& number, FrameLayout& layout);
-
-void read_checks(tables::Section& section, bool big, FrameLayout& layout, Draft& draft);
-void read_channels(tables::Section& section, bool big, FrameLayout& layout, Draft& draft);
-void read_statuses(tables::Section& section, bool big, FrameLayout& layout, Draft& draft);
-void read_counter(tables::Section& section, bool big, FrameLayout& layout, Draft& draft);
-void read_time(tables::Section& section, bool big, FrameLayout& layout, Draft& draft);
-void read_layout(const toml::table& table, Draft& draft);
+/// The keys that every declaration has: title, source, note and certainty, into members of these names. Given: example
+/// of a title.
+template <class Head>
+void read_head(tables::Section& root, const char* example, Head& to) {
+  to.title = root.text("title").value_or("");
+  to.source = root.text("source").value_or("");
+  to.note = root.text("note").value_or("");
+  if (to.title.empty()) root.missing("title", example);
+  if (!root.find("certainty")) root.missing("certainty", "\"maker\"");
+  to.certainty = certainty_at(root, FrameCertainty::uncertain);
+}
 
 }  // namespace tumble::declaration

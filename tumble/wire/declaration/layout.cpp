@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tumble/units/error.hpp"
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/declared.hpp"
 
 namespace tumble::declaration {
 
@@ -12,10 +12,10 @@ namespace {
 constexpr int longest_frame = 8192;  ///< [byte]
 
 /// {by = "counter", frames = 10}: how many frames in a row must count.
-int read_lock(tables::Section& section, FrameLayout& layout, Draft& draft) {
+int read_lock(tables::Section& section, FrameLayout& layout, Declared& declared) {
   const auto* table = section.table("sync");
   if (!table) return 0;
-  tables::Section lock(*table, "sync", draft.problems);
+  tables::Section lock = declared.draft.section(*table, "sync");
   if (lock.text("by").value_or("") != "counter") lock.problem_at("by", "\"counter\" is expected");
   const int frames = lock.integer("frames").value_or(10);
   if (frames < 4 || frames > 1000) lock.problem_at("frames", "4 to 1000 frames that count are expected");
@@ -26,9 +26,9 @@ int read_lock(tables::Section& section, FrameLayout& layout, Draft& draft) {
 }
 
 /// The first and the last bytes. Returns how many frames in a row must count, where their counter is in place of these.
-int read_sync(tables::Section& section, FrameLayout& layout, Draft& draft) {
+int read_sync(tables::Section& section, FrameLayout& layout, Declared& declared) {
   const auto* node = section.find("sync");
-  const int lock = node && node->is_table() ? read_lock(section, layout, draft) : 0;
+  const int lock = node && node->is_table() ? read_lock(section, layout, declared) : 0;
   parse_at(section, "sync", [&] {
     if (const auto text = lock == 0 && node ? section.text("sync") : std::nullopt) {
       layout.sync_mask.clear();
@@ -56,7 +56,7 @@ void lock_by_counter(tables::Section& section, int lock, FrameLayout& layout) {
     section.problem_at("sync", "frames found by their counter have a fixed length");
 }
 
-void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+void read_length(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto* node = section.find("length");
   if (!node || node->is_integer()) {
     const auto length = section.integer("length").value_or(layout.length);
@@ -66,7 +66,7 @@ void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft&
   }
   const auto* table = section.table("length");
   if (!table) return;
-  tables::Section length(*table, "length", draft.problems);
+  tables::Section length = declared.draft.section(*table, "length");
   layout.length = length.integer("least").value_or(static_cast<int>(layout.sync.size()));
   layout.longest = length.integer("longest").value_or(512);
   layout.length_add = static_cast<int>(std::clamp<long long>(whole_of(length, "add").value_or(0), -512, 512));
@@ -79,10 +79,10 @@ void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft&
   length.close();
 }
 
-void read_list(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+void read_list(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto* table = section.table("items");
   if (!table) return;
-  tables::Section items(*table, "items", draft.problems);
+  tables::Section items = declared.draft.section(*table, "items");
   FrameItemList list;
   const auto bytes_of = [&](const char* key) {
     const auto text = items.text(key).value_or("u8");
@@ -104,12 +104,12 @@ void read_list(tables::Section& section, bool big, FrameLayout& layout, Draft& d
   layout.list = list;
 }
 
-void read_masks(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+void read_masks(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(section, "masks");
   if (tables.empty()) return;
   layout.masks.clear();
   for (const auto* table : tables) {
-    tables::Section mask(*table, "masks", draft.problems);
+    tables::Section mask = declared.draft.section(*table, "masks");
     FrameMask read{number_of(mask, big, "u16", layout), mask.integers("sizes")};
     if (read.number.at < 0 || read.number.kind != FrameNumber::Kind::natural || read.number.bits > 63)
       mask.problem_at("at", "a natural number of up to 63 bits, counted from the begin of the frame, is expected");
@@ -134,11 +134,11 @@ void read_masks(tables::Section& section, bool big, FrameLayout& layout, Draft& 
 }
 
 /// How a frame of bytes begins and ends, and what it is made of. Returns what read_sync does.
-int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
-  const int lock = read_sync(section, layout, draft);
-  read_length(section, big, layout, draft);
-  read_list(section, big, layout, draft);
-  read_masks(section, big, layout, draft);
+int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Declared& declared) {
+  const int lock = read_sync(section, layout, declared);
+  read_length(section, big, layout, declared);
+  read_list(section, big, layout, declared);
+  read_masks(section, big, layout, declared);
   const int least = std::max(static_cast<int>(layout.sync.size() + layout.end.size()), 1);
   if (layout.length < least || layout.length > longest_frame) {
     section.problem(say("length is needed, {} to {} bytes", least, longest_frame));
@@ -148,10 +148,10 @@ int read_bytes(tables::Section& section, bool big, FrameLayout& layout, Draft& d
 }
 
 /// The frame of that name, of those before, as it is.
-FrameLayout like(tables::Section& section, const Draft& draft) {
+FrameLayout like(tables::Section& section, const Declared& declared) {
   const auto name = section.text("like");
   if (!name) return {};
-  for (const FrameLayout& frame : draft.codec.frames)
+  for (const FrameLayout& frame : declared.codec.frames)
     if (frame.name == *name) return frame;
   section.problem_at("like", say("there is no frame '{}' before this one", *name));
   return {};
@@ -159,25 +159,25 @@ FrameLayout like(tables::Section& section, const Draft& draft) {
 
 }  // namespace
 
-void read_layout(const toml::table& table, Draft& draft) {
+void read_layout(const toml::table& table, Declared& declared) {
   const auto title = table["name"].value_or(std::string());
-  tables::Section section(table, title.empty() ? "[[frame]]" : "[[frame]] '" + title + "'", draft.problems);
-  FrameLayout layout = like(section, draft);
+  tables::Section section = declared.draft.section(table, title.empty() ? "[[frame]]" : "[[frame]] '" + title + "'");
+  FrameLayout layout = like(section, declared);
   section.find("name");
-  layout.name = title.empty() ? std::to_string(draft.codec.frames.size() + 1) : title;
-  const bool big = order_of(section, draft.big);
+  layout.name = title.empty() ? std::to_string(declared.codec.frames.size() + 1) : title;
+  const bool big = order_of(section, declared.big);
   const bool line = read_line(section, layout);
-  const int lock = line ? 0 : read_bytes(section, big, layout, draft);
-  read_checks(section, big, layout, draft);
-  read_channels(section, big, layout, draft);
-  read_counter(section, big, layout, draft);
-  read_time(section, big, layout, draft);
-  read_statuses(section, big, layout, draft);
+  const int lock = line ? 0 : read_bytes(section, big, layout, declared);
+  read_checks(section, big, layout, declared);
+  read_channels(section, big, layout, declared);
+  read_counter(section, big, layout, declared);
+  read_time(section, big, layout, declared);
+  read_statuses(section, big, layout, declared);
   if (line) close_line(section, layout);
   lock_by_counter(section, lock, layout);
   if (layout.sync.size() > 512 || layout.end.size() > 64) section.problem("sync or end is too long");
   section.close();
-  draft.codec.frames.push_back(layout);
+  declared.codec.frames.push_back(layout);
 }
 
 }  // namespace tumble::declaration

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/declared.hpp"
 #include "tumble/wire/declaration/format.hpp"
 
 namespace tumble::declaration {

@@ -5,7 +5,8 @@
 
 #include "tumble/units/error.hpp"
 #include "tumble/wire/codec/content.hpp"
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/controller/template.hpp"
+#include "tumble/wire/declaration/declared.hpp"
 
 namespace tumble::declaration {
 
@@ -119,6 +120,12 @@ bool order_of(tables::Section& section, bool around) {
   if (!text) return around;
   if (*text != "big" && *text != "little") section.problem_at("order", "\"big\" or \"little\" is expected");
   return *text == "big";
+}
+
+std::string bytes_at(tables::Section& section, std::string_view key) {
+  std::string bytes;
+  parse_at(section, key, [&] { bytes = controller::latin1(section.text(key).value_or("")); });
+  return bytes;
 }
 
 FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise) {

@@ -6,7 +6,7 @@
 #include "tumble/units/error.hpp"
 #include "tumble/wire/codec/line.hpp"
 #include "tumble/wire/codec/number.hpp"
-#include "tumble/wire/declaration/draft.hpp"
+#include "tumble/wire/declaration/declared.hpp"
 
 namespace tumble::declaration {
 
@@ -45,8 +45,8 @@ FrameCondition condition_in(Section& section, int item, bool big, FrameLayout& l
 
 /// Index of the channel of that name and scale; it is added where it is new.
 std::size_t channel_index(Section& section, const std::string& name, const Scale& scale, const Unit& shown,
-                          Draft& draft) {
-  auto& channels = draft.codec.channels;
+                          Declared& declared) {
+  auto& channels = declared.codec.channels;
   const auto found = std::ranges::find(channels, name, &FrameChannel::name);
   if (found == channels.end()) {
     channels.push_back({name, shown, scale.increment});
@@ -71,8 +71,8 @@ Unit shown_unit(Section& section, const Scale& scale) {
   return unit;
 }
 
-void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft& draft) {
-  Section section(table, "channel", draft.problems);
+void read_channel(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
+  Section section = declared.draft.section(table, "channel");
   const auto names = section.texts("name");
   if (names.empty()) section.missing("name", "\"gyro.x\"");
   for (const auto& name : names)
@@ -86,7 +86,7 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
   const int step = section.integer("step").value_or(std::max(size, 1));
   Scale scale;
   Unit shown;
-  parse_at(section, "scale", [&] { scale = parse_scale(section.text("scale").value_or("1"), draft.scales); });
+  parse_at(section, "scale", [&] { scale = parse_scale(section.text("scale").value_or("1"), declared.scales); });
   parse_at(section, "unit", [&] { shown = shown_unit(section, scale); });
   const auto* zero = section.find("zero");
   const auto sign = whole_of(section, "sign").value_or(1);
@@ -95,7 +95,7 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
   field.zero = (zero ? zero->value_or(0.0) : 0.0) * scale.unit.factor() + scale.unit.offset();
   if (!std::isfinite(field.factor) || !std::isfinite(field.zero)) section.problem_at("scale", "is too large");
   if (const auto* table_when = section.table("when")) {
-    Section when(*table_when, "when", draft.problems);
+    Section when = declared.draft.section(*table_when, "when");
     field.when = condition_in(when, items.front(), big, layout);
     when.close();
   }
@@ -106,7 +106,7 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
       one.number.item = layout.text ? cell_of(section, layout, static_cast<int>(i) * step) : item;
       if (!layout.text) one.number.at += static_cast<int>(i) * step;
       if (!layout.text && one.when && one.when->number.item >= 0 && item >= 0) one.when->number.item = item;
-      one.channel = channel_index(section, names[i], scale, shown, draft);
+      one.channel = channel_index(section, names[i], scale, shown, declared);
       place_number(section, one.number, layout);
       layout.fields.push_back(one);
     }
@@ -115,13 +115,13 @@ void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft
 
 }  // namespace
 
-void read_channels(Section& section, bool big, FrameLayout& layout, Draft& draft) {
-  for (const auto* table : tables_at(section, "channel")) read_channel(*table, big, layout, draft);
+void read_channels(Section& section, bool big, FrameLayout& layout, Declared& declared) {
+  for (const auto* table : tables_at(section, "channel")) read_channel(*table, big, layout, declared);
 }
 
-void read_statuses(Section& section, bool big, FrameLayout& layout, Draft& draft) {
+void read_statuses(Section& section, bool big, FrameLayout& layout, Declared& declared) {
   for (const auto* table : tables_at(section, "status")) {
-    Section status(*table, "status", draft.problems);
+    Section status = declared.draft.section(*table, "status");
     FrameStatus read;
     read.good = condition_in(status, -1, big, layout);
     read.text = status.text("text").value_or("");
@@ -130,7 +130,7 @@ void read_statuses(Section& section, bool big, FrameLayout& layout, Draft& draft
     read.fails = means == "fail";
     const auto wanted = status.texts("channels");
     for (const FrameField& field : layout.fields) {
-      const std::string& name = draft.codec.channels[field.channel].name;
+      const std::string& name = declared.codec.channels[field.channel].name;
       const auto meant = [&](const std::string& one) { return name == one || name.starts_with(one + "."); };
       if ((wanted.empty() || std::ranges::any_of(wanted, meant)) &&
           std::ranges::find(read.channels, field.channel) == read.channels.end())
@@ -143,10 +143,10 @@ void read_statuses(Section& section, bool big, FrameLayout& layout, Draft& draft
   }
 }
 
-void read_counter(Section& around, bool big, FrameLayout& layout, Draft& draft) {
+void read_counter(Section& around, bool big, FrameLayout& layout, Declared& declared) {
   const auto* table = around.table("counter");
   if (!table) return;
-  Section section(*table, "counter", draft.problems);
+  Section section = declared.draft.section(*table, "counter");
   FrameCounter counter;
   counter.number = number_of(section, big, "u8", layout);
   counter.number.item = items_of(section, layout).front();
@@ -170,18 +170,18 @@ void read_counter(Section& around, bool big, FrameLayout& layout, Draft& draft) 
   layout.counter = counter;
 }
 
-void read_time(Section& around, bool big, FrameLayout& layout, Draft& draft) {
+void read_time(Section& around, bool big, FrameLayout& layout, Declared& declared) {
   const auto tables = tables_at(around, "time");
   if (!tables.empty()) layout.time.clear();
   for (const auto* table : tables) {
-    Section section(*table, "time", draft.problems);
+    Section section = declared.draft.section(*table, "time");
     FrameTime part;
     part.number = number_of(section, big, layout.text ? "decimal" : "u32", layout);
     part.number.item = items_of(section, layout).front();
     place_number(section, part.number, layout);
     if (!section.find("scale")) section.missing("scale", "\"1 us\"");
     parse_at(section, "scale", [&] {
-      const Scale scale = parse_scale(section.text("scale").value_or("1 s"), draft.scales);
+      const Scale scale = parse_scale(section.text("scale").value_or("1 s"), declared.scales);
       if (scale.unit.dimension() != Unit::parse("s").dimension() || scale.increment || scale.factor < 0.0)
         throw Error(Error::Kind::bad_input, "a unit of time is expected, for example \"1 us\"");
       part.factor = scale.factor * scale.unit.factor();

@@ -6,7 +6,7 @@
 
 #include "tumble/formats/file/input_file.hpp"
 
-namespace tumble::topics {
+namespace tumble::file {
 
 /// A file from its beginning to its end, of which a piece of bounded size is in memory.
 class Window {
@@ -35,11 +35,11 @@ class Window {
   bool refill(std::size_t count);
   void skip_on(std::size_t count);
 
-  file::InputFile file_;
+  InputFile file_;
   std::vector<char> buffer_;
   const char* at_;
   const char* end_;
   std::size_t read_ = 0;
 };
 
-}  // namespace tumble::topics
+}  // namespace tumble::file

@@ -1,4 +1,4 @@
-#include "tumble/formats/ros/clock.hpp"
+#include "tumble/formats/topics/clock.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-namespace tumble::ros {
+namespace tumble::topics {
 namespace {
 
 /// Without overflow: damaged stamps may lie anywhere.
@@ -82,4 +82,4 @@ std::string epoch_text(std::int64_t time) {
                      clock.seconds().count(), rest);
 }
 
-}  // namespace tumble::ros
+}  // namespace tumble::topics

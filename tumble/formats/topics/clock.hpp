@@ -5,7 +5,7 @@
 
 #include "tumble/core/finding.hpp"
 
-namespace tumble::ros {
+namespace tumble::topics {
 
 /// a - b [ns], without overflow for times that damage has moved anywhere.
 inline std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -46,4 +46,4 @@ ClockChoice choose_clock(const ClockSummary& summary, const std::string& topic, 
 /// "1403636579.758555392 s (2014-06-24 19:02:59.758555392 UTC)". Given: time [ns] since 1970.
 std::string epoch_text(std::int64_t time);
 
-}  // namespace tumble::ros
+}  // namespace tumble::topics

@@ -1,9 +1,9 @@
-#include "tumble/formats/topics/window.hpp"
+#include "tumble/formats/file/window.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-namespace tumble::topics {
+namespace tumble::file {
 
 Window::Window(const std::string& path)
     : file_(path), buffer_(std::min(2 * longest, file_.size() + 1)), at_(buffer_.data()), end_(buffer_.data()) {}
@@ -32,4 +32,4 @@ void Window::skip_on(std::size_t count) {
   }
 }
 
-}  // namespace tumble::topics
+}  // namespace tumble::file
