@@ -11,6 +11,7 @@
 #include "tumble/report/error_model/json.hpp"
 #include "tumble/report/json_node.hpp"
 #include "tumble/report/legacy/legacy.hpp"
+#include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/result_members.hpp"
 #include "tumble/units/error.hpp"
@@ -233,7 +234,7 @@ Finding finding_of(const Node& node) {
   if (const Node values = node.optional("values"); !values.absent())
     for (const auto& name : values.names()) finding.values.push_back(value_of(name, values[name.c_str()]));
   for (const auto& hidden : node.optional("hidden").elements())
-    finding.hidden.push_back({hidden["name"].text(), hidden["channel"].text()});
+    finding.hidden.push_back({hidden["name"].text(), hidden.optional("channel").text()});
   if (finding.hidden.empty()) finding.hidden = legacy::hidden_by(finding);
   return finding;
 }
@@ -253,23 +254,35 @@ Finding finding_of(const Node& node, const std::vector<Parameter>& parameters) {
 
 std::optional<Bound> bound_of(const Node& node) {
   if (node.absent()) return std::nullopt;
+  if (const Node value = node.optional("value"); node.is_object() && value.absent()) {
+    value.complain("a finite number is expected");
+    return std::nullopt;
+  }
   const Unit unit = unit_of(node["unit"]);
-  const double value = unit.to_si(node["value"].number(NAN));
-  if (!std::isfinite(value)) node["value"].complain("a finite number is expected");
-  return Bound{value, unit};
+  return Bound{unit.to_si(node["value"].number(NAN)), unit};
 }
 
-/// A result of before has its limits as texts alone.
+/// Whether two limits are the same, but for rounding of their decimals.
+bool is_same(const Limit& a, const Limit& b) {
+  constexpr double rounding = 1e-9;
+  const auto same = [](double x, double y) { return x == y || std::abs(x - y) <= rounding * std::abs(y); };
+  return same(a.lowest(), b.lowest()) && same(a.highest(), b.highest());
+}
+
+/// The limit of a verdict: lower and upper, and the text that says the same. A result of before has the text alone.
 Limit limit_of(const Node& node) {
   const Limit limit{bound_of(node.optional("lower")), bound_of(node.optional("upper"))};
-  if (limit.lower || limit.upper) return limit;
-  const std::string text = node["limit"].text();
+  const Node text = node["limit"];
+  if (!text.is_text()) return text.text(), limit;
   try {
-    return text.empty() ? limit : legacy::limit_of(text);
+    const Limit written = legacy::limit_of(text.text());
+    if (!limit.lower && !limit.upper) return written;
+    if (!is_same(limit, written))
+      text.complain(say("'{}' is not the limit that lower and upper say, '{}'", text.text(), limit_text(limit)));
   } catch (const Error& error) {
-    node["limit"].complain(reason_of(error));
-    return limit;
+    text.complain(reason_of(error));
   }
+  return limit;
 }
 
 Verdict verdict_of(const Node& node) {

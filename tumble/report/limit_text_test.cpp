@@ -8,6 +8,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/report/testing/example_estimate.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -31,6 +32,29 @@ TEST(LegacyLimit, IsReadFromItsText) {
     EXPECT_EQ(again.highest(), limit.highest());
     EXPECT_EQ(limit_text(again), limit_text(limit));
   }
+}
+
+// Who trusts the text and who trusts the numbers must read the same limit, and there must be one.
+TEST(LimitOfAResult, ItsTextAndItsNumbersSayTheSame) {
+  const auto whole = nlohmann::ordered_json::parse(to_json(testing::estimate()));
+  const auto problem_of = [](const nlohmann::ordered_json& json) {
+    return refusal_of([&] { estimate_from_json(json.dump(), "result.json"); }).problems;
+  };
+  auto json = whole;
+  json["verdicts"][0]["limit"] = "<= 9 deg/h";
+  EXPECT_TRUE(is_problem(problem_of(json).at(0), {.values = {"<= 9 deg/h"}, .key = "verdicts[0].limit"}));
+  json = whole;
+  json["verdicts"][0]["limit"] = "";
+  EXPECT_EQ(problem_of(json).at(0).where.key, "verdicts[0].limit");
+  json = whole;
+  json["verdicts"][0]["limit"] = 3;
+  EXPECT_EQ(problem_of(json).size(), 1u);
+  json = whole;
+  const std::string end = json["verdicts"][0].contains("upper") ? "upper" : "lower";
+  json["verdicts"][0][end] = "5 deg/h";
+  ASSERT_EQ(problem_of(json).size(), 1u) << "one fault, one complaint";
+  json["verdicts"][0][end] = {{"value", nullptr}, {"unit", "deg/h"}};
+  EXPECT_EQ(problem_of(json).at(0).where.key, "verdicts[0]." + end + ".value");
 }
 
 TEST(LegacyLimit, InAResultGivesTheSameVerdicts) {

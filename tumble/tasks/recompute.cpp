@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -144,15 +145,25 @@ bool is_same_text(std::string_view before, std::string_view now, const std::vect
   return false;
 }
 
+/// Members that later versions write beside those of before, from what these say already.
+constexpr std::array<std::string_view, 6> added_later{"about", "hidden", "lower", "memory", "models", "upper"};
+
+bool is_added(const std::string& member) { return std::ranges::find(added_later, member) != added_later.end(); }
+
 /// The same for all texts of two documents.
 bool is_same(const Json& before, const Json& now, const std::vector<KnownFile>& files) {
   if (before.is_string() && now.is_string())
     return is_same_text(before.get_ref<const std::string&>(), now.get_ref<const std::string&>(), files);
   if (!before.is_structured() || before.type() != now.type()) return before == now;
-  if (before.size() != now.size()) return false;
-  for (auto one = before.begin(), other = now.begin(); one != before.end(); ++one, ++other)
-    if ((before.is_object() && one.key() != other.key()) || !is_same(*one, *other, files)) return false;
-  return true;
+  if (before.is_array())
+    return std::ranges::equal(before, now,
+                              [&](const Json& one, const Json& other) { return is_same(one, other, files); });
+  for (const auto& [name, value] : now.items())
+    if (!before.contains(name) && !is_added(name)) return false;
+  return std::ranges::all_of(before.items(), [&](const auto& member) {
+    const auto other = now.find(member.key());
+    return other != now.end() && is_same(member.value(), *other, files);
+  });
 }
 
 void compare_values(const Estimate& archived, const Estimate& estimate, Recomputation& out) {
@@ -192,7 +203,7 @@ Recomputation recompute(const Archive& archive, const std::string& sha256, const
         !(after.contains(name) && (after[name] == value || is_same(value, in_scratch.at(name), files))))
       out.differing.push_back(name);
   for (const auto& [name, value] : after.items())
-    if (!before.contains(name)) out.differing.push_back(name);
+    if (!before.contains(name) && !is_added(name)) out.differing.push_back(name);
   out.same = out.same_bytes || (out.differing.empty() && out.archived_program == out.new_program);
   if (!out.same) compare_values(archived, estimate, out);
   return out;

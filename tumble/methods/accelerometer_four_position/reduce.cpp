@@ -7,6 +7,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
@@ -34,6 +35,9 @@ Estimator estimator(const Matrix& x, const std::vector<double>& z, const Matrix&
   Matrix scaled_v = scaled_rows(unit, scaled_columns(v, unit));
   for (std::size_t i = 0; i < unit.size(); ++i) scaled_v(i, i) += 1e-9;
   const Matrix root = cholesky(scaled_v).lower;
+  if (root.rows != scaled_v.rows)
+    throw Error(Error::Kind::bad_data,
+                "the variances of the outputs span more than numbers can hold: look for samples out of range");
   const Matrix white = solve_lower(root, scaled_rows(unit, x));
   const auto observed = solve_lower(root, scaled(unit, z));
   const auto size = inverses(column_norms(white));

@@ -1,5 +1,7 @@
 #include "tumble/tasks/plan_file/limits.hpp"
 
+#include <cmath>
+
 #include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
 
@@ -15,8 +17,13 @@ std::optional<Quantity> read_bound(Section& section, std::string_view key) {
   if (!node) return std::nullopt;
   try {
     const auto text = tables::text_of(*node);
-    if (text && !node->is_array()) return parse_quantity(*text);
-    section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
+    if (!text || node->is_array()) {
+      section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
+      return std::nullopt;
+    }
+    const Quantity bound = parse_quantity(*text);
+    if (std::isfinite(bound.unit.to_si(bound.value))) return bound;
+    section.problem_at(key, say("'{}' is out of range", *text));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) section.problem_at(key, problem);
   }
