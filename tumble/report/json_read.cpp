@@ -254,12 +254,11 @@ Finding finding_of(const Node& node, const std::vector<Parameter>& parameters) {
 
 std::optional<Bound> bound_of(const Node& node) {
   if (node.absent()) return std::nullopt;
-  if (const Node value = node.optional("value"); node.is_object() && value.absent()) {
-    value.complain("a finite number is expected");
-    return std::nullopt;
-  }
-  const Unit unit = unit_of(node["unit"]);
-  return Bound{unit.to_si(node["value"].number(NAN)), unit};
+  const Node text = node["unit"], value = node.optional("value");
+  if (!node.is_object()) return std::nullopt;
+  if (value.absent()) value.complain("a finite number is expected");
+  const Unit unit = unit_of(text);
+  return Bound{unit.to_si(value.number(NAN)), unit};
 }
 
 /// Whether two limits are the same, but for rounding of their decimals.

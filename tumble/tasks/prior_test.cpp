@@ -120,8 +120,7 @@ TEST_F(PriorOfPlan, OfTheCommandLineIsThatOfTheResultWhenItIsRepeated) {
 }
 
 TEST_F(PriorOfPlan, AResultOfAnEarlierVersionIsTheSameWhenItIsMadeAgain) {
-  population_file(plan("") + "\n[[limit]]\nparameter = \"bias\"\nmax = \"1 g\"\n");
-  const auto loaded = load_plan(folder_.file("plan.toml"), {});
+  const auto loaded = plan("", "[[limit]]\nparameter = \"bias\"\nmax = \"1 g\"\n");
   write_recording(simulate(loaded, 1, {}), folder_.file("data.h5"));
   const auto estimate = identify(loaded, {folder_.file("data.h5")}, std::numeric_limits<std::uintmax_t>::max(), {});
   auto json = nlohmann::ordered_json::parse(to_json(estimate));
