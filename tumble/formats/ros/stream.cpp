@@ -210,11 +210,11 @@ Sentence described(const std::vector<Topic>& topics) {
 std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
   const Topics chosen = options.topics.empty() ? read_by_default(log) : named(log, options.topics);
   std::vector<Stream> streams;
-  std::string channels;
+  std::vector<std::string> channels;
   for (const Topic& topic : chosen) {
     const auto alike = std::ranges::count_if(chosen, [&](const Topic& other) { return other.type == topic.type; });
     Stream stream{topic, find_message_type(topic.type), columns_of(topic, alike > 1)};
-    for (const Column& column : stream.columns) channels += (channels.empty() ? "" : ", ") + column.name;
+    for (const Column& column : stream.columns) channels.push_back(column.name);
     if (!options.only.empty())
       std::erase_if(stream.columns, [&](const Column& column) {
         return std::ranges::find(options.only, column.name) == options.only.end();
@@ -224,7 +224,8 @@ std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
     streams.push_back(std::move(stream));
   }
   if (streams.empty())
-    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), Name{channels}));
+    refuse(log,
+           say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), fmt::join(channels, ", ")));
   return streams;
 }
 

@@ -47,9 +47,8 @@ std::vector<std::size_t> asked_for(const std::vector<std::string>& names, const 
       if (std::ranges::find(chosen, i) == chosen.end()) chosen.push_back(i);
     }
     if (!met)
-      problems.push_back(
-          say("'{}': no topic '{}'{} (topics with samples: {})", path, asked, did_you_mean(asked, names),
-              names.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(names, ", "))})));
+      problems.push_back(say("'{}': no topic '{}'{} (topics with samples: {})", path, asked, did_you_mean(asked, names),
+                             names.empty() ? Sentence("none") : say("{}", fmt::join(names, ", "))));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
   return chosen;

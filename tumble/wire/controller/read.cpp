@@ -30,10 +30,9 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))
-      draft.problems.all.push_back(
-          in_file(draft.problems.file,
-                  say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
-                      known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))}))));
+      draft.problems.all.push_back(in_file(
+          draft.problems.file, say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
+                                   known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", ")))));
     settings[name] = value;
   }
   return settings;

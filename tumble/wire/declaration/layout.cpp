@@ -161,7 +161,7 @@ FrameLayout like(tables::Section& section, const Draft& draft) {
 
 void read_layout(const toml::table& table, Draft& draft) {
   const auto title = table["name"].value_or(std::string());
-  tables::Section section(table, title.empty() ? "[[frame]]" : "[[frame]] '" + title + "'", draft.problems);
+  tables::Section section(table, title.empty() ? Sentence("[[frame]]") : say("[[frame]] '{}'", title), draft.problems);
   FrameLayout layout = like(section, draft);
   section.find("name");
   layout.name = title.empty() ? std::to_string(draft.codec.frames.size() + 1) : title;

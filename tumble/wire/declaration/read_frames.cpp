@@ -84,10 +84,9 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Draft&
     }
   for (const auto& name : wanted)
     if (std::ranges::find(known, name) == known.end())
-      draft.problems.all.push_back(
-          in_file(draft.problems.file,
-                  say("there is no variant '{}'{} (variants: {})", Name{name}, did_you_mean(name, known),
-                      known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))}))));
+      draft.problems.all.push_back(in_file(
+          draft.problems.file, say("there is no variant '{}'{} (variants: {})", Name{name}, did_you_mean(name, known),
+                                   known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", ")))));
 }
 
 FrameVector::Value stated_value(Section& section, std::string_view key, const toml::node& node, const Unit& unit,
