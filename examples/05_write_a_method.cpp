@@ -56,7 +56,8 @@ bool holds(const tumble::Estimate& estimate, std::size_t index, double truth) {
 
 std::size_t index_of(const tumble::Estimate& estimate, const std::string& name) {
   const auto* parameter = tumble::find_parameter(estimate, name);
-  if (parameter == nullptr) throw tumble::Error(tumble::Error::Kind::bad_data, "the test does not show " + name);
+  if (parameter == nullptr)
+    throw tumble::Error(tumble::Error::Kind::bad_data, tumble::say("the test does not show {}", tumble::Name{name}));
   return static_cast<std::size_t>(parameter - estimate.parameters.data());
 }
 

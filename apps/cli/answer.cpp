@@ -63,10 +63,9 @@ int run(const AnswerArguments& arguments, const Terminal& terminal) {
     throw Error(Error::Kind::bad_input, "--operator: an answer needs the name of who gives it");
   const auto order = order_of_line(arguments.word, open, arguments.who);
   if (!order)
-    throw Error(
-        Error::Kind::bad_input,
-        say("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
-            open ? say(", or an answer: {}", Name{fmt::format("{}", fmt::join(open->choices, ", "))}) : Sentence()));
+    throw Error(Error::Kind::bad_input,
+                say("'{}' means nothing to the run now: pause, resume or abort is expected{}", arguments.word,
+                    open ? say(", or an answer: {}", fmt::join(open->choices, ", ")) : Sentence()));
   ask_desk(arguments.run, request_of(*order, arguments.who).dump());
   print_said(terminal, say("the run has '{}' from {}\n", arguments.word, Name{arguments.who}));
   return 0;

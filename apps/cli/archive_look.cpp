@@ -169,8 +169,7 @@ int archive_verify(const ArchiveArguments& arguments, const Terminal& terminal) 
     print(text);
   else
     write_output(terminal, arguments.output, text);
-  if (!arguments.output.empty() && !check.problems.empty())
-    complain(terminal, Problems(check.problems.begin(), check.problems.end()));
+  if (!arguments.output.empty() && !check.problems.empty()) complain(terminal, check.problems);
   return check.problems.empty() ? 0 : 3;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tumble/language/said.hpp"
 #include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -213,11 +214,11 @@ std::string check_text(const ArchiveCheck& check, const Terminal& terminal) {
   const auto words = View(terminal).words;
   std::string text = words.with("looked_at", check.chains, check.events, check.results, check.files) + "\n";
   if (!check.shared_numbers.empty()) text += words.with("shared_numbers", check.shared_numbers.size()) + "\n";
-  for (const auto& one : check.shared_numbers) text += "  " + one + "\n";
+  for (const auto& one : check.shared_numbers) text += "  " + in_language(terminal.language, one) + "\n";
   if (check.problems.empty()) return text + words.with("nothing_changed", check.heads) + "\n";
   text += words.with("changed", check.problems.size()) + "\n";
   for (std::size_t i = 0; i < std::min(most_problems, check.problems.size()); ++i)
-    text += "  " + check.problems[i] + "\n";
+    text += "  " + in_language(terminal.language, check.problems[i]) + "\n";
   if (check.problems.size() > most_problems)
     text += "  " + words.with("and_more", check.problems.size() - most_problems) + "\n";
   return text;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/language/said.hpp"
 #include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/tasks/catalogue.hpp"
@@ -39,20 +40,20 @@ std::string lines(const Json& entries, const SectionWords& words) {
   return text.empty() ? "  " + words("none") + "\n" : text;
 }
 
-std::string range_of(const Json& option) {
+std::string range_of(const Json& option, Language language) {
   Range range;
   range.least = option.value("min", range.least), range.least_open = option.value("min_excluded", false);
   range.most = option.value("max", range.most), range.most_open = option.value("max_excluded", false);
-  return name(range, "1");  // the unit stands before it
+  return in_language(language, said_of(range, "1"));  // the unit stands before it
 }
 
 /// What may follow the name of an option: its values or unit, its range and its default.
-std::string accepted(const Json& option) {
+std::string accepted(const Json& option, Language language) {
   std::string text = option["type"];
   if (option.contains("words"))
     text = fmt::format("{}", fmt::join(option["words"].get<std::vector<std::string>>(), "|"));
   if (option.contains("unit")) text = "[" + option["unit"].get<std::string>() + "]";
-  if (const std::string range = range_of(option); !range.empty()) text += " " + range;
+  if (const std::string range = range_of(option, language); !range.empty()) text += " " + range;
   return option["default"].is_null() ? text : text + " = " + option["default"].get<std::string>();
 }
 
@@ -124,7 +125,8 @@ std::string page(const Json& entry, const SectionWords& words, std::size_t width
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
   });
-  return text + items(entry, "options", colon("options"), width, accepted);
+  return text + items(entry, "options", colon("options"), width,
+                      [&](const Json& option) { return accepted(option, words.language); });
 }
 
 const Json& find(const Json& entries, const std::string& kind, const std::string& name) {

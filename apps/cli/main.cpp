@@ -64,8 +64,9 @@ int run_and_catch(int argc, char** argv) {
     return refused(terminal, Error::Kind::bad_data,
                    {"not enough memory for these data; a shorter recording or fewer channels would need less"});
   } catch (const std::filesystem::filesystem_error& error) {  // a name that is too long, a folder that is closed
-    return refused(terminal, Error::Kind::bad_file,
-                   {say("'{}': {}", as_written(error.path1().string()), system_reason(error.code()))});
+    const Sentence reason = system_reason(error.code());
+    if (error.path1().empty()) return refused(terminal, Error::Kind::bad_file, {reason});
+    return refused(terminal, Error::Kind::bad_file, {say("'{}': {}", as_written(error.path1().string()), reason)});
   } catch (const std::exception& error) {
     return refused(terminal, Error::Kind::internal,
                    {say("internal: {}; this is a defect of the program, please report it", error.what())});

@@ -102,7 +102,7 @@ class Display {
     if (terminal_.live)
       block_.show(head + "\n\n" + last_ + "\n" + said_in(terminal_.language, "Ctrl+C ends the recording") + "\n");
     else
-      note(terminal_, head);
+      note(terminal_, Sentence(head));
   }
   void end() { block_.clear(); }
   std::string result() const { return last_.empty() ? "" : counts_ + "\n\n" + last_; }
@@ -164,7 +164,7 @@ int run(const RecordArguments& arguments, const Terminal& terminal) {
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
   note(terminal, say("wrote {}", Name{outcome.sealed.path}));
   if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", Name{outcome.store}));
-  if (!outcome.whole) complain(terminal, outcome.ending);
+  if (!outcome.whole) complain(terminal, Sentence(outcome.ending));
   flush_live_output();
   return outcome.whole ? 0 : bad_data;
 }

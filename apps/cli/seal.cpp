@@ -28,8 +28,10 @@ int run(const SealArguments& arguments, const Terminal& terminal) {
   }
   for (const auto& [slot, path, sha256, findings] : sealed) {
     note(terminal, say("wrote {}", Name{path}));
-    for (const Finding& finding : findings)
-      note(terminal, finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+    for (const Finding& finding : findings) {
+      const Sentence said = said_of(finding);
+      note(terminal, finding.where.empty() ? said : say("{}: {}", Name{finding.where}, said));
+    }
   }
   return 0;
 }

@@ -84,7 +84,7 @@ void expect_to_survive_kills(const std::string& address, const std::string& fold
     if (acknowledged == 0) longest *= 2;  // a machine that is busy needs longer for a step
     Archive archive(address);
     const auto check = verify_archive(archive);
-    ASSERT_TRUE(check.problems.empty()) << "kill " << i << ": " << check.problems.front();
+    ASSERT_TRUE(check.problems.empty()) << "kill " << i << ": " << check.problems.front().text();
     std::size_t results = 0;
     for (const auto& unit : archived_units(archive)) results += unit.results;
     ASSERT_GE(results, static_cast<std::size_t>(2 * acknowledged)) << "kill " << i;
@@ -204,7 +204,7 @@ TEST(ArchiveCrash, AFolderOfFilesThatIsLostIsSaidByNameAndItsFilesCanBePutInAgai
   fs::remove_all(archive.folder());
   const auto check = verify_archive(archive);
   EXPECT_EQ(check.problems.size(), 3u);
-  EXPECT_NE(check.problems.at(0).find("is missing"), std::string::npos);
+  EXPECT_NE(check.problems.at(0).text().find("is missing"), std::string::npos);
   for (int k = 0; k < 3; ++k)
     EXPECT_EQ(put_in(archive, step_of(other.path.string(), k), testing::sample_act()).results, 0u);
   EXPECT_TRUE(verify_archive(archive).problems.empty());

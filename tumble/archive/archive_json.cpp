@@ -106,12 +106,14 @@ std::string due_json(const std::vector<DueCalibration>& due, const std::vector<D
 }
 
 std::string check_json(const ArchiveCheck& check) {
+  std::vector<std::string> shared;
+  for (const auto& one : check.shared_numbers) shared.push_back(one.text());
   return written({{"chains", check.chains},
                   {"events", check.events},
                   {"results", check.results},
                   {"files", check.files},
-                  {"problems", check.problems},
-                  {"shared_numbers", check.shared_numbers},
+                  {"problems", texts_of(check.problems)},
+                  {"shared_numbers", shared},
                   {"heads", check.heads}});
 }
 

@@ -30,7 +30,8 @@ void expect_version_1(const std::string& address, const std::string& folder_of_f
   const auto check = verify_archive(archive);
   EXPECT_EQ(check.results, 4u);
   for (const auto& problem : check.problems)
-    EXPECT_NE(problem.find("/srv/archive"), std::string::npos) << problem;  // a folder of another computer
+    EXPECT_NE(problem.text().find("/srv/archive"), std::string::npos)
+        << problem.text();  // a folder of another computer
   const auto gyro = unit_record(archive, find_unit(archive, "demo-3"));
   ASSERT_EQ(gyro.results.size(), 2u);
   EXPECT_EQ(gyro.results[0].correction, "wrong power supply");

@@ -44,7 +44,7 @@ Transferred exported_to(const Archive& archive, const UnitName& unit, Archive& t
   for (const auto& file : record.files) files.insert(file.sha256);
   const auto chains = chains_of_unit(from.database, unit);
   for (const auto& chain : chains) files.merge(transfer::files_of_chain(from.database, chain));
-  std::vector<std::string> missing;
+  Problems missing;
   for (const auto& sha256 : files) try {
       done.files += transfer::copy_file(from.files(), to.files(), sha256) ? 1 : 0;
     } catch (const Error& error) {
@@ -78,7 +78,7 @@ Transferred import_archive(Archive& archive, const std::string& address, const A
   const ArchiveCheck check = verify_archive(source);
   if (!check.problems.empty()) {
     auto problems = check.problems;
-    for (auto& problem : problems) problem = schema::shown_address(address) + ": " + problem;
+    for (auto& problem : problems) problem = within(say("{}", Name{schema::shown_address(address)}), problem);
     throw Error(Error::Kind::bad_data, problems);
   }
   return schema::guarded(archive.address(), [&] {

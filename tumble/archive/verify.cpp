@@ -54,7 +54,7 @@ class Verification {
     check_.heads = sha256_of(heads_);
   }
 
-  void complain(const Sentence& problem) { check_.problems.push_back(std::move(problem)); }
+  void complain(const Sentence& problem) { check_.problems.emplace_back(problem); }
 
  private:
   void rows_of(const Row& event, const std::string& where) {
@@ -95,8 +95,8 @@ class Verification {
 };
 
 /// Numbers that stand on certificates of several results, with the units of these.
-std::vector<std::string> shared_numbers_of(database::Database& database) {
-  std::vector<std::string> all;
+std::vector<Sentence> shared_numbers_of(database::Database& database) {
+  std::vector<Sentence> all;
   std::map<std::string, std::set<std::string>> sharing;
   database.visit(
       "SELECT DISTINCT c.number, u.model, u.serial, r.sha256 FROM certificates c JOIN results r ON r.id = c.result "
@@ -115,7 +115,7 @@ std::vector<std::string> shared_numbers_of(database::Database& database) {
 
 void verify_rows(const Archive& archive, ArchiveCheck& check, const Progress& progress) {
   auto& database = schema::opened(archive).database;
-  check.problems = texts_of(database.damage());
+  check.problems = database.damage();
   if (!check.problems.empty()) return;
   Verification verification(archive, check);
   std::vector<std::string> chains;
@@ -139,7 +139,7 @@ ArchiveCheck verify_archive(const Archive& archive, const Progress& progress) {
   try {
     verify_rows(archive, check, progress);
   } catch (const database::Refusal& refusal) {
-    check.problems.push_back(refusal.text);
+    check.problems.push_back(Sentence(refusal.text.c_str()));
   }
   return check;
 }

@@ -6,16 +6,17 @@
 
 #include "tumble/archive/archive.hpp"
 #include "tumble/core/progress.hpp"
+#include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
 /// Counts and problems that verify_archive() found.
 struct ArchiveCheck {
   std::size_t chains = 0, events = 0, results = 0, files = 0;
-  std::vector<std::string> problems;  ///< empty: nothing has changed
+  Problems problems;  ///< empty: nothing has changed
   /// Certificate numbers that several results share, a sentence each: from before the archive refused that, or brought
   /// by an import. Nothing has changed because of them, so they are no problems.
-  std::vector<std::string> shared_numbers;
+  std::vector<Sentence> shared_numbers;
   /// SHA-256 over the last event of every chain: written down elsewhere, it shows later that no chain was cut short.
   std::string heads;
 };

@@ -1,5 +1,7 @@
 #include "tumble/core/evidence.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -56,14 +58,10 @@ const Channel& require_channel(const Evidence& evidence, const Recording& record
   const std::string& wanted = channel_name(evidence, role);
   const std::string& file = recording.origin.file;
   std::vector<std::string> present;
-  std::string list;
-  for (const Channel& channel : recording.channels) {
-    present.push_back(channel.name);
-    list += (list.empty() ? "" : ", ") + channel.name;
-  }
+  for (const Channel& channel : recording.channels) present.push_back(channel.name);
   const Sentence owner = file.empty() ? Sentence("the recording") : say("{}", Name{file});
   const Sentence named = wanted == role ? Sentence() : say(", which [channels] names for the role '{}'", role);
-  const Sentence channels = list.empty() ? Sentence("none") : say("{}", Name{list});
+  const Sentence channels = present.empty() ? Sentence("none") : say("{}", fmt::join(present, ", "));
   const Sentence advice =
       wanted == role ? say("; name the one that plays this role with [channels] {} = \"...\" in the plan", Name{role})
                      : Sentence();

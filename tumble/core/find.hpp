@@ -13,13 +13,12 @@ namespace tumble {
 template <class Entry>
 const Entry& find_entry(const std::vector<const Entry*>& catalogue, std::string_view name, const std::string& noun) {
   std::vector<std::string> known;
-  std::string listed;
   for (const auto* entry : catalogue) {
     if (name == entry->name) return *entry;
     known.emplace_back(entry->name);
-    listed += (listed.empty() ? "" : ", ") + known.back();
   }
-  Sentence said = say("'{}'{}{}", Name{std::string(name)}, did_you_mean(name, known), Name{listed});
+  Sentence said = say("'{}'{}{}", Name{std::string(name)}, did_you_mean(name, known), Name{joined(known)});
+  said.values.back().names = known;
   said.pattern = "there is no " + noun + " '{}'{} (" + noun + "s: {})";
   throw Error(Error::Kind::unsupported, std::move(said));
 }

@@ -31,6 +31,18 @@ std::string value_text(double value, const Unit& unit, std::string_view how) {
   return shown.text() == "1" || other == "-" ? number : number + " " + shown.text();
 }
 
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  for (auto at = text.find(from); at != text.npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// A list in the marks of Chinese, which text/zh.toml asks for by "{terms:list}": "a, b", or "'a', 'b'".
+std::string chinese_list(const std::string& list) {
+  if (!list.starts_with('\'') || !list.ends_with('\'') || list.size() < 2) return replaced(list, ", ", "、");
+  return "“" + replaced(list.substr(1, list.size() - 2), "', '", "”、“") + "”";
+}
+
 struct Say {
   const Unit& unit;
   std::string_view how;
@@ -45,7 +57,9 @@ struct Say {
     if (how == "bytes") return say_bytes(static_cast<std::size_t>(value));
     return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
   }
-  std::string operator()(const std::string& value) const { return value; }
+  std::string operator()(const std::string& value) const {
+    return how == "list" && language == Language::chinese ? chinese_list(value) : value;
+  }
   std::string operator()(const Phrase& phrase) const {
     return phrase.english.empty() ? text_of(language, "phrase", phrase.key) : phrase.english;
   }
@@ -133,7 +147,8 @@ std::string filled(const std::string& sentence, const Finding& finding, Language
 std::string message_in(Language language, const Finding& finding) {
   if (language == Language::english || finding.code.empty()) return finding.message;
   try {
-    return filled(text_of(language, "finding", finding.code, finding.occurrences.count), finding, language);
+    const auto text = filled(text_of(language, "finding", finding.code, finding.occurrences.count), finding, language);
+    return replaced(replaced(text, " “", "“"), "” ", "”");  // a list of names in quotes brings its marks along
   } catch (const Error&) {
     return finding.message;
   }

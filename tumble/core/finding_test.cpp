@@ -130,6 +130,15 @@ TEST(Finding, ChinesePercentHasNoBlankAndPhrasesAreTranslated) {
   EXPECT_EQ(message_in(Language::chinese, unit), "通道没有单位；“t”应为温度，或为原始输出");
 }
 
+TEST(Finding, AListHasTheMarksOfTheLanguage) {
+  const Finding plain(Severity::info, "not_excited", {{"terms", "D_OO, D_SS"}});
+  EXPECT_TRUE(plain.message.ends_with("D_OO, D_SS")) << plain.message;
+  EXPECT_TRUE(message_in(Language::chinese, plain).ends_with("：D_OO、D_SS")) << message_in(Language::chinese, plain);
+  const Finding quoted(Severity::info, "one_position_of_several_labels", {{"segments", "'a', 'b, c'"}});
+  EXPECT_TRUE(message_in(Language::chinese, quoted).starts_with("方案中“a”、“b, c”为同一位置"))
+      << message_in(Language::chinese, quoted);
+}
+
 /// A method of your own, and results of other versions: their English is better than nothing.
 TEST(Finding, WithoutAChineseSentenceStaysEnglish) {
   const Finding own(Severity::info, Phrase{"my_code", "{count:jump} upwards"}, {}, "oven", {2});

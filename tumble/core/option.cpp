@@ -71,15 +71,19 @@ Option word(std::string name, std::vector<std::string> words) {
 Option flag(std::string name) { return option(std::move(name), Option::Type::flag).otherwise("false"); }
 Option text(std::string name) { return option(std::move(name), Option::Type::text); }
 
-std::string name(const Range& range, const std::string& unit) {
+Sentence said_of(const Range& range, const std::string& unit) {
   const bool lower = std::isfinite(range.least), upper = std::isfinite(range.most);
-  const std::string least = end_of(range.least, unit), most = end_of(range.most, unit);
-  if (lower && upper && !range.least_open && !range.most_open)
-    return fmt::format("between {} and {}", end_of(range.least, "1"), most);
-  std::string text;
-  if (lower) text = (range.least_open ? "above " : "at least ") + least;
-  if (upper) text += (lower ? " and " : "") + std::string(range.most_open ? "below " : "at most ") + most;
-  return text;
+  const Name least{end_of(range.least, unit)}, most{end_of(range.most, unit)};
+  if (lower && upper && range.least_open)
+    return range.most_open ? say("above {} and below {}", least, most) : say("above {} and at most {}", least, most);
+  if (lower && upper)
+    return range.most_open ? say("at least {} and below {}", least, most)
+                           : say("between {} and {}", Name{end_of(range.least, "1")}, most);
+  if (lower) return range.least_open ? say("above {}", least) : say("at least {}", least);
+  if (upper) return range.most_open ? say("below {}", most) : say("at most {}", most);
+  return {};
 }
+
+std::string name(const Range& range, const std::string& unit) { return said_of(range, unit).text(); }
 
 }  // namespace tumble

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// Values that a number may have, in the option's own unit; an end that is open does not belong to it.
@@ -55,6 +57,7 @@ Option flag(std::string name);
 Option text(std::string name);
 
 /// The range in words, for a sentence: "above 0 g", "between 0 and 20"; empty where every number may be.
+Sentence said_of(const Range& range, const std::string& unit);
 std::string name(const Range& range, const std::string& unit);
 
 }  // namespace tumble

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
@@ -41,6 +42,19 @@ TEST(Option, RangeIsNamedInItsUnit) {
   EXPECT_EQ(named(quantity("x", "g").above(0).at_most(3)), "above 0 g and at most 3 g");
   EXPECT_EQ(named(quantity("x").at_least(0).below(1)), "at least 0 and below 1");
   EXPECT_EQ(named(quantity("x")), "");
+}
+
+TEST(Option, RangeIsSaidInChinese) {
+  const auto said = [](const Option& option) {
+    return in_language(Language::chinese, said_of(option.range, option.unit));
+  };
+  EXPECT_EQ(said(quantity("x", "g").above(0).at_most(3)), "大于 0 g 且不大于 3 g");
+  EXPECT_EQ(said(quantity("x", "g").between(-1, 3)), "在 -1～3 g 之内");
+  Problems problems;
+  resolve({quantity("x", "g").above(0)}, {{"x", "0 g", "plan.toml:3", true, false}}, "method", problems);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_TRUE(in_language(Language::chinese, problems[0]).ends_with("“0 g”：取值应大于 0 g"))
+      << in_language(Language::chinese, problems[0]);
 }
 
 TEST(Option, EndsOfTheRangeBelongToItUnlessOpen) {

@@ -1,5 +1,7 @@
 #include "tumble/core/settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -63,7 +65,7 @@ bool inside(const Range& range, double value) {
 
 void refuse_outside(const Option& option, double value, const Name& shown) {
   if (inside(option.range, value)) return;
-  const Sentence wanted = std::isfinite(value) ? Sentence(name(option.range, option.unit)) : Sentence("finite");
+  const Sentence wanted = std::isfinite(value) ? said_of(option.range, option.unit) : Sentence("finite");
   refuse(say("'{}': the value must be {}", shown, wanted));
 }
 
@@ -95,7 +97,7 @@ void read_value(const Option& option, const Given& given, Settings& settings) {
       return settings.set_integers(option.name, integer_list(given.text));
     case Option::Type::word:
       if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())
-        refuse(say("'{}': expected one of {}{}", shown, Name{joined(option.words)},
+        refuse(say("'{}': expected one of {}{}", shown, fmt::join(option.words, ", "),
                    did_you_mean(given.text, option.words)));
       return settings.set_word(option.name, given.text);
     case Option::Type::text:
@@ -111,9 +113,9 @@ Sentence unknown_key(const std::vector<Option>& options, const std::string& key)
   if (known.empty()) return say("unknown key '{}'; none is accepted", key);
   constexpr std::size_t most = 20;
   const std::size_t count = known.size();
-  if (count <= most) return say("unknown key '{}'; known are {}", key, Name{joined(known)});
+  if (count <= most) return say("unknown key '{}'; known are {}", key, fmt::join(known, ", "));
   known.resize(most);
-  return say("unknown key '{}'; known are {}, ... ({} in all: `tumble list`)", key, Name{joined(known)}, count);
+  return say("unknown key '{}'; known are {}, ... ({} in all: `tumble list`)", key, fmt::join(known, ", "), count);
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "tumble/desk/run_desk.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/recorder/recorder_read.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/station/lease.hpp"
 #include "tumble/station/run_folder.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -131,7 +132,8 @@ std::string ask_desk(const std::string& run, const std::string& request, double 
   close(socket);
   if (answer.empty()) refuse_silent(run);
   if (!answer.starts_with("{\"problem\"")) return answer;
-  throw Error(Error::Kind::bad_input, desk_lines::Json::parse(answer).value("problem", ""));
+  throw Error(Error::Kind::bad_input,
+              coded_problems_from_json(desk_lines::Json::parse(answer).at("problems").dump()).problems);
 }
 
 std::optional<long> process_at_desk(const std::string& run) {

@@ -23,6 +23,7 @@
 #include "tumble/desk/desk_lines/run_json.hpp"
 #include "tumble/recorder/quiet_thread.hpp"
 #include "tumble/recorder/recorder_read.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -78,7 +79,11 @@ void say(const SharedVisitor& visitor, std::string text) {
   say(visitor, std::make_shared<const std::string>(std::move(text)));
 }
 
-std::string problem(const std::string& text) { return desk_lines::dumped({{"problem", text}}) + "\n"; }
+/// In English for other programs, and as values for those of ours.
+std::string problem(const Problem& what) {
+  const auto values = Json::parse(problems_to_json(code_of(Error::Kind::bad_input), {what}, Language::english));
+  return desk_lines::dumped({{"problem", what.text()}, {"problems", values}}) + "\n";
+}
 
 }  // namespace at_the_desk
 

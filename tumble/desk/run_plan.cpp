@@ -135,8 +135,11 @@ void note_beginning(const PlannedRunAtStation& run, const Station& station, cons
   if (!run.rig.empty()) recorder.set("rig", run.rig);
   if (!run.started.empty()) recorder.event({now, EventKind::clock, {}, run.started, {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
-    recorder.event(
-        {now, EventKind::accepted, run.who, fmt::format("{} ({})", fmt::join(expired, "; "), run.accept_expired), {}});
+    recorder.event({now,
+                    EventKind::accepted,
+                    run.who,
+                    fmt::format("{} ({})", in_a_row(expired, "; ").text(), run.accept_expired),
+                    {}});
 }
 
 RunCompany company_of(const PlannedRunAtStation& run, const Course& course) {

@@ -107,7 +107,7 @@ struct Certificate {
   std::vector<Statement> statements;
   std::optional<double> joint;  ///< [1] probability that all parameters with a statement are within their limits
   std::string result_file, result_sha256;
-  std::vector<std::string> notes = {};  ///< what its author should look at; not printed
+  std::vector<Sentence> notes = {};  ///< what its author should look at; not printed
 };
 
 /// "2026-11-02".

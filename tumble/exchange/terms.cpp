@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -126,10 +128,8 @@ const CalibrationTerm& find_calibration_term(std::string_view name) {
     if (term.name == name) return term;
     known.emplace_back(term.name);
   }
-  std::string list;
-  for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
   throw Error(Error::Kind::bad_input, say("there is no term '{}'{} (known: {})", std::string(name),
-                                          did_you_mean(std::string(name), known), Name{list}));
+                                          did_you_mean(std::string(name), known), fmt::join(known, ", ")));
 }
 
 }  // namespace tumble

@@ -234,7 +234,8 @@ Recording read(const std::string& path, const ReadOptions&, const Progress&) {
   std::string word;
   double rate = 0.0;
   lines >> word >> rate;
-  if (!(rate > 0.0)) throw Error(Error::Kind::bad_file, path + ": RATE is followed by a rate [Hz] above zero");
+  if (!(rate > 0.0))
+    throw Error(Error::Kind::bad_file, say("{}: RATE is followed by a rate [Hz] above zero", Name{path}));
   const Unit unit = Unit::parse("deg/s");
   Recording recording{"listing", {{"gyro", kind_of(unit), unit, {0.0, rate, nullptr}, {}}}, {}, {path}, {}, {}};
   recording.marks = {{"static", 0.0, 1}};

@@ -6,6 +6,7 @@
 
 #include "tumble/language/said/pattern.hpp"
 #include "tumble/language/texts.hpp"
+#include "tumble/units/text_parts.hpp"
 
 namespace tumble {
 
@@ -126,7 +127,7 @@ std::optional<std::string> chinese(const Values& side_by_side, bool quoted) {
   for (const SentenceValue* value : side_by_side) {
     if (value->kind == SentenceValue::Kind::text && !quoted && reads_like_english(value->text)) return std::nullopt;
     if (value->kind != SentenceValue::Kind::sentence || value->nested.empty()) {
-      text += value->text;
+      text += value->names.empty() ? value->text : joined(value->names, "、");
       continue;
     }
     const auto nested = chinese(value->nested.front());

@@ -1,5 +1,6 @@
 #include "tumble/language/said.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cerrno>
@@ -79,6 +80,25 @@ TEST(Said, SentencesInARowAreTranslatedEach) {
   const Sentence all = in_a_row({say("{} messages", 60), say("{}", Name{"x"})}, ", ");
   EXPECT_EQ(all.text(), "60 messages, x");
   EXPECT_EQ(chinese(say("wrote {}", all)), "已写入 60 条消息、x");
+}
+
+TEST(Said, AListOfNamesHasTheMarksOfTheLanguage) {
+  const std::vector<std::string> names{"a", "b, c"};
+  const Sentence said = say("no column '{}' for time{}; columns are {}", "x", Sentence(), fmt::join(names, ", "));
+  EXPECT_EQ(said.text(), "no column 'x' for time; columns are a, b, c");
+  EXPECT_EQ(chinese(said), "没有作为时间的列“x”。已有的列：a、b, c") << "a comma in a name stays";
+}
+
+TEST(Said, TheReasonOfSeveralProblemsIsTheirRow) {
+  const Error error(Error::Kind::bad_file, Problems{"No such file or directory", "Permission denied"});
+  const Sentence said = say("cannot read '{}': {}", Name{"x"}, reason_of(error));
+  EXPECT_EQ(said.text(), "cannot read 'x': No such file or directory; Permission denied");
+  EXPECT_EQ(chinese(said), "无法读取“x”：没有该文件或文件夹；没有权限");
+}
+
+TEST(Said, APlaceHasTheQuotesOfTheLanguage) {
+  EXPECT_EQ(chinese(within(say("[[frame]] '{}'", Name{"sample"}), Problem("true or false is expected"))),
+            "[[frame]] “sample”：应为 true 或 false");
 }
 
 TEST(Said, AFullStopBehindAQuestionMarkGoes) {

@@ -150,8 +150,8 @@ Finding unused_segment(const std::string& label, int run, Phrase why) {
 
 void refuse_unused(const ConductedTest& test, Error::Kind kind) {
   if (!test.stretches.empty()) return;
-  std::vector<std::string> why;
-  for (const auto& finding : test.findings) why.push_back(finding.message);
+  Problems why;
+  for (const auto& finding : test.findings) why.push_back(said_of(finding));
   why.push_back("no segment of the schedule has usable samples");
   throw Error(kind, why);
 }

@@ -31,10 +31,10 @@ struct Asked {
     const auto found = request.values.find(name);
     return found == request.values.end() ? otherwise : found->second;
   }
-  void refuse(const Sentence& why) {
+  void refuse(const std::string& why) {
     if (why.empty()) return;
     reply.refused = true;
-    reply.text += (reply.text.empty() ? "" : "; ") + why.text();
+    reply.text += (reply.text.empty() ? "" : "; ") + why;
   }
   void order(const Motion& motion) {
     if (!reply.refused) refuse(rig.command(time, axis, motion));

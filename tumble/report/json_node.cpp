@@ -127,7 +127,7 @@ std::size_t Node::one_of(const std::vector<std::string>& words) const {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == word) return i;
   }
-  complain(say("'{}' is not one of {}", word, Name{joined(words)}));
+  complain(say("'{}' is not one of {}", word, fmt::join(words, ", ")));
   return 0;
 }
 

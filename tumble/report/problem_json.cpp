@@ -17,6 +17,7 @@ ProblemJson json_of_value(const SentenceValue& value) {
   if (value.kind == ValueKind::sentence && !value.nested.empty()) return json_of_said(value.nested.front());
   ProblemJson json{{value.kind == ValueKind::name ? "name" : "text", value.text}};
   if (value.kind == ValueKind::number) json["number"] = value.number;
+  if (!value.names.empty()) json["names"] = value.names;
   return json;
 }
 
@@ -33,7 +34,8 @@ SentenceValue value_of_json(const ProblemJson& json) {
     Sentence nested = said_of_json(json);
     return {ValueKind::sentence, nested.text(), 0.0, {nested}};
   }
-  if (json.contains("name")) return {ValueKind::name, json.at("name"), 0.0, {}};
+  if (json.contains("name"))
+    return {ValueKind::name, json.at("name"), 0.0, {}, json.value("names", std::vector<std::string>())};
   const auto number = json.find("number");
   if (number == json.end()) return {ValueKind::text, json.at("text"), 0.0, {}};
   return {ValueKind::number, json.at("text"), number->is_number() ? number->get<double>() : 0.0, {}};

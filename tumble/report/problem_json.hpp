@@ -13,7 +13,7 @@ std::string_view code_of(Error::Kind kind);
 
 /// Problems as JSON, a list of {code, message, pattern, values, where}: `message` in this language, the others as they
 /// are in every language. `where` has the members file, line, column, table, key, channel and time [s] that are known,
-/// and `place`, the sentence that says them.
+/// and `place`, the sentence that says them. A value that is a list of names has `names` beside its `name`.
 std::string problems_to_json(std::string_view code, const Problems& problems, Language language);
 
 /// Problems that a process of ours has handed on.

@@ -1,5 +1,6 @@
 #include "tumble/report/problem_json.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -36,6 +37,14 @@ TEST(ProblemJson, IsReadAsItWasWritten) {
   EXPECT_EQ(read.problems, problems);
   EXPECT_EQ(problems_to_json("x", read.problems, Language::english), text);
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { coded_problems_from_json("[{}]"); }));
+}
+
+TEST(ProblemJson, AListKeepsItsNames) {
+  const std::vector<std::string> names{"a", "b"};
+  const Problem problem = say("columns are {}", fmt::join(names, ", "));
+  const auto read = coded_problems_from_json(problems_to_json("x", {problem}, Language::english));
+  EXPECT_EQ(read.problems.at(0).text(), "columns are a, b");
+  EXPECT_EQ(read.problems.at(0).what.values.at(0).names, names);
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ void members(Visitor& visit, X& x) {
   if constexpr (!std::is_const_v<X>) {
     x.code = errors.problems.empty() ? "" : errors.code;
     x.problems = std::move(errors.problems);
-    if (x.problems.empty()) x.problems.assign(texts.begin(), texts.end());  // a job of an earlier version
+    if (x.problems.empty())  // a job of an earlier version
+      for (const std::string& text : texts) x.problems.emplace_back(Sentence(text));
   }
   visit("files", x.files);
 }

@@ -131,7 +131,8 @@ struct RigGuard::Inner {
 
 void RigGuard::Inner::begin() {
   const int note = guard::open_note(path, O_RDWR | O_CREAT);
-  if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0 || ftruncate(note, 0) != 0) guard::refuse_guard(path, note);
+  if (note < 0 || flock(note, LOCK_EX | LOCK_NB) != 0 || ftruncate(note, 0) != 0)
+    guard::refuse_guard(say("{}", Name{path}), note);
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair", note);
   guard::Post post{

@@ -198,10 +198,11 @@ class Session {
     if (received_ == 0) fs::remove_all(folder_, ignored);
     const std::string& link = instrument_.link.name;
     if (received_ == 0)
-      throw Error(Error::Kind::bad_data,
-                  say("{}: {}", Name{link}, Name{outcome_.whole ? "nothing was received" : outcome_.ending}));
+      throw Error(
+          Error::Kind::bad_data,
+          say("{}: {}", Name{link}, outcome_.whole ? Sentence("nothing was received") : Sentence(outcome_.ending)));
     Problems problems;
-    if (!outcome_.whole) problems.push_back(outcome_.ending);
+    if (!outcome_.whole) problems.push_back(Sentence(outcome_.ending));
     problems.push_back(
         say("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
             "line (the bytes: `tumble seal {} --raw FILE.raw`)",
@@ -242,8 +243,8 @@ class Session {
         return seal(folder_, disk);
       } catch (const Error& error) {
         Problems problems = error.problems;
-        problems.insert(problems.begin(),
-                        outcome_.whole ? Problem("the recording cannot be sealed") : Problem(outcome_.ending));
+        problems.insert(problems.begin(), outcome_.whole ? Problem("the recording cannot be sealed")
+                                                         : Problem(Sentence(outcome_.ending)));
         problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, Name{folder_}));
         throw Error(error.kind, problems);
       }

@@ -169,7 +169,7 @@ struct StationRequest {
 };
 
 /// Equipment whose calibration was due before that date, in words. Given: date "2026-11-24".
-std::vector<std::string> expired_equipment(const Station& station, const std::string& date);
+std::vector<Sentence> expired_equipment(const Station& station, const std::string& date);
 
 /// All reasons why a plan cannot be carried out at a station, so that it is refused before anything moves.
 Problems check_station(const Plan& plan, const Station& station, const StationRequest& request);

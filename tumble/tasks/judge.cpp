@@ -19,11 +19,11 @@ std::optional<Bound> bound_of(const std::optional<Quantity>& written) {
 Limit limit_of(const LimitEntry& entry) { return {bound_of(entry.min), bound_of(entry.max)}; }
 
 /// What is wrong with a bound, or empty.
-std::string misfit(const Quantity& bound, const std::string& parameter, const Unit& unit) {
-  if (bound.unit.dimension() == unit.dimension()) return "";
-  if (bound.bare) return fmt::format("{} needs its unit: \"{} {}\"", bound.value, bound.value, unit.text());
-  return fmt::format("{} is in {} [{}], not in {} [{}]", parameter, unit.text(), name(unit.dimension()),
-                     bound.unit.text(), name(bound.unit.dimension()));
+Sentence misfit(const Quantity& bound, const std::string& parameter, const Unit& unit) {
+  if (bound.unit.dimension() == unit.dimension()) return {};
+  if (bound.bare) return say("{} needs its unit: \"{} {}\"", bound.value, bound.value, Name{unit.text()});
+  return say("{} is in {} [{}], not in {} [{}]", Name{parameter}, Name{unit.text()}, Name{name(unit.dimension())},
+             Name{bound.unit.text()}, Name{name(bound.unit.dimension())});
 }
 
 /// From the interval; NaN bounds of an unknown uncertainty decide nothing.

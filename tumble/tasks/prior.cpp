@@ -39,7 +39,7 @@ void read_prior(Plan& plan, const Archive* archive) {
   if (prior.from.empty() || prior.population) return;
   auto population = prior.from == "archive" ? of_archive(plan, archive) : of_file(plan, prior.sha256);
   auto problems = problems_of_prior(population, plan.instrument_model, plan.method);
-  for (auto& problem : problems) problem = fmt::format("{}: the prior {} {}", where(plan), prior.from, problem);
+  for (auto& problem : problems) problem = say("{}: the prior {} {}", Name{where(plan)}, Name{prior.from}, problem);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   prior.population = std::make_shared<const Estimate>(std::move(population));
 }

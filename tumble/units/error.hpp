@@ -23,7 +23,6 @@ class Error : public std::runtime_error {
   };
 
   Error(Kind what, Problem problem) : Error(what, Problems{std::move(problem)}) {}
-  Error(Kind what, const std::vector<std::string>& texts) : Error(what, Problems(texts.begin(), texts.end())) {}
   Error(Kind what, Problems found)
       : std::runtime_error(joined(texts_of(found), "\n")), kind(what), problems(std::move(found)) {}
 
@@ -31,9 +30,11 @@ class Error : public std::runtime_error {
   Problems problems;
 };
 
-/// Why it could not be carried out, for a sentence around it. Of several problems, their English texts.
+/// Why it could not be carried out, for a sentence around it: its problems in a row.
 inline Sentence reason_of(const Error& error) {
-  return error.problems.size() == 1 ? sentence_of(error.problems.front()) : Sentence(std::string(error.what()));
+  std::vector<Sentence> reasons;
+  for (const Problem& problem : error.problems) reasons.push_back(sentence_of(problem));
+  return reasons.size() == 1 ? std::move(reasons.front()) : in_a_row(reasons, "; ");
 }
 
 /// A sentence of the system about a failure, "Permission denied": its Chinese is in [said_by_libraries].

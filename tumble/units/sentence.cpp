@@ -107,6 +107,7 @@ void change_values(Sentence& said, const Change& change) {
       change_values(nested, change);
       value.text = nested.text();
     }
+    for (std::string& one : value.names) one = change(one);
     if (value.nested.empty() && value.kind != SentenceValue::Kind::number) value.text = change(value.text);
   }
 }
@@ -148,6 +149,7 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
     if (argument.sentence) value.nested.push_back(*argument.sentence);
     if (argument.problem) value.nested.push_back(sentence_of(*argument.problem));
     if (argument.words) value.nested.emplace_back(argument.words);
+    if (argument.list) value.names = argument.names_of(argument.list);
     said.pattern += "{}";
     said.values.push_back(std::move(value));
     i = field.end;

@@ -27,7 +27,7 @@ struct Sentence {
   /// Words of the program without values.
   Sentence(const char* words);
   /// A text from elsewhere, which has no translation: what the program says itself is made by say().
-  Sentence(std::string text);
+  explicit Sentence(std::string text);
 
   bool empty() const { return pattern.empty(); }
   std::string text() const;  ///< in English
@@ -44,9 +44,10 @@ struct SentenceValue {
     sentence  ///< `nested`
   };
   Kind kind = Kind::text;
-  std::string text;              ///< as in the English sentence
-  double number = 0.0;           ///< as given, in no unit
-  std::vector<Sentence> nested;  ///< one where kind is sentence
+  std::string text;                     ///< as in the English sentence
+  double number = 0.0;                  ///< as given, in no unit
+  std::vector<Sentence> nested;         ///< one where kind is sentence
+  std::vector<std::string> names = {};  ///< where it is a list of names, fmt::join(names, ", "), each of them
 };
 
 /// A value of a sentence that is never translated: a path, a name.
@@ -73,7 +74,6 @@ struct Problem {
   Problem(Sentence said) : what(std::move(said)) {}
   Problem(Where place, Sentence said) : where(std::move(place)), what(std::move(said)) {}
   Problem(const char* words) : what(words) {}
-  Problem(std::string text) : what(std::move(text)) {}
 
   std::string text() const;  ///< in English: "plan.toml:7: [rig]: a table is expected"
   operator std::string() const { return text(); }
@@ -110,7 +110,23 @@ struct SayArgument {
   const Sentence* sentence = nullptr;
   const Problem* problem = nullptr;
   const char* words = nullptr;  ///< of the program: a sentence without values
+  const void* list = nullptr;   ///< of names, which `names_of` reads
+  std::vector<std::string> (*names_of)(const void* list) = nullptr;
 };
+
+/// fmt::join(names, ", ")
+template <class T>
+concept JoinedNames = requires(const T& list) {
+  list.begin != list.end, list.sep.size();
+};
+
+template <JoinedNames List>
+std::vector<std::string> names_in(const void* list) {
+  std::vector<std::string> names;
+  const List& joined = *static_cast<const List*>(list);
+  for (auto one = joined.begin; one != joined.end; ++one) names.push_back(fmt::format("{}", *one));
+  return names;
+}
 
 /// Whether the place of a value, from `begin` to behind its brace, stands in quotes.
 constexpr bool in_quotes(std::string_view pattern, std::size_t begin, std::size_t end) {
@@ -136,12 +152,16 @@ template <class T>
 SayArgument say_argument(const T& value) {
   if constexpr (is_say_text<T>)
     return {.kind = SentenceValue::Kind::text};
+  else if constexpr (JoinedNames<T>)
+    return {.kind = SentenceValue::Kind::name,
+            .list = std::string_view(value.sep.data(), value.sep.size()) == ", " ? &value : nullptr,
+            .names_of = names_in<T>};
   else if constexpr (std::is_array_v<T>)
     return say_argument(static_cast<const char*>(value));
   else if constexpr (std::is_arithmetic_v<T> && !std::same_as<T, bool> && !std::same_as<T, char>)
     return {.kind = SentenceValue::Kind::number, .number = static_cast<double>(value)};
   else
-    return {.kind = SentenceValue::Kind::name};  // a list of names
+    return {.kind = SentenceValue::Kind::name};
 }
 
 /// The English pattern of a sentence, checked when it is compiled: as fmt checks it, and each text (std::string) stands

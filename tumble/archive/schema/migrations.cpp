@@ -175,9 +175,10 @@ Problems problems_of_versions(database::Database& database) {
   return problems;
 }
 
-std::vector<std::string> problems_of_triggers(database::Database& database) {
+Problems problems_of_triggers(database::Database& database) {
   const bool server = database.server();
-  std::vector<std::string> tables(std::begin(tables_of_step_1), std::end(tables_of_step_1)), problems;
+  std::vector<std::string> tables(std::begin(tables_of_step_1), std::end(tables_of_step_1));
+  Problems problems;
   tables.insert(tables.end(), std::begin(tables_of_later_steps), std::end(tables_of_later_steps));
   auto found = triggers_of(database);
   for (const auto& table : tables) {

@@ -42,7 +42,7 @@ std::int64_t newest_version();
 Problems problems_of_versions(database::Database& database);
 
 /// Problems of the triggers that refuse changes of rows: missing, switched off, or others beside them.
-std::vector<std::string> problems_of_triggers(database::Database& database);
+Problems problems_of_triggers(database::Database& database);
 
 /// Who brings a schema up to date, when (UTC), and with which version of the program.
 struct Migration {

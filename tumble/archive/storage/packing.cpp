@@ -165,7 +165,7 @@ void keep_in_database(const Place& place, const std::string& path, const std::st
                             {sha256, number++, database::Bytes{part.substr(0, part_bytes)}});
         if (place.database->changed() != 1)
           throw database::Refusal{database::Refusal::Kind::failed,
-                                  "the database did not keep a part of '" + path + "'"};
+                                  say("the database did not keep a part of '{}'", path)};
       }
     };
     pack(stream, path, sha256, [&](std::string_view bytes) {

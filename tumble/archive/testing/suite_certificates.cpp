@@ -134,10 +134,10 @@ void numbers_shared_from_before_are_reported(const ArchivePlace& place) {
   EXPECT_EQ(unit_record(archive, {"gyro", "0173"}).certificates.size(), 1u);
   EXPECT_EQ(unit_record(archive, {"gyro", "0174"}).certificates.size(), 1u);
   const auto check = verify_archive(archive);
-  EXPECT_TRUE(check.problems.empty()) << check.problems.front();
+  EXPECT_TRUE(check.problems.empty()) << check.problems.front().text();
   ASSERT_EQ(check.shared_numbers.size(), 1u);
   for (const char* part : {"'2026-1'", "2 results", "gyro/0173", "gyro/0174"})
-    EXPECT_NE(check.shared_numbers[0].find(part), std::string::npos) << check.shared_numbers[0];
+    EXPECT_NE(check.shared_numbers[0].text().find(part), std::string::npos) << check.shared_numbers[0].text();
   for (const auto& result : {first, other})
     EXPECT_THROW(put_in(archive, certificate_of(place, result, "2026-1", "once more"), sample_act()), Error);
   EXPECT_EQ(verify_archive(archive).shared_numbers.size(), 1u);

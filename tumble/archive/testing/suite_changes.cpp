@@ -66,7 +66,7 @@ void missing_and_added_rows_are_found(const ArchivePlace& place) {
   database.run("INSERT INTO corrections (result, reason, who, corrected) VALUES (1, 'x', 'x', 'x')");
   const auto check = verify_archive(archive);
   ASSERT_EQ(check.problems.size(), 1u);
-  EXPECT_NE(check.problems[0].find("corrections"), std::string::npos);
+  EXPECT_NE(check.problems[0].text().find("corrections"), std::string::npos);
   database.script(database.server() ? "ALTER TABLE parameters DISABLE TRIGGER ALL"
                                     : "DROP TRIGGER parameters_no_DELETE");
   database.script("DELETE FROM parameters WHERE value = (SELECT MAX(value) FROM parameters)");

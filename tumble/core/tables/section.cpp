@@ -41,8 +41,12 @@ Problems FileProblems::sorted() const {
   return all_sorted;
 }
 
-Section::Section(const toml::table& table, std::string name, FileProblems& problems)
+Section::Section(const toml::table& table, Sentence name, FileProblems& problems)
     : table_(table), name_(std::move(name)), problems_(problems) {}
+Section::Section(const toml::table& table, const std::string& name, FileProblems& problems)
+    : Section(table, name.empty() ? Sentence() : say("{}", Name{name}), problems) {}
+Section::Section(const toml::table& table, const char* name, FileProblems& problems)
+    : Section(table, std::string(name), problems) {}
 
 const toml::node* Section::find(std::string_view key) {
   known_.emplace_back(key);
@@ -55,8 +59,8 @@ void Section::complain(const toml::node& node, std::string_view key, const Probl
 
 Where Section::named(std::string_view key) const {
   const std::string shown(key);
-  Where where{.table = name_, .key = shown};
-  if (!name_.empty()) where.place = shown.empty() ? say("{}", Name{name_}) : say("{}: {}", Name{name_}, Name{shown});
+  Where where{.table = name_.text(), .key = shown};
+  if (!name_.empty()) where.place = shown.empty() ? name_ : say("{}: {}", name_, Name{shown});
   if (name_.empty() && !shown.empty()) where.place = say("{}", Name{shown});
   return where;
 }
@@ -187,7 +191,7 @@ void Section::close() {
     const auto advice = did_you_mean(key.str(), known);
     const std::string key_name(key.str());
     problems_.add(key.source(), within(named(""), advice.empty() ? say("unknown key '{}'; known are {}", key_name,
-                                                                       Name{fmt::format("{}", fmt::join(known, ", "))})
+                                                                       fmt::join(known, ", "))
                                                                  : say("unknown key '{}'{}", key_name, advice)));
   }
 }

@@ -32,8 +32,11 @@ struct FileProblems {
 /// absent.
 class Section {
  public:
-  /// `name` for messages: "[site]"; empty for the file itself.
-  Section(const toml::table& table, std::string name, FileProblems& problems);
+  /// `name` for messages: "[site]"; empty for the file itself. A sentence where a name of the user stands in quotes in
+  /// it: say("[[frame]] '{}'", title).
+  Section(const toml::table& table, Sentence name, FileProblems& problems);
+  Section(const toml::table& table, const std::string& name, FileProblems& problems);
+  Section(const toml::table& table, const char* name, FileProblems& problems);
 
   /// Null when the key is absent.
   const toml::node* find(std::string_view key);
@@ -60,7 +63,7 @@ class Section {
   void missing(std::string_view key, const std::string& example);
   void problem(const Problem& problem);
   void problem_at(std::string_view key, const Problem& problem);
-  const std::string& name() const { return name_; }
+  std::string name() const { return name_.text(); }
   const toml::source_region& source() const { return table_.source(); }
 
  private:
@@ -71,7 +74,7 @@ class Section {
   const toml::table& table_;
   Where named(std::string_view key) const;
 
-  std::string name_;
+  Sentence name_;
   FileProblems& problems_;
   std::vector<std::string> known_;
 };

@@ -131,7 +131,7 @@ TEST(Certificate, DoubtsDaysThatTheRecordingsContradict) {
   const auto certificate = certify(dated_estimate(), details, {});
   EXPECT_EQ(certificate.details.begun, day(2026, 11, 4));  // the laboratory decides
   ASSERT_EQ(certificate.notes.size(), 2u);
-  EXPECT_EQ(certificate.notes[0].find("2.csv was measured from 2026-11-02 to 2026-11-03"), 0u);
+  EXPECT_EQ(certificate.notes[0].text().find("2.csv was measured from 2026-11-02 to 2026-11-03"), 0u);
 }
 
 TEST(Certificate, RefusesDatesOutOfOrderAndUnknownCountries) {

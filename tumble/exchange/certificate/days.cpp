@@ -13,18 +13,18 @@ CertificateDetails with_days_of_test(CertificateDetails details, const Estimate&
   return details;
 }
 
-std::vector<std::string> doubts_about_days(const CertificateDetails& stated, const Estimate& estimate) {
+std::vector<Sentence> doubts_about_days(const CertificateDetails& stated, const Estimate& estimate) {
   constexpr std::chrono::days zone{1};  // the recorder and the laboratory may be in two time zones
   using Day = std::chrono::sys_days;
-  std::vector<std::string> doubts;
+  std::vector<Sentence> doubts;
   for (const auto& [file, begun, ended] : recording_days(estimate)) {
     const bool early = stated.begun && begun < Day(*stated.begun) - zone;
     const bool late = stated.ended && ended > Day(*stated.ended) + zone;
     if (!early && !late) continue;
-    doubts.push_back(
-        fmt::format("{} was measured from {} to {} by its own clock, which is not within begun and ended "
-                    "of the certificate: one of the two is wrong",
-                    file, iso_date(Date(begun)), iso_date(Date(ended))));
+    doubts.push_back(say(
+        "{} was measured from {} to {} by its own clock, which is not within begun and ended of the certificate: one "
+        "of the two is wrong",
+        Name{file}, Name{iso_date(Date(begun))}, Name{iso_date(Date(ended))}));
   }
   return doubts;
 }

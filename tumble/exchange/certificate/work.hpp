@@ -17,7 +17,7 @@ std::vector<std::size_t> determined(const Estimate& estimate);
 CertificateDetails with_days_of_test(CertificateDetails details, const Estimate& estimate);
 
 /// Recordings whose own days are not among those that the laboratory states, a sentence each.
-std::vector<std::string> doubts_about_days(const CertificateDetails& stated, const Estimate& estimate);
+std::vector<Sentence> doubts_about_days(const CertificateDetails& stated, const Estimate& estimate);
 
 /// The decision rule in words of a language.
 std::string rule_in_words(const DecisionRule& rule, Language language);

@@ -10,19 +10,6 @@ namespace tumble::csv {
 
 namespace {
 
-/// For a POSIX shell: in single quotes where it has anything but plain characters.
-std::string shell_word(const std::string& text) {
-  const std::string clean = plain_text(text, 4096);
-  const bool plain = !clean.empty() && std::ranges::all_of(clean, [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("._-/=+,:@%^").find(static_cast<char>(c)) != std::string_view::npos || c >= 0x80;
-  });
-  if (plain) return clean;
-  std::string word = "'";
-  for (const char c : clean) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
-
 /// key=value for what the options say.
 std::vector<std::string> said(const ReadOptions& options) {
   std::vector<std::string> sets;

@@ -117,6 +117,18 @@ std::string plain_text(std::string_view text, std::size_t most) {
   return plain + (text.size() > plain.size() ? "..." : "");
 }
 
+std::string shell_word(const std::string& text) {
+  const std::string clean = plain_text(text, 4096);
+  const bool plain = !clean.empty() && std::ranges::all_of(clean, [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("._-/=+,:@%^").find(static_cast<char>(c)) != std::string_view::npos || c >= 0x80;
+  });
+  if (plain) return clean;
+  std::string word = "'";
+  for (const char c : clean) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 std::string in_quotes(std::string_view text, std::size_t most) { return "'" + plain_text(text, most) + "'"; }
 
 }  // namespace tumble::csv

@@ -39,6 +39,8 @@ Named name_and_unit(const std::string& cell);
 
 /// A text for a message: at most `most` bytes, without control characters.
 std::string plain_text(std::string_view text, std::size_t most);
+/// For a POSIX shell: in single quotes where it has anything but plain characters.
+std::string shell_word(const std::string& text);
 /// A text for a message in single quotes.
 std::string in_quotes(std::string_view text, std::size_t most = 60);
 

@@ -1,5 +1,7 @@
 #include "tumble/formats/csv/clock.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -238,11 +240,10 @@ std::vector<Candidate> candidates_of(const Columns& table) {
 Clock said_clock(const Columns& table, const std::string& said, Problems& problems) {
   const std::size_t column = table.find(said);
   if (column == no_column) {
-    std::vector<std::string> known;
-    for (const ColumnName& name : table.names) known.push_back(name.name);
-    std::string list;
-    for (const auto& name : known) list += (list.empty() ? "" : ", ") + plain_text(name, 60);
-    problems.push_back(say("no column '{}' for time{}; columns are {}", said, did_you_mean(said, known), Name{list}));
+    std::vector<std::string> known, shown;
+    for (const ColumnName& name : table.names) known.push_back(name.name), shown.push_back(plain_text(name.name, 60));
+    problems.push_back(
+        say("no column '{}' for time{}; columns are {}", said, did_you_mean(said, known), fmt::join(shown, ", ")));
     return {};
   }
   try {

@@ -1,5 +1,7 @@
 #include "tumble/formats/csv/layout.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -197,10 +199,8 @@ void check_label(const std::vector<Column>& columns, const std::string& label, P
   if (label.empty() || std::ranges::any_of(columns, &Column::label)) return;
   std::vector<std::string> names;
   for (const Column& column : columns) names.push_back(column.name);
-  std::string list;
-  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
-  problems.push_back(
-      say("no column '{}' for segment_column{}; columns are {}", label, did_you_mean(label, names), Name{list}));
+  problems.push_back(say("no column '{}' for segment_column{}; columns are {}", label, did_you_mean(label, names),
+                         fmt::join(names, ", ")));
 }
 
 /// The columns given take the place of the file's own header; a unit that it says and they do not is a problem.

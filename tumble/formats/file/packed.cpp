@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/csv/cells.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::file {
@@ -26,6 +27,12 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// "data.zip: imu.csv" in place of the copy's name.
 std::string told_as(const PackedFile& packed) { return packed.outer + ": " + packed.name; }
 
+/// The beginning of a command to copy.
+std::string command_for(const PackedFile& packed) {
+  return "tumble inspect " + csv::shell_word(packed.outer) +
+         (packed.picked ? " --topic " + csv::shell_word(packed.name) : "");
+}
+
 /// Messages name the packed file instead of the copy.
 template <class Action>
 decltype(auto) renamed(const PackedFile& packed, Action action) {
@@ -35,7 +42,7 @@ decltype(auto) renamed(const PackedFile& packed, Action action) {
     auto problems = error.problems;
     for (auto& problem : problems) {
       problem = with_values(problem, [&](const std::string& text) {
-        return replaced(replaced(text, "tumble inspect " + packed.copy.path(), "tumble inspect " + packed.outer),
+        return replaced(replaced(text, "tumble inspect " + csv::shell_word(packed.copy.path()), command_for(packed)),
                         packed.copy.path(), told_as(packed));
       });
     }

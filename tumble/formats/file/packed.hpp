@@ -16,8 +16,9 @@ void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const s
 /// A recording that was packed in another file: read from the unpacked copy, and said to be in `outer`.
 struct PackedFile {
   const TemporaryFile& copy;
-  std::string outer;  ///< file as the user wrote it
-  std::string name;   ///< of the recording in it
+  std::string outer;    ///< file as the user wrote it
+  std::string name;     ///< of the recording in it
+  bool picked = false;  ///< --topic NAME has picked it
 };
 
 /// The copy that leave_copy() kept of this file, or null: who asked for its memory, or reads it block after block,

@@ -314,7 +314,8 @@ file::Gathered Reader::finish() {
     const Sentence why = strange.empty() ? Sentence("the file has no Y_Unit_Label for them") : in_a_row(strange, "; ");
     throw Error{Error::Kind::bad_file,
                 Problems{say("'{}': channels without a unit: {}; {}", path_, in_a_row(names, ", "), why),
-                         say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets})}};
+                         say("to copy, with units to be checked: {}",
+                             Name{"tumble inspect " + csv::shell_word(path_) + sets})}};
   }
   if (std::ranges::all_of(gathered.sources, [](const file::Source& one) { return one.values->size() == 0; }))
     throw Error{Error::Kind::bad_file, say("'{}' has no samples", path_)};

@@ -191,7 +191,7 @@ class Maker {
   Sentence skipped() const {
     if (contents_.skipped.empty()) return {};
     return say("; not read are {} (complex, sparse, a table, an object, or more than two dimensions)",
-               Name{fmt::format("{}", fmt::join(contents_.skipped, ", "))});
+               fmt::join(contents_.skipped, ", "));
   }
 
   /// The nearest: beside the array, else in the structures around it; there a time before a rate.

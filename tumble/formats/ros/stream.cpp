@@ -253,7 +253,7 @@ std::vector<Stream> choose_streams(Log& log, const ReadOptions& options, topics:
   topics::keep_columns(options.only, to.topics);
   if (to.topics.empty())
     refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"),
-                    Name{fmt::format("{}", fmt::join(channels, ", "))}));
+                    fmt::join(channels, ", ")));
   Topics wanted;
   std::vector<Stream> streams;
   for (topics::Topic& topic : to.topics) {

@@ -1,6 +1,8 @@
 // Recordings of the app Sensor Logger for Android and iOS: a folder, or a zip archive of it, with a CSV file for each
 // sensor. Columns: time [ns] since 1970, seconds_elapsed, z, y, x.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -156,12 +158,9 @@ std::vector<std::string> chosen(const std::string& path, const Source& source, c
   for (const Sensor& sensor : sensors)
     if (source.has(sensor.name)) known.emplace_back(sensor.name);
   for (const std::string& topic : options.topics) {
-    if (std::ranges::find(known, topic) == known.end()) {
-      std::string list;
-      for (const auto& one : known) list += (list.empty() ? "" : ", ") + one;
-      throw Error{Error::Kind::bad_file,
-                  say("'{}' has no sensor '{}'{}; it has {}", path, topic, did_you_mean(topic, known), Name{list})};
-    }
+    if (std::ranges::find(known, topic) == known.end())
+      throw Error{Error::Kind::bad_file, say("'{}' has no sensor '{}'{}; it has {}", path, topic,
+                                             did_you_mean(topic, known), fmt::join(known, ", "))};
     names.push_back(topic);
   }
   if (!names.empty()) return names;
@@ -305,7 +304,8 @@ Source opened(const std::string& path, Findings& findings) {
         say("'{}' is not a recording of Sensor Logger: Metadata.csv and a file such as Gyroscope.csv are expected",
             path)};
   const auto empty = leave_empty(path, source);
-  if (!source.ours()) throw Error{Error::Kind::bad_file, say("'{}' has no samples of {}", path, Name{joined(empty)})};
+  if (!source.ours())
+    throw Error{Error::Kind::bad_file, say("'{}' has no samples of {}", path, fmt::join(empty, ", "))};
   if (!empty.empty())
     findings.push_back({Finding::Severity::info, "sensors_empty", {{"sensors", joined(empty)}}, path});
   return source;
@@ -329,7 +329,7 @@ file::Gathered gather(const std::string& path, const ReadOptions& options, const
   for (std::size_t i = 0; i < data.size(); ++i)
     move_channels(data[i], names[i], static_cast<double>(data[i].begin - begin) * 1e-9, options, all);
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, say("'{}' has none of the channels {}", path, Name{joined(options.only)})};
+    throw Error{Error::Kind::bad_file, say("'{}' has none of the channels {}", path, fmt::join(options.only, ", "))};
   recording.meta[clock_start] = iso_time(begin) + "Z";
   if (ios && std::ranges::any_of(names, [](const std::string& name) { return is_force(*sensor_named(name)); }))
     recording.findings.push_back({Finding::Severity::info, "accelerations_of_ios", {}, path});

@@ -297,7 +297,8 @@ file::Gathered Reader::finish() {
       sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
     }
     problems_.push_back(say("'{}': channels without a unit: {}", path_, Name{names}));
-    problems_.push_back(say("to copy, with units to be checked: tumble inspect '{}'{}", path_, Name{sets}));
+    problems_.push_back(
+        say("to copy, with units to be checked: {}", Name{"tumble inspect " + csv::shell_word(path_) + sets}));
   }
   if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
   Recording& recording = gathered_.frame;

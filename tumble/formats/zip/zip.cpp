@@ -46,15 +46,17 @@ struct Unpacked {
   Entry entry;
   ReadOptions options;
   std::unique_ptr<file::TemporaryFile> copy;
+  bool picked;
 
   Unpacked(const std::string& path, const ReadOptions& given) : options(given) {
     entry = chosen(path, options);
+    picked = options.topics.size() < given.topics.size();
     if ((copy = file::take_copy(path, entry.name))) return;
     copy = std::make_unique<file::TemporaryFile>(entry.name, path);
     unpack(path, entry, [&](std::string_view bytes) { copy->write(bytes); });
     copy->close();
   }
-  file::PackedFile packed(const std::string& path) const { return {*copy, path, entry.name}; }
+  file::PackedFile packed(const std::string& path) const { return {*copy, path, entry.name, picked}; }
 };
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {

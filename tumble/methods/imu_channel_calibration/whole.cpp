@@ -101,12 +101,12 @@ double temperature_of(const Evidence& whole, const linear::Solution& solution) {
 }
 
 void refuse_hidden(const std::vector<linear::Problem>& problems, const linear::JointSolution& solution) {
-  std::vector<std::string> hidden;
+  Problems hidden;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const auto& dropped : solution.outputs[axis].dropped)
       if (dropped.column < per_axis)
-        hidden.push_back(fmt::format("the schedule of the whole unit does not show {}",
-                                     problems[axis].columns[dropped.column].name));
+        hidden.push_back(
+            say("the schedule of the whole unit does not show {}", Name{problems[axis].columns[dropped.column].name}));
   if (hidden.empty()) return;
   hidden.push_back("six faces show all terms of accelerometers, rates of both signs about three axes those of gyros");
   throw Error(Error::Kind::bad_data, hidden);

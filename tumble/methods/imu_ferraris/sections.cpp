@@ -209,8 +209,7 @@ struct Reader {
     if (!missing_poses.empty() || (out.gyros && !missing_turns.empty())) {
       auto missing = missing_poses;
       if (out.gyros) missing.insert(missing.end(), missing_turns.begin(), missing_turns.end());
-      const Sentence have =
-          others.empty() ? Sentence() : say("; other labels are {}", Name{fmt::format("{}", fmt::join(others, ", "))});
+      const Sentence have = others.empty() ? Sentence() : say("; other labels are {}", fmt::join(others, ", "));
       const bool none = missing_poses.size() == poses && others.empty();
       problems.push_back(
           say("no section {}{}{}", fmt::join(missing, ", "), have,

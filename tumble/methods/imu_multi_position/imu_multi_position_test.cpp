@@ -25,7 +25,7 @@ Channel& channel(Evidence& evidence, const std::string& name) {
   for (auto& recording : evidence.recordings)
     for (auto& channel : recording.channels)
       if (channel.name == name) return channel;
-  throw Error(Error::Kind::internal, name);
+  throw Error(Error::Kind::internal, say("{}", Name{name}));
 }
 
 void scale(Evidence& evidence, const std::string& name, double factor) {

@@ -12,7 +12,7 @@ const Trials& trials_of(const Method& method) {
   const auto& all = trials_catalogue();
   const auto match = std::ranges::find_if(all, [&](const auto& entry) { return entry.first == method.name; });
   if (match == all.end())
-    throw Error(Error::Kind::internal, fmt::format("there is no methods/{}/testing/trials.cpp", method.name));
+    throw Error(Error::Kind::internal, say("there is no methods/{}/testing/trials.cpp", Name{method.name}));
   return *match->second;
 }
 

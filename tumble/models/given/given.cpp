@@ -1,5 +1,7 @@
 #include "tumble/models/given/given.hpp"
 
+#include <fmt/format.h>
+
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -32,7 +34,8 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
   std::vector<std::string> missing;
   for (const auto& name : needed)
     if (!truth.has(name)) missing.push_back(name);
-  if (!missing.empty()) problems.push_back(say("{}: needs {} as well", Name{joined(given)}, Name{joined(missing)}));
+  if (!missing.empty())
+    problems.push_back(say("{}: needs {} as well", fmt::join(given, ", "), fmt::join(missing, ", ")));
 }
 
 void refuse(Problems problems) {

@@ -1,5 +1,7 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
+#include <fmt/format.h>
+
 #include "tumble/models/given/given.hpp"
 #include "tumble/units/sentence.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -35,7 +37,7 @@ void refuse_incomplete(const Settings& truth) {
   if (direct && derived) problems.push_back("give angular_momentum, or rotor_inertia and spin_rate, not both");
   if (!direct && !derived)
     problems.push_back(say("{}: needs angular_momentum, or rotor_inertia and spin_rate, as well",
-                           Name{joined(given_of(truth, quantities()))}));
+                           fmt::join(given_of(truth, quantities()), ", ")));
   if (truth.has("loop_stiffness") && truth.has("pickoff_gain"))
     problems.push_back("give loop_stiffness, or pickoff_gain and amplifier_gain, not both");
   refuse(std::move(problems));

@@ -42,8 +42,8 @@ const FaultRule* rule_in(Section& section) {
     if (*text == rule.name) return &rule;
     names.emplace_back(rule.name);
   }
-  section.problem_at("kind", say("there is no fault '{}'{}; there are {}", *text, did_you_mean(*text, names),
-                                 Name{fmt::format("{}", fmt::join(names, ", "))}));
+  section.problem_at(
+      "kind", say("there is no fault '{}'{}; there are {}", *text, did_you_mean(*text, names), fmt::join(names, ", ")));
   return nullptr;
 }
 

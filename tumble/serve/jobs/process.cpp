@@ -252,7 +252,7 @@ CodedProblems problems_of(const Outcome& outcome, const std::string& root) {
   if (!outcome.problems.empty())
     found = coded_problems_from_json(outcome.problems);
   else if (!outcome.messages.empty())
-    found.problems.emplace_back(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1));
+    found.problems.emplace_back(Sentence(outcome.messages.substr(0, outcome.messages.find_last_not_of('\n') + 1)));
   if (found.problems.empty()) found.problems.emplace_back("the program ended without a message");
   for (Problem& problem : found.problems) problem = named_from(root, problem);
   return found;

@@ -10,6 +10,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/temporary_folder.hpp"
+#include "tumble/language/said.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/routes/answers.hpp"
 #include "tumble/serve/routes/archive.hpp"
@@ -74,7 +75,9 @@ Certificate previewed(const Context& context, const HttpRequest& request) {
 /// What its author should look at, before the page is shown: all that is missing comes as one answer.
 HttpResponse preview(Context& context, const HttpRequest& request) {
   const Certificate certificate = previewed(context, request);
-  return json_response({{"notes", certificate.notes},
+  std::vector<std::string> notes;
+  for (const Sentence& note : certificate.notes) notes.push_back(in_language(language_asked(request), note));
+  return json_response({{"notes", notes},
                         {"number", certificate.details.number},
                         {"result", certificate.result_sha256},
                         {"specimen", certificate.estimate.provenance.seed.has_value()}});

@@ -133,9 +133,8 @@ void check_verbs(Checking& checking, const Segment& segment, const StationAxis& 
       checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
                        Name{axis.name}, one, Name{device.controller}));
   if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
-    checking.add(
-        fmt::format("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
-                    segment.label, axis.name, verb, device.controller));
+    checking.add(say("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
+                     segment.label, Name{axis.name}, verb, Name{device.controller}));
 }
 
 /// Where an axis stands after a motion of the plan; nothing: not known.
@@ -196,7 +195,7 @@ void check_units(Checking& checking) {
   for (const auto& [slot, serial] : units) {
     if (!contains(slots, slot))
       checking.add(say("the station has no slot '{}'{} (slots: {})", slot, did_you_mean(slot, slots),
-                       slots.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(slots, ", "))})));
+                       slots.empty() ? Sentence("none") : say("{}", fmt::join(slots, ", "))));
     if (is_blank(serial)) continue;
     const auto [other, is_new] = slot_of.emplace(serial, slot);
     if (!is_new) checking.add(say("the unit {} is in slot '{}' and in slot '{}'", Name{serial}, other->second, slot));
@@ -227,18 +226,21 @@ void check_equipment(Checking& checking) {
   if (!is_date(date)) return checking.add(say("'{}' is no date; \"2026-11-24\" is expected", date));
   if (!checking.request.accept_expired.empty()) return;
   for (const auto& expired : expired_equipment(checking.station, date))
-    checking.add(say("{}: calibrate it, or state --accept-expired REASON", Name{expired}));
+    checking.add(say("{}: calibrate it, or state --accept-expired REASON", expired));
 }
 
 }  // namespace
 }  // namespace station_file
 
-std::vector<std::string> expired_equipment(const Station& station, const std::string& date) {
-  std::vector<std::string> expired;
-  for (const auto& equipment : station.equipment)
-    if (!equipment.due.empty() && equipment.due < date)
-      expired.push_back(fmt::format("{} {}: its calibration{} was due on {}", equipment.name, equipment.serial,
-                                    equipment.certificate.empty() ? "" : " " + equipment.certificate, equipment.due));
+std::vector<Sentence> expired_equipment(const Station& station, const std::string& date) {
+  std::vector<Sentence> expired;
+  for (const auto& equipment : station.equipment) {
+    if (equipment.due.empty() || equipment.due >= date) continue;
+    const Name name{equipment.name}, serial{equipment.serial}, certificate{equipment.certificate}, due{equipment.due};
+    expired.push_back(certificate.text.empty()
+                          ? say("{} {}: its calibration was due on {}", name, serial, due)
+                          : say("{} {}: its calibration {} was due on {}", name, serial, certificate, due));
+  }
   return expired;
 }
 

@@ -76,7 +76,7 @@ struct FrameDraft {
   }
 };
 
-[[noreturn]] void refuse_value(const FrameDraft& draft, const Sentence& what, const Sentence& why) {
+[[noreturn]] void refuse_value(const FrameDraft& draft, const Name& what, const Sentence& why) {
   throw Error(Error::Kind::bad_input,
               say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
 }
@@ -155,7 +155,7 @@ void put_time_part(FrameDraft& draft, const FrameTime& part, double raw, double 
   unsigned char* const to = draft.at(part.number);
   if (!to) return;
   const auto bits = bits_for(part.number, raw);
-  if (!bits) refuse_value(draft, "time", say("{} s does not fit", time));
+  if (!bits) refuse_value(draft, Name{"time"}, say("{} s does not fit", time));
   codec::put_natural(part.number, *bits, to);
 }
 
@@ -180,10 +180,10 @@ void put_time(FrameDraft& draft, double time) {
 void put_field(FrameDraft& draft, const FrameField& field, double value) {
   const std::string& name = draft.codec.channels[field.channel].name;
   unsigned char* const to = draft.at(field.number);
-  if (!to) refuse_value(draft, name, "the frame has no room for it");
+  if (!to) refuse_value(draft, Name{name}, "the frame has no room for it");
   if (std::isnan(value) && (draft.from_base || field.number.kind != FrameNumber::Kind::real)) return;
   const auto bits = bits_for(field.number, raw_of(field, value));
-  if (!bits) refuse_value(draft, name, say("{:g} (SI) does not fit into its {} bits", value, field.number.bits));
+  if (!bits) refuse_value(draft, Name{name}, say("{:g} (SI) does not fit into its {} bits", value, field.number.bits));
   codec::put_natural(field.number, *bits, to);
 }
 
@@ -227,7 +227,8 @@ void put_content(FrameDraft& draft, const FrameContent& content, const std::vect
   for (const std::size_t number : fields) {
     const FrameField& field = draft.layout.fields[number];
     if (field.when && !make_true(draft, *field.when))
-      refuse_value(draft, draft.codec.channels[field.channel].name, "the frame cannot carry it with this counter");
+      refuse_value(draft, Name{draft.codec.channels[field.channel].name},
+                   "the frame cannot carry it with this counter");
     put_field(draft, field, content.values[field.channel]);
   }
   for (const FrameChecksum& check : draft.layout.checks) codec::put_checksum(check, draft.bytes);

@@ -31,7 +31,7 @@ struct LineDraft {
   bool keeps(const FrameNumber& number) const { return !base.empty() && !cell(number).format.given; }
 };
 
-[[noreturn]] void refuse_cell(const LineDraft& draft, const Sentence& what, const Sentence& why) {
+[[noreturn]] void refuse_cell(const LineDraft& draft, const Name& what, const Sentence& why) {
   throw Error(Error::Kind::bad_input,
               say("{}: frame '{}': {}: {}", Name{draft.codec.name}, draft.layout.name, what, why));
 }
@@ -76,7 +76,7 @@ void put_raw(LineDraft& draft, const FrameNumber& number, const std::string& wha
     return;
   }
   const auto bits = bits_for(number, raw);
-  if (!bits) refuse_cell(draft, what, say("{:g} does not fit into {} bits", raw, number.bits));
+  if (!bits) refuse_cell(draft, Name{what}, say("{:g} does not fit into {} bits", raw, number.bits));
   put_bits(draft, number, *bits);
 }
 
@@ -122,7 +122,7 @@ std::vector<const FrameField*> fields_in_base(const LineDraft& draft, const Fram
 /// A cell of fixed width with this text.
 std::string of_width(const LineDraft& draft, const std::string& text, int width) {
   if (static_cast<int>(text.size()) > width)
-    refuse_cell(draft, "'" + text + "'", fmt::format("does not fit into {} characters", width));
+    refuse_cell(draft, Name{"'" + text + "'"}, say("does not fit into {} characters", width));
   return fmt::format("{:>{}}", text, width);
 }
 

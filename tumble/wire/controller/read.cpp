@@ -33,7 +33,7 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
     if (!settings.contains(name))
       declared.draft.add(
           say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
-              known.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(known, ", "))})));
+              known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", "))));
     settings[name] = value;
   }
   return settings;

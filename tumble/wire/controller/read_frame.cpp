@@ -126,7 +126,8 @@ ControllerSaying saying_of(const toml::table& table, const char* name, Declared&
   parse_at(section, "expect", [&] { saying.expect = parse_template(text.value_or("")); });
   for (const auto& piece : saying.expect.pieces)
     if (piece.kind == ControllerPiece::Kind::number && !piece.otherwise)
-      section.problem_at("expect", say("the number '{}' needs a default, {{{}:d=1}}", piece.text, Name{piece.text}));
+      section.problem_at("expect",
+                         say("the number '{}' needs a default, {}", piece.text, Name{"{" + piece.text + ":d=1}"}));
   if (const auto* meanings = section.table("meaning"))
     for (const auto& [key, node] : *meanings)
       if (const auto meaning = tables::text_of(node)) saying.meaning[std::string(key.str())] = *meaning;
