@@ -2,13 +2,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
+
 namespace tumble {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string written(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string written(const Json& json) { return json_text(json, 1) + "\n"; }
 
 Json steps_json(const std::vector<ArchivedStep>& steps) {
   Json all = Json::array();
