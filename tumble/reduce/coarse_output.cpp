@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -72,12 +73,10 @@ double rounding_variance(double noise) {
 
 /// Noise [steps] of samples that scatter by this variance [steps^2] about the mean of their stretch.
 double noise_of(double scatter) {
-  double low = 0.0, high = std::sqrt(scatter) + 1.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (square(middle) + 1.0 / 12.0 - rounding_variance(middle) < scatter ? low : high) = middle;
-  }
-  return low;
+  constexpr int halvings = 60;  // to rounding
+  return bisected(0.0, std::sqrt(scatter) + 1.0, halvings,
+                  [&](double noise) { return square(noise) + 1.0 / 12.0 - rounding_variance(noise) < scatter; })
+      .low;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/units/constants.hpp"
@@ -98,13 +99,11 @@ double RecordLength::sd_of(std::size_t parameter, double times) const {
 }
 
 double RecordLength::times_for(std::size_t parameter, double sd) const {
-  double low = std::log(least_times), high = std::log(most_times);
+  constexpr int halvings = 14;  // of the logarithm of the times: to a thousandth
   if (sd_of(parameter, most_times) > sd) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 14; ++i) {
-    const double middle = 0.5 * (low + high);
-    (sd_of(parameter, std::exp(middle)) > sd ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
+  return std::exp(bisected(std::log(least_times), std::log(most_times), halvings, [&](double logarithm) {
+                    return sd_of(parameter, std::exp(logarithm)) > sd;
+                  }).middle());
 }
 
 }  // namespace tumble

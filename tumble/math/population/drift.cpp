@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
@@ -100,16 +101,13 @@ double first_time(const Probability& probability, double begin, double risk, dou
   constexpr int cells = 200;
   double low = 0.0;
   for (int i = 1; i <= cells; ++i) {
-    double high = longest * i / cells;
+    const double high = longest * i / cells;
     if (probability(begin + high) <= risk) {
       low = high;
       continue;
     }
-    for (int step = 0; step < 40; ++step) {
-      const double middle = 0.5 * (low + high);
-      (probability(begin + middle) > risk ? high : low) = middle;
-    }
-    return low;
+    constexpr int halvings = 40;  // to 1e-12 of a cell
+    return bisected(low, high, halvings, [&](double time) { return !(probability(begin + time) > risk); }).low;
   }
   return longest;
 }

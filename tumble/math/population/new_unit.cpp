@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
@@ -80,11 +81,8 @@ double quantile_of(const std::vector<Part>& parts, double probability) {
   double low = whole.mean, high = whole.mean, step = std::sqrt(whole.variance);
   while (below(parts, low) > probability) low -= step;
   while (below(parts, high) < probability) high += step;
-  for (int i = 0; i < 44; ++i) {  // to 1e-12 of the standard deviation
-    const double middle = 0.5 * (low + high);
-    (below(parts, middle) < probability ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  constexpr int halvings = 44;  // to 1e-12 of the standard deviation
+  return bisected(low, high, halvings, [&](double value) { return below(parts, value) < probability; }).middle();
 }
 
 /// (8.13) for one parameter, given the population.

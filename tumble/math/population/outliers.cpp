@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/square.hpp"
@@ -28,12 +29,8 @@ double robust_spread(std::span<const UnitValue> units, double mean) {
   double high = 0.0;
   for (const auto& unit : units) high = std::max(high, square(unit.value - mean));
   high *= 4.0;
-  double low = 0.0;
-  for (int step = 0; step < 100; ++step) {
-    const double between = 0.5 * (low + high);
-    (middle(between) > median_of_chi_square ? low : high) = between;
-  }
-  return high;
+  constexpr int halvings = 100;  // to rounding, for a spread of 1e-15 of the largest distance too
+  return bisected(0.0, high, halvings, [&](double t) { return middle(t) > median_of_chi_square; }).high;
 }
 
 double two_sided(double z, double freedom) {

@@ -7,6 +7,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
+#include "tumble/math/stability/model_error.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -171,14 +172,11 @@ double degrees_of_freedom(const NoiseProblem& problem, const State& state) {
 double model_error(const NoiseProblem& problem, const Active& active, const State& start) {
   const State statistical = converge(problem, active, 0.0, start);
   const double dof = degrees_of_freedom(problem, statistical);
-  if (dof < 1.0 || chi_square_tail(statistical.chi_square / dof, dof) > 1e-3) return 0.0;
-  double low = std::log(1e-5), high = std::log(3.0);
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    const State state = converge(problem, active, std::exp(middle), statistical);
-    (state.chi_square > degrees_of_freedom(problem, state) ? low : high) = middle;
-  }
-  return std::exp(high);
+  if (!has_model_error(statistical.chi_square, dof)) return 0.0;
+  return model_error_where([&](double error) {
+    const State state = converge(problem, active, error, statistical);
+    return state.chi_square > degrees_of_freedom(problem, state);
+  });
 }
 
 /// One term freely estimated beside the terms of `state` that are above zero, with the weights of `state`.

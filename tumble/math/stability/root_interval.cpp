@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
@@ -60,14 +61,12 @@ double root_interval_degrees_of_freedom(double edf, double share) {
   // interval, so that a little more than one such sd is added.
   share = std::clamp(share + 1.3 * (1.0 - share) * std::sqrt(2.0 / edf), 1e-3, 1.0);
   const double factor = interval_factor(edf, share);
-  if (factor <= student_quantile(0.975, most)) return std::numeric_limits<double>::infinity();
-  if (factor >= student_quantile(0.975, 1.0)) return 1.0;
-  double low = 0.0, high = std::log(most);
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (student_quantile(0.975, std::exp(middle)) > factor ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
+  if (factor <= student_quantile(two_sided_95, most)) return std::numeric_limits<double>::infinity();
+  if (factor >= student_quantile(two_sided_95, 1.0)) return 1.0;
+  constexpr int halvings = 40;  // to 1e-11 of the degrees of freedom
+  return std::exp(bisected(0.0, std::log(most), halvings, [&](double logarithm) {
+                    return student_quantile(two_sided_95, std::exp(logarithm)) > factor;
+                  }).middle());
 }
 
 }  // namespace tumble

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/constants.hpp"
@@ -247,14 +248,14 @@ Crossing crossing_of(const std::vector<double>& frequency, const std::vector<dou
     const double chord = (y1 - y0) / h;
     const double m0 = std::clamp(k > 0 ? slope(k - 1, k + 1) : chord, 3.0 * chord, 0.0);
     const double m1 = std::clamp(k + 2 < frequency.size() ? slope(k, k + 2) : chord, 3.0 * chord, 0.0);
-    double low = 0.0, high = 1.0;
-    for (int step = 0; step < 60; ++step) {
-      const double s = 0.5 * (low + high), t = 1.0 - s;
-      const double y =
-          y0 * (1.0 + 2.0 * s) * t * t + h * m0 * s * t * t + y1 * s * s * (3.0 - 2.0 * s) - h * m1 * s * s * t;
-      (y > level ? low : high) = s;
-    }
-    const double cubic = std::exp(x0 + h * low), straight = std::exp(x0 + (level - y0) / chord);
+    constexpr int halvings = 60;  // to rounding
+    const auto is_above = [&](double s) {
+      const double t = 1.0 - s;
+      return y0 * (1.0 + 2.0 * s) * t * t + h * m0 * s * t * t + y1 * s * s * (3.0 - 2.0 * s) - h * m1 * s * s * t >
+             level;
+    };
+    const double cubic = std::exp(x0 + h * bisected(0.0, 1.0, halvings, is_above).low),
+                 straight = std::exp(x0 + (level - y0) / chord);
     return {true, cubic, std::abs(cubic - straight) / std::sqrt(3.0)};
   }
   return {};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -43,13 +44,11 @@ double scatter_of(const std::vector<const Group*>& groups) {
     return sum;
   };
   if (!(excess(0.0) > 0.0)) return 0.0;
-  double low = 0.0, high = 1e-20;
-  while (excess(high) > 0.0 && high < 1e6) high *= 4.0;
-  for (int step = 0; step < 100; ++step) {
-    const double middle = 0.5 * (low + high);
-    (excess(middle) > 0.0 ? low : high) = middle;
-  }
-  return high;
+  constexpr double least = 1e-20, most = 1e6;  // [rad^2] or of a logarithm: beneath any noise; beyond any response
+  constexpr int halvings = 100;                // to rounding
+  double high = least;
+  while (excess(high) > 0.0 && high < most) high *= 4.0;
+  return bisected(0.0, high, halvings, [&](double scatter) { return excess(scatter) > 0.0; }).high;
 }
 
 /// Whether a group scatters by more than all the others [over 1]: one in ten thousand does by chance, their scatter

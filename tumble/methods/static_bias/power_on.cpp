@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
@@ -107,7 +109,7 @@ std::vector<NoiseHypothesis> noise_hypotheses(const std::vector<Blocks>& power_u
 }
 
 double half_width(const std::vector<NoiseHypothesis>& hypotheses, std::size_t power_up, double freedom) {
-  double low = 0.0, high = 0.0;
+  double high = 0.0;
   for (const NoiseHypothesis& hypothesis : hypotheses)
     high = std::max(high, 2.0 * std::sqrt(hypothesis.variances[power_up]));
   const auto outside = [&](double width) {
@@ -116,11 +118,9 @@ double half_width(const std::vector<NoiseHypothesis>& hypotheses, std::size_t po
       sum += hypothesis.weight * std::erfc(width / std::sqrt(2.0 * hypothesis.variances[power_up]));
     return sum;
   };
-  for (int step = 0; step < 100; ++step) {
-    const double middle = 0.5 * (low + high);
-    (outside(middle) > 0.05 ? low : high) = middle;
-  }
-  return high * student_quantile(0.975, std::max(1.0, freedom)) / normal_quantile;
+  constexpr int halvings = 100;  // to rounding
+  high = bisected(0.0, high, halvings, [&](double width) { return outside(width) > missed_by_95; }).high;
+  return high * student_quantile(two_sided_95, std::max(1.0, freedom)) / normal_quantile;
 }
 
 }  // namespace tumble::static_bias

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/excess.hpp"
 #include "tumble/math/normal.hpp"
@@ -50,20 +51,16 @@ double chance_below(const BandData& data, const Matrix& x, std::span<const doubl
 
 /// Degrees of freedom of the Student factor at which 5 % of intervals miss.
 double freedom_for(const std::function<double(double)>& missed) {
-  constexpr double most = 1e4;
-  const double normal = student_quantile(0.975, most);
-  double low = normal, high = student_quantile(0.975, 1.0);
-  if (missed(low) <= 0.05) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    (missed(middle) > 0.05 ? low : high) = middle;
-  }
-  double few = 0.0, many = std::log(most);
-  for (int i = 0; i < 20; ++i) {
-    const double middle = 0.5 * (few + many);
-    (student_quantile(0.975, std::exp(middle)) > high ? few : many) = middle;
-  }
-  return std::exp(0.5 * (few + many));
+  constexpr double most = 1e4;                                      // more are as good as infinity: 1.9602 for 1.9600
+  constexpr int halvings_of_factor = 12, halvings_of_freedom = 20;  // to 0.003 of 12.7; to 1e-5 of the freedom
+  const double normal = student_quantile(two_sided_95, most);
+  if (missed(normal) <= missed_by_95) return std::numeric_limits<double>::infinity();
+  const double factor = bisected(normal, student_quantile(two_sided_95, 1.0), halvings_of_factor, [&](double t) {
+                          return missed(t) > missed_by_95;
+                        }).high;
+  return std::exp(bisected(0.0, std::log(most), halvings_of_freedom, [&](double logarithm) {
+                    return student_quantile(two_sided_95, std::exp(logarithm)) > factor;
+                  }).middle());
 }
 
 /// What dependence adds to the variance of the score. Of all covariances only those of near scales are counted: where
@@ -177,19 +174,17 @@ double interval_freedom(const BandData& data, const Matrix& x, const std::vector
 double time_freedom(double sd) {
   return freedom_for([&](double t) {
     // Greatest share of the truth whose interval ends below it, and least whose interval starts above it.
-    double low = 1e-3, high = 1.0;
-    for (int i = 0; i < 30; ++i) {
-      const double share = 0.5 * (low + high);
-      (share + t * sd * std::pow(share, 1.5) < 1.0 ? low : high) = share;
-    }
+    constexpr double least_share = 1e-3;  // of the truth; a time so short is no estimate of it
+    constexpr int halvings = 30;          // to 1e-9
+    const double low = bisected(least_share, 1.0, halvings, [&](double share) {
+                         return share + t * sd * std::pow(share, 1.5) < 1.0;
+                       }).low;
     const double starts = 4.0 / (9.0 * t * t * sd * sd);  // share - t sd share^1.5 is greatest here
     double above = 0.0;
     if (starts > 1.0 && starts - t * sd * std::pow(starts, 1.5) > 1.0) {
-      double least = 1.0, most = starts;
-      for (int i = 0; i < 30; ++i) {
-        const double share = 0.5 * (least + most);
-        (share - t * sd * std::pow(share, 1.5) < 1.0 ? least : most) = share;
-      }
+      const double most = bisected(1.0, starts, halvings, [&](double share) {
+                            return share - t * sd * std::pow(share, 1.5) < 1.0;
+                          }).high;
       above = normal_below(-std::log(most) / sd);
     }
     return normal_below(std::log(low) / sd) + above;
@@ -211,16 +206,16 @@ double upper_limit(const BandData& data, const Matrix& others, std::span<const d
     return fit_by_scoring(data, others, ramp, start, scaled(c, column)).minus_twice_log_likelihood -
            free.minus_twice_log_likelihood;
   };
-  double low = value, high = value + 1.645 * sd;
-  for (int i = 0; i < 30 && rise(high) < 2.71; ++i) {
+  constexpr double rise_at_limit = 2.71;  // chi-square with one degree of freedom: the square of 1.645
+  constexpr double widening = 1.5;        // of the interval, until the limit lies within it
+  constexpr int most_widenings = 30;      // to 2e5 of the first; without a limit there the last is returned
+  constexpr int halvings = 8;             // to 1/256 of the last widening
+  double low = value, high = value + normal_one_sided_95 * sd;
+  for (int i = 0; i < most_widenings && rise(high) < rise_at_limit; ++i) {
     low = high;
-    high = value + 1.5 * (high - value);
+    high = value + widening * (high - value);
   }
-  for (int i = 0; i < 8; ++i) {
-    const double middle = 0.5 * (low + high);
-    (rise(middle) < 2.71 ? low : high) = middle;
-  }
-  return high;
+  return bisected(low, high, halvings, [&](double c) { return rise(c) < rise_at_limit; }).high;
 }
 
 }  // namespace tumble::noise_likelihood
