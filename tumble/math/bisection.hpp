@@ -5,7 +5,7 @@ namespace tumble {
 /// An interval [of a position] about the place where an answer changes.
 struct Bisected {
   double low, high;
-  double middle() const { return 0.5 * (low + high); }
+  double middle() const { return 0.5 * (low + high); }  ///< [of a position]
 };
 
 /// Place between `low` and `high` [of a position] where an answer changes from true to false, by halving.

@@ -11,6 +11,8 @@
 namespace tumble {
 namespace {
 
+constexpr int most_waves = 300;  ///< of the series: its rest is 1/(2 pi^2 300), 2e-4 of the step squared, without noise
+
 /// Values of the stretches at rest.
 struct Values {
   std::set<double> all;   ///< different ones
@@ -64,7 +66,7 @@ double common_step(const Values& values) {
 /// Variance of a mean by rounding, in squares of the step, where the noise is `noise` steps.
 double rounding_variance(double noise) {
   double sum = 0.0;
-  for (int k = 1; k <= 300; ++k) {
+  for (int k = 1; k <= most_waves; ++k) {
     const double root = two_pi * k;
     sum += 2.0 / square(root) * std::exp(-square(root * noise));
   }

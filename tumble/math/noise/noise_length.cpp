@@ -16,6 +16,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double highest_of_long = 0.25;  ///< [1/longest block] where the bands of a longer record begin
+
 constexpr double least_times = 1e-3, most_times = 1e5;
 constexpr double step = 1.1;  ///< of the frequencies that a longer record adds
 
@@ -40,7 +42,7 @@ std::vector<NoiseBand> lengthened(const std::vector<NoiseBand>& from, double lon
     if (band.radix == 0) unit = band.unit;
     bands.push_back(band);
   }
-  for (double high = 0.25 / longest; high > lowest; high /= step) {
+  for (double high = highest_of_long / longest; high > lowest; high /= step) {
     const double low = std::max(lowest, high / step);
     NoiseBand band = low_band(0.5 * (low + high), unit, unit / (longest * times));
     band.count = (high - low) * 2.0 * longest * times;

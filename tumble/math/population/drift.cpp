@@ -14,6 +14,8 @@
 namespace tumble {
 namespace {
 
+constexpr double largest_step_sd = 3.0;  ///< [sd] of both visits, by which a walk may have gone farther than they show
+
 void require_visits(const UnitHistory& history) {
   Problems problems;
   double last = 0.0;
@@ -84,7 +86,8 @@ double largest_walk(std::span<const UnitHistory> histories) {
     for (std::size_t i = 1; i < history.visits.size(); ++i) {
       const auto &a = history.visits[i - 1], &b = history.visits[i];
       if (b.time > a.time)
-        most = std::max(most, (std::abs(b.value - a.value) + 3.0 * (a.sd + b.sd)) / std::sqrt(b.time - a.time));
+        most = std::max(most,
+                        (std::abs(b.value - a.value) + largest_step_sd * (a.sd + b.sd)) / std::sqrt(b.time - a.time));
     }
   return 3.0 * most;
 }

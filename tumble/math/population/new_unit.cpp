@@ -10,6 +10,7 @@
 #include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/normal.hpp"
+#include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -94,7 +95,7 @@ Part posterior(const Possible& one, const UnitValue& unit) {
 }  // namespace
 
 UnitInPopulation unit_in_population(std::span<const UnitValue> units, const UnitValue& unit) {
-  if (units.size() < 5)
+  if (units.size() < fewest_units)
     throw Error(Error::Kind::bad_data,
                 say("a population of {} units says too little of a new one: at least five are needed", units.size()));
   if (!std::isfinite(unit.value) || !(unit.sd > 0.0) || !std::isfinite(unit.sd))

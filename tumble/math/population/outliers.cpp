@@ -9,12 +9,15 @@
 
 #include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr int most_passes_of_outliers = 8;  ///< where units go in and out, the last decides
 
 /// t with median (y - mean)^2/(t + u^2) = 0.4549, the median of chi-square with one degree of freedom: half of the
 /// units may be of another population.
@@ -128,7 +131,7 @@ double p_of_permutations(std::span<const UnitValue> units, std::vector<std::size
 }  // namespace
 
 OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discovery) {
-  if (units.size() < 5)
+  if (units.size() < fewest_units)
     throw Error(Error::Kind::bad_data, say("{} units: at least 5 units are needed to detect outliers", units.size()));
   static_cast<void>(spread_of_units(units));  // its problems
   OutlierUnits out;
@@ -143,7 +146,7 @@ OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discov
     out.z[i] = (units[i].value - mean) / std::sqrt(t + square(units[i].sd) + 1.0 / weight);
     out.p[i] = two_sided(out.z[i], static_cast<double>(units.size()) - 2.0);
   }
-  for (int pass = 0; pass < 8; ++pass) {
+  for (int pass = 0; pass < most_passes_of_outliers; ++pass) {
     const auto before = out.outlier;
     out.outlier = marked(out.p, false_discovery);
     const auto kept = without(units, out.outlier);

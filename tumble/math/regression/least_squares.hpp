@@ -57,6 +57,8 @@ LeastSquaresFit generalised_least_squares(const Matrix& design, const std::vecto
 /// Quantile [1] of Student's t and of chi-square; degrees_of_freedom [1] may be infinite. probability in (0, 1).
 double student_quantile(double probability, double degrees_of_freedom);
 double chi_square_quantile(double probability, double degrees_of_freedom);
+/// Probabilities [1] below what sound data exceed once in 100, in 1000 and in 10 000 tests.
+constexpr double exceeded_in_100 = 0.99, exceeded_in_1000 = 0.999, exceeded_in_10000 = 0.9999;
 
 /// Standard uncertainty to state with a standard deviation `sd` [u] estimated with few degrees of freedom nu: such that
 /// sd +- t_0.975(nu) times it holds the true value 95 % of the time although sd is skewed (chi). Close to

@@ -13,6 +13,10 @@
 namespace tumble::allan_noise {
 namespace {
 
+/// Power of an ordinate over that of the noise, from which on it may be a line: exceeded with p = e^-16 = 1e-7 and
+/// e^-25 = 1e-11. A line of many periods is tried at more frequencies.
+constexpr double power_of_few_periods = 16.0, power_of_many_periods = 25.0, many_periods = 100.0;
+
 constexpr double fewest_periods = 5.0, least_power = 12.0, most_unsteady = 0.3, clear_wander = 4.0;
 constexpr int most_rounds = 6;
 constexpr std::size_t most_at_once = 8;
@@ -53,7 +57,8 @@ std::vector<SpectralLine> slow_peaks(const NoiseBands& bands, const std::vector<
   std::vector<SpectralLine> peaks;
   for (std::size_t i = 0; i < ordinates.size(); ++i) {
     const double periods = ordinates[i].frequency * record, one = ratio(i);
-    if (periods < fewest_periods || one < (periods < 100.0 ? 16.0 : 25.0)) continue;
+    if (periods < fewest_periods || one < (periods < many_periods ? power_of_few_periods : power_of_many_periods))
+      continue;
     bool highest = true;
     for (std::size_t j = i - std::min<std::size_t>(i, 4); j <= std::min(i + 4, ordinates.size() - 1); ++j)
       highest = highest && ratio(j) <= one;

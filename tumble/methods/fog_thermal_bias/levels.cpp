@@ -10,6 +10,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double greatest_level_condition = 1e6;  ///< of the polynomial in the levels: beyond it they are too few
+
 /// Independent contrasts between the levels that the polynomial does not explain, with their known variances.
 struct Contrasts {
   std::vector<double> values, variances;
@@ -63,7 +65,7 @@ LevelFit fit_levels(const std::vector<RunLevel>& levels, const std::vector<doubl
   }
   const auto unit = inverses(column_norms(polynomial));
   const Matrix scaled_polynomial = scaled_columns(polynomial, unit);
-  if (condition(scaled_polynomial) > 1e6) return out;
+  if (condition(scaled_polynomial) > greatest_level_condition) return out;
   const Matrix known = diagonal(own) + sandwich(regressors, covariance);
   const Contrasts contrasts = contrasts_of(polynomial, values, known);
   out.turn_on_variance = known_turn_on >= 0.0 ? known_turn_on : restricted_variance(contrasts);

@@ -15,6 +15,8 @@ namespace {
 using imu::letters;
 using imu::role_of;
 
+constexpr double even_within = 0.1;  ///< [1] of the mean, that the input of an even segment stays within
+
 /// |w|^2 + |dw/dt| below which a lever of 1 m gives less than 0.1 mg.
 constexpr double least_turning = 1e-3;
 constexpr std::size_t instants = 24;  ///< in a segment that moves
@@ -60,7 +62,7 @@ void look_at(const PowerUp& power_up, const Stretch& stretch, Look& look) {
   force = 1.0 / static_cast<double>(count) * force;
   const auto even = [&](Vector3 Felt::*field, Vector3 mean) {
     return std::ranges::all_of(std::span(all).first(count),
-                               [&](const Felt& felt) { return norm(felt.*field - mean) <= 0.1 * norm(mean); });
+                               [&](const Felt& felt) { return norm(felt.*field - mean) <= even_within * norm(mean); });
   };
   look.even_rate.push_back(even(&Felt::rate, rate));
   look.even_force.push_back(even(&Felt::specific_force, force));

@@ -15,6 +15,8 @@
 namespace tumble::static_bias {
 namespace {
 
+constexpr double least_exponent = -2.0, greatest_exponent = 5.1, exponent_step = 0.5;  ///< decimal, of the ratios below
+
 constexpr double blocks_wanted = 100.0;
 constexpr double normal_quantile = 1.959963984540054;  ///< at 0.975
 
@@ -56,7 +58,8 @@ Fitted fitted(const std::vector<Blocks>& power_ups, const NoiseModel& noise) {
 /// Ratio of a variance of the mean to that of white noise, from a hundredth to a hundred thousand.
 std::vector<double> ratios() {
   std::vector<double> out;
-  for (double exponent = -2.0; exponent < 5.1; exponent += 0.5) out.push_back(std::pow(10.0, exponent));
+  for (double exponent = least_exponent; exponent < greatest_exponent; exponent += exponent_step)
+    out.push_back(std::pow(10.0, exponent));
   return out;
 }
 

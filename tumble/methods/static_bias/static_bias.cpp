@@ -8,6 +8,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_covariance.hpp"
@@ -292,7 +293,7 @@ void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double
     return;
   }
   const double infinity = std::numeric_limits<double>::infinity();
-  const double sd = within.half_width / student_quantile(0.975, infinity);
+  const double sd = within.half_width / student_quantile(two_sided_95, infinity);
   builder.add("bias", "b", mean - along, infinity, sd * sd, "constant output at power-on");
   builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
 }

@@ -83,6 +83,12 @@ struct SegmentSummary {
   double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
 };
 
+/// Whether two segments have one input: within 10 ug, and within 2e-4 deg/h.
+inline bool is_same_input(const Felt& a, const Felt& b) {
+  constexpr double same_force = 1e-4, same_rate = 1e-9;  // [m/s^2], [rad/s]
+  return norm(a.specific_force - b.specific_force) < same_force && norm(a.rate - b.rate) < same_rate;
+}
+
 struct Solution {
   std::vector<Term> columns;          ///< those used, in the order of MixedFit::parameters
   std::vector<std::string> channels;  ///< of each column: the role of its output

@@ -41,7 +41,10 @@ struct SearchRange {
   double longest = INFINITY;  ///< correlation time [samples]
 
   /// Whether a correlation time [samples] lies at one end, where the likelihood may still rise beyond.
-  bool at_bound(double time) const { return time < 1.02 * shortest_time || time > 0.98 * longest; }
+  bool at_bound(double time) const {
+    constexpr double at_end = 0.02;  // the tolerance of the search
+    return time < (1.0 + at_end) * shortest_time || time > (1.0 - at_end) * longest;
+  }
 };
 
 /// The likelihood with the correlation times and the filter at their best, searched from those of `terms` (within a

@@ -16,6 +16,9 @@
 namespace tumble::noise_likelihood {
 namespace {
 
+constexpr double least_band_share = 1e-6;   ///< [1] of a band as fitted, for coefficients that would make it negative
+constexpr double least_start_share = 1e-3;  ///< [1] of a band as fitted, from which the search for a limit starts
+
 /// A weighted design with columns of length 1.
 struct Weighted {
   std::vector<double> weight, scale;
@@ -35,7 +38,7 @@ Weighted weighted(const BandData& data, const Matrix& x, std::span<const double>
 double chance_below(const BandData& data, const Matrix& x, std::span<const double> fitted, std::size_t which,
                     double estimate, double c, double widening) {
   auto s = scaled_sum(fitted, c - estimate, column(x, which));
-  for (std::size_t b = 0; b < s.size(); ++b) s[b] = std::max(s[b], 1e-6 * fitted[b]);
+  for (std::size_t b = 0; b < s.size(); ++b) s[b] = std::max(s[b], least_band_share * fitted[b]);
   const auto [weight, scale, unit] = weighted(data, x, s);
   std::vector<double> chosen(x.columns);
   chosen[which] = scale[which];
@@ -44,7 +47,7 @@ double chance_below(const BandData& data, const Matrix& x, std::span<const doubl
   const auto gain = scaled(weight, unit * row);
   double third = 0.0;
   for (std::size_t b = 0; b < s.size(); ++b) third += 8.0 * std::pow(gain[b] * s[b], 3) / std::pow(data.count[b], 2);
-  const double skew = third / (sd * sd * sd), edf = 8.0 / std::max(skew * skew, 1e-6);
+  const double skew = third / (sd * sd * sd), edf = freedom_of_skewness(skew);
   const double off = (estimate - c) / (widening * sd * std::sqrt(0.5 * edf));
   return skew > 0.0 ? 1.0 - chi_square_tail(1.0 + off, edf) : chi_square_tail(1.0 - off, edf);
 }
@@ -202,7 +205,7 @@ double upper_limit(const BandData& data, const Matrix& others, std::span<const d
                    const ScoringFit& free, double value, double sd) {
   const auto rise = [&](double c) {
     auto start = scaled_sum(free.s, c - value, column);
-    for (std::size_t b = 0; b < start.size(); ++b) start[b] = std::max(start[b], 1e-3 * free.s[b]);
+    for (std::size_t b = 0; b < start.size(); ++b) start[b] = std::max(start[b], least_start_share * free.s[b]);
     return fit_by_scoring(data, others, ramp, start, scaled(c, column)).minus_twice_log_likelihood -
            free.minus_twice_log_likelihood;
   };
