@@ -9,6 +9,8 @@ namespace tumble {
 constexpr double sd_of_median_size = 1.4826;
 /// Probability [1] below the upper end of an interval that holds 95 % and misses equally often on both sides.
 constexpr double two_sided_95 = 0.975;
+/// Probability [1] below the lower end of that interval.
+constexpr double below_two_sided_95 = 0.025;
 /// Probability [1] below an upper limit that holds 95 %.
 constexpr double one_sided_95 = 0.95;
 /// Probability [1] that an interval of 95 % misses.

@@ -235,7 +235,7 @@ TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseL
 /// The set that was chosen, at parameters found to the last digit that matters.
 void refine_chosen(const BandData& data, const SearchRange& range, TermSelection& selection) {
   TriedTerms& chosen = selection.all[selection.chosen];
-  chosen = best_parameters(data, chosen, range, 2e-3);
+  chosen = best_parameters(data, chosen, range, fine);
 }
 
 /// The sets of terms where each range of frequencies has this relative error, whose counts `data` receives.
@@ -251,7 +251,7 @@ TermSelection chosen_beside(const std::vector<double>& count, double error, cons
     const auto best = std::ranges::min_element(selection.other_aicc);
     if (!first || best == selection.other_aicc.end() || *best > selection.aicc[selection.chosen]) return selection;
     const auto& better = selection.other_filters[static_cast<std::size_t>(best - selection.other_aicc.begin())];
-    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, 2e-3);
+    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, fine);
   }
 }
 

@@ -117,7 +117,7 @@ UnitInPopulation unit_in_population(std::span<const UnitValue> units, const Unit
   }
   const auto whole = moments(posteriors);
   out.value = whole.mean, out.sd = std::sqrt(whole.variance);
-  out.lower = quantile_of(posteriors, 0.025), out.upper = quantile_of(posteriors, 0.975);
+  out.lower = quantile_of(posteriors, below_two_sided_95), out.upper = quantile_of(posteriors, two_sided_95);
   return out;
 }
 

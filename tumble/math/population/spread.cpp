@@ -16,8 +16,7 @@ namespace {
 
 constexpr double least_spread = 1e-18;  ///< [1] of the largest, squared: where Newton's steps begin
 constexpr int most_steps_of_spread = 200;
-constexpr double last_growth = 1e-14;         ///< [1] rounding
-constexpr double below_two_sided_95 = 0.025;  ///< probability [1] below the lower end of an interval of 95 %
+constexpr double last_growth = 1e-14;  ///< [1] rounding
 
 /// A spread that is larger than any the data allow [u].
 double largest_spread(std::span<const UnitValue> units) {

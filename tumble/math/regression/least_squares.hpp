@@ -7,6 +7,10 @@
 
 namespace tumble {
 
+/// Condition of columns of unit length, beyond which their weakest combination is not estimated: a relative error of 1e-6 in
+/// the inputs moves it by its size.
+constexpr double weakest_combination = 1e6;
+
 /// A parameter combination the data do not show: a unit null vector of the scaled design.
 struct Unobservable {
   std::vector<double> direction;  ///< one entry a parameter, of the columns scaled to unit norm
@@ -19,7 +23,7 @@ struct LeastSquaresOptions {
   std::vector<double> prior_sd;    ///< empty, or one a parameter; +inf: no prior. Random effects are columns with one
   bool known_sigma = false;        ///< true: the observations are whitened to unit variance; false: s^2 estimated
   bool robust = false;             ///< Huber, k = 1.345, scale by MAD, leverage-corrected
-  double condition_limit = 1e6;    ///< above: the weakest combination is unobservable and not estimated
+  double condition_limit = weakest_combination;  ///< above: the weakest combination is unobservable and not estimated
 };
 
 struct LeastSquaresFit {

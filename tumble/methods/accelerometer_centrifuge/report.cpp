@@ -216,7 +216,8 @@ void remove_constant_terms(const linear::Solution& first, linear::Problem& probl
     std::erase_if(problem.columns,
                   [&](const Term& term) { return std::ranges::find(names, term.name) != names.end(); });
   };
-  const double enough = 0.05 * standard_gravity;
+  constexpr double least_range = 0.05;  // [g] of a component across, with which its terms are distinguished
+  const double enough = least_range * standard_gravity;
   if (high.y - low.y < enough) remove(along_p);
   if (high.z - low.z < enough) remove(along_o);
 }

@@ -20,6 +20,9 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double tau_of_sine =
+    0.371;  ///< [periods] where a sine lifts the deviation most: tan x = 2 x with x = pi f tau
+
 std::string shown(double value_si, const std::string& unit) {
   return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
 }
@@ -342,9 +345,8 @@ void add_departure(const ChannelNoise& channel, Findings& findings) {
     findings.push_back(
         {Severity::warning, change > 0.0 ? "noise_above_terms" : "noise_below_terms", values, channel.label});
   } else {
-    // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
     values.emplace_back("tau", tau, "s");
-    values.emplace_back("frequency", 0.371 / tau, "Hz");
+    values.emplace_back("frequency", tau_of_sine / tau, "Hz");
     findings.push_back(
         {Severity::warning, change > 0.0 ? "deviation_above_terms" : "deviation_below_terms", values, channel.label});
   }

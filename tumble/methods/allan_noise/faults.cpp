@@ -14,6 +14,9 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// Differences over independent ones: those of white means are correlated with the next, and two thirds of them count.
+constexpr double correlated_differences = 1.5;
+
 /// Differences on each side, that their mean square is compared with: F with fewer degrees of freedom says nothing.
 constexpr double fewest_compared = 3.0;
 constexpr double least_freedom_of_jump = 3.0;  ///< of Student's t, which has a variance from there on
@@ -127,8 +130,7 @@ Settling settling_of(const Means& means) {
   }
   if (count[0] < fewest_compared || count[1] < fewest_compared || !(sum[1] > 0.0)) return {};
   const double ratio = sum[0] / count[0] / (sum[1] / count[1]);
-  // Differences of white means are correlated with the next: two thirds of them count.
-  const boost::math::fisher_f distribution(count[0] / 1.5, count[1] / 1.5);
+  const boost::math::fisher_f distribution(count[0] / correlated_differences, count[1] / correlated_differences);
   return {ratio, boost::math::cdf(boost::math::complement(distribution, ratio))};
 }
 

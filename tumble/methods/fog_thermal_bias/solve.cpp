@@ -13,6 +13,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double most_coarse = 5000.0;  ///< averages for the search of the noise; the solution uses all
+
 constexpr double other_start = 2.0;  ///< [K] from which on two runs start at two temperatures
 
 constexpr double least_temperature_change = 1e-3;   ///< [K] less is the rounding of readings
@@ -249,7 +251,7 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   auto factorised = model;
   factorised.insert(factorised.end(), departures.begin(), departures.end());
   // The noise is slow: a few thousand averages determine it as well as all, and its terms hold at any interval.
-  const double coarse = interval * std::ceil(averages_in(answer.runs) / 5000.0);
+  const double coarse = interval * std::ceil(averages_in(answer.runs) / most_coarse);
   const auto coarse_runs = coarse > interval ? run_data(evidence, terms, lag, coarse) : std::vector<RunData>{};
   const auto& noise_runs = coarse > interval ? coarse_runs : answer.runs;
   const Likelihood likelihood(noise_runs, factorised, coarse);

@@ -19,6 +19,8 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double inside_range = 1.02;  ///< ratio of the ends to the frequencies that are evaluated
+
 constexpr int most_decades = 20;
 /// Multiples of a sample of the output that are tried for a whole number of samples of the reference, and [1] of that
 /// number, within which it is whole.
@@ -151,7 +153,7 @@ void measure(const Part& part, const Scaling& scaling, const Settings& settings,
   if (!prepare(part, output, reference, points.findings)) return;
   const Range range = range_of(part, reference, output.rate, scaling, settings, points);
   const int per_decade = settings.integer("points_per_decade");
-  const auto frequencies = frequencies_between(range.low * 1.02, range.high / 1.02, per_decade);
+  const auto frequencies = frequencies_between(range.low * inside_range, range.high / inside_range, per_decade);
   const double late = output.time.front() - reference.time.front();
   std::vector<double> weak;
   double least = 1.0;

@@ -15,6 +15,8 @@ namespace {
 using imu::letters;
 using imu::role_of;
 
+constexpr double greatest_condition = 1e4;  ///< axes known to 1e-4: a weaker combination is made of their errors
+
 constexpr double even_within = 0.1;  ///< [1] of the mean, that the input of an even segment stays within
 
 /// |w|^2 + |dw/dt| below which a lever of 1 m gives less than 0.1 mg.
@@ -105,7 +107,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   problem.scale = reading.scale;
   problem.pulse = reading.pulse;
   problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
-  problem.condition_limit = 1e4;
+  problem.condition_limit = greatest_condition;
   problem.even_averages = true;
   linear::set_options(settings, problem, imu::prefix_of(kind));
   return problem;

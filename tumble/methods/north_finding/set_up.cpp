@@ -13,6 +13,9 @@
 namespace tumble::north_finding {
 namespace {
 
+constexpr double greatest_condition =
+    1e3;  ///< of tilts and biases: a weaker combination is made of errors of the angles
+
 constexpr double turning_apart =
     1e-6;  ///< [rad/s] between the rates of positions, from which on they show a bias by rate
 constexpr double greatest_tilt = 0.75;  ///< square of its sine: 60 deg
@@ -49,7 +52,7 @@ Level level_of(const Bench& bench, const Instrument& instrument, Findings& findi
   for (std::size_t k = 2; k < design.columns; ++k) preference.push_back(k);
   preference.push_back(1);
   const auto dropped = unobservable_columns(design, std::vector<double>(design.rows, 1.0),
-                                            std::vector<double>(design.columns, 1.0), preference, 1e3);
+                                            std::vector<double>(design.columns, 1.0), preference, greatest_condition);
   const auto observable = [&](std::size_t column) {
     return std::ranges::find(dropped, column, &Dropped::column) == dropped.end();
   };

@@ -24,6 +24,9 @@ namespace {
 using linear::SegmentSummary;
 using linear::Solution;
 
+constexpr double same_output_sd = 10.0,
+                 same_output = 1e-6;  ///< [sd], and [1] of the output, within which two segments show the same
+
 constexpr double same_angle = 1e-6;    ///< [rad] within which two angles of a plan are one
 constexpr double rare_fault = 0.5e-4;  ///< p-value on each side, of the best of all attempts
 constexpr double least_factor =
@@ -271,7 +274,7 @@ double significant_factor(std::size_t attempts, std::size_t freedom) {
 
 /// The label of another segment that shows the same output; empty: there is none.
 std::string repeated_output(const Solution& solution, const SegmentSummary& segment, double rms) {
-  const double limit = 10.0 * (rms + segment.sd) + 1e-6 * std::abs(segment.measured);
+  const double limit = same_output_sd * (rms + segment.sd) + same_output * std::abs(segment.measured);
   for (const auto& other : solution.segments)
     if (&other != &segment && std::abs(other.measured - segment.measured) < limit) return other.label;
   return "";

@@ -19,6 +19,8 @@ namespace {
 
 using linear::Solution;
 
+constexpr double most_of_span = 0.95;  ///< [1] of the range of the segments, by which a sample jumps that overflows
+
 constexpr double shows_slope = 1e-6;            ///< [1] of the squares: level positions alone show no slope
 constexpr double fewest_of_line = 3.0;          ///< positions
 constexpr int most_bits = 32, fewest_bits = 7;  ///< of a register of counts; half the modulus fits as well
@@ -142,7 +144,7 @@ std::size_t overflown_samples(const Channel& channel, double begin, double end, 
 void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
                             Problems& problems) {
   const Channel& channel = require_channel(evidence, recording, "accelerometer");
-  const double least = 0.95 * span_of(channel);
+  const double least = most_of_span * span_of(channel);
   for (const auto& used : used_of(recording, channel, solution)) {
     double modulus = 0.0;
     const auto bad = overflown_samples(channel, used.begin, used.end, least, modulus);

@@ -9,6 +9,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/models/model.hpp"
 
@@ -55,10 +56,10 @@ struct Problem {
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
   /// In [phrase]: what to add to the test so that it can.
   Phrase advice{"distinguish_by_other_segments"};
-  double condition_limit = 1e6;  ///< beyond, the weakest combination is not used
-  double settling = 0.0;         ///< [s] skipped after the rig has settled in each segment
-  double averaging = 1.0;        ///< [s] of a block
-  bool needs_site = true;        ///< without the Earth's rate and gravity the input is wrong
+  double condition_limit = weakest_combination;  ///< beyond, the weakest combination is not used
+  double settling = 0.0;                         ///< [s] skipped after the rig has settled in each segment
+  double averaging = 1.0;                        ///< [s] of a block
+  bool needs_site = true;                        ///< without the Earth's rate and gravity the input is wrong
   /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
   /// many whole turns as it holds. The counted pulses of a move give its angle, independent of its course.
   bool whole_moves = false;
@@ -82,6 +83,9 @@ struct SegmentSummary {
   double predicted = 0.0;  ///< input and model
   double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
 };
+
+/// Condition limit of a test that moves: its axes are known to 1e-3 only, and a weaker combination is made of their errors.
+constexpr double weakest_in_motion = 1e3;
 
 /// Whether two segments have one input: within 10 ug, and within 2e-4 deg/h.
 inline bool is_same_input(const Felt& a, const Felt& b) {

@@ -7,6 +7,7 @@
 
 #include "tumble/clocks/clock.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::vibration {

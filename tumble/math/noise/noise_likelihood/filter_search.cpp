@@ -82,7 +82,7 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
   for (TriedTerms& one : best) {
     // Another bandwidth of the grid's spacing mends half the distance to no filter at most.
     if (one.fit.c.empty() || one.value() - least > 0.5 * (before.value() - least)) continue;
-    one = best_parameters(data, one, range, 2e-3);
+    one = best_parameters(data, one, range, fine);
     const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
     if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
   }
@@ -93,7 +93,7 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
 
 bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
   if (!filter.given()) return false;
-  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, 2e-3);
+  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, fine);
   return true;
 }
 

@@ -146,7 +146,7 @@ bool add_process(const BandData& data, const SearchRange& range, TriedTerms& bef
   if (tries.empty()) return false;
   TriedTerms best = likeliest(data, before, range.ramp, tries);
   if (before.value() - best.value() < 1.0) return false;
-  best = best_parameters(data, best, range, 2e-3);
+  best = best_parameters(data, best, range, fine);
   const bool helps = before.value() - best.value() > process_fall;
   if (helps) before = std::move(best);
   return helps;

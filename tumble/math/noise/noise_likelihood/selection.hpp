@@ -10,6 +10,7 @@
 namespace tumble::noise_likelihood {
 
 constexpr std::size_t power_laws = power_law_terms.size();
+constexpr double fine = 2e-3;          ///< tolerance of logarithms of the result: 0.2 % of a time or bandwidth
 constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
 
