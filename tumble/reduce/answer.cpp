@@ -213,9 +213,8 @@ void append_parameter(Estimate& estimate, Parameter parameter, const std::string
   append(estimate, part);
 }
 
-Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings) {
+Estimate finished(Estimate estimate, std::string method, const Findings& findings) {
   estimate.method = std::move(method);
-  estimate.title = std::move(title);
   estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
   return estimate;
 }

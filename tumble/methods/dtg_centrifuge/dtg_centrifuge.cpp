@@ -288,7 +288,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.7, "lines");
   Estimate estimate;
   estimate.method = "dtg_centrifuge";
-  estimate.title = evidence.plan.title;
   estimate.findings = test.findings;
   measured = screened(std::move(measured), test, fourier, estimate.findings);
   add_missing_rests(test, fourier, estimate.findings);

@@ -318,7 +318,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.curves = {residuals_curve(line)};
   estimate.models = {model_of(estimate, solution, line)};
   estimate.method = "gyro_scale_factor";
-  estimate.title = evidence.plan.title;
   report(progress, 1.0, "done");
   return std::move(answer.estimate);
 }
@@ -334,7 +333,6 @@ Estimate predict(const Plan& plan) {
   propagate(solution, answer);
   answer.estimate.findings = solution.findings;
   answer.estimate.method = "gyro_scale_factor";
-  answer.estimate.title = plan.title;
   return std::move(answer.estimate);
 }
 

@@ -12,9 +12,9 @@ namespace tumble::north_finding {
 namespace {
 
 constexpr double least_row = 1e-18, least_of_known = 1e-10;  ///< [1] of the slopes, rounding; [1] of all variances
-constexpr double most_condition = 1e10;    ///< of the azimuth with its columns, beyond which nothing is determined
-constexpr double azimuth_settled = 1e-13;  ///< [rad] rounding
-constexpr double longest_turn = 0.5;       ///< [rad] of a step, over which the sine is nearly a line
+constexpr double most_condition = 1e10;       ///< of the azimuth with its columns, beyond which nothing is determined
+constexpr double azimuth_settled = 1e-13;     ///< [rad] rounding
+constexpr double longest_azimuth_step = 0.5;  ///< [rad] of a step, over which the sine is nearly a line
 
 /// Effects of one source, each by one standard deviation of its own.
 struct Source {
@@ -254,7 +254,7 @@ Solution solve(const Bench& bench, const Instrument& instrument, const Setup& se
       fill(bench, noise, system, estimator, out);
       return out;
     }
-    const double share = std::min(1.0, longest_turn / std::max(turn, 1e-300));
+    const double share = std::min(1.0, longest_azimuth_step / std::max(turn, 1e-300));
     for (std::size_t k = 0; k < setup.free.size(); ++k) out.state[setup.free[k]] += share * change[k];
   }
 }

@@ -391,7 +391,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   finish(runs, subtracted, builder);
   builder.estimate.models = {model_of(builder.estimate, kind, runs.size(), evidence.plan.settings)};
   builder.estimate.method = "static_bias";
-  builder.estimate.title = evidence.plan.title;
   report(progress, 1.0, "bias");
   return std::move(builder.estimate);
 }
