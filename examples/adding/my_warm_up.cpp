@@ -222,7 +222,7 @@ Estimate identify(const Evidence& evidence, const Progress&) {
   const auto blocks = blocks_of(test, settings.number("averaging"));
   const Solution solution = solve(test, blocks);
   require_transient(solution);
-  return finished(answer(solution, blocks), "my_warm_up", test.findings);
+  return finished(answer(solution, blocks), test.findings);
 }
 
 }  // namespace

@@ -235,7 +235,7 @@ Estimate answer_of(const Evidence& evidence, Normalised fit, double centre) {
   const double radius = supposed_radius(evidence);
   if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
   accelerometer::describe_dropped(fit, "both_senses_and_a_tumble_show_more");
-  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
+  Estimate estimate = linear::answer_of(fit.solution, "g", {"i", "p", "o"});
   for (auto& parameter : estimate.parameters) {
     if (parameter.name == "centre_offset") {
       parameter.symbol = "e";

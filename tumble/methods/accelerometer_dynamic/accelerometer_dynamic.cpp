@@ -60,7 +60,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::answer_of(solution, "accelerometer_dynamic", "g", {"i", "p", "o"}, "deg/s");
+  Estimate estimate = linear::answer_of(solution, "g", {"i", "p", "o"}, "deg/s");
   if (find_parameter(estimate, "C_O") || find_parameter(estimate, "C_IP"))
     estimate.findings.push_back({Finding::Severity::info, "lever_arm_in_C_O_and_C_IP", {}});
   if (settings.number("tilt") == 0.0)

@@ -218,7 +218,6 @@ std::size_t order_of(const Settings& settings, const Bench& bench) {
 
 Estimate described(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured) {
   Estimate estimate;
-  estimate.method = "accelerometer_four_position";
   const bool over = bench.group_temperature.size() > 1, two = reduced.active.size() == 2;
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const double from = over ? std::clamp(settings.number("report_temperature"), low, high) : low;

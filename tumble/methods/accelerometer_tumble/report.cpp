@@ -194,7 +194,7 @@ Estimate answer_of(const Evidence& evidence, Normalised fit) {
   const bool measured = !evidence.recordings.empty();
   if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
   accelerometer::describe_dropped(fit, "seven_positions_show_all");
-  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_tumble", "g", {"i", "p", "o"});
+  Estimate estimate = linear::answer_of(fit.solution, "g", {"i", "p", "o"});
   withhold_aliases(fit, estimate);
   for (auto& finding : accelerometer::about_labels(evidence.plan)) estimate.findings.push_back(std::move(finding));
   if (measured) accelerometer::add_faults(evidence, fit, estimate);

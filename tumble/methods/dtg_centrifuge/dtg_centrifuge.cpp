@@ -287,7 +287,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   parallel_for(measured.size(), [&](std::size_t i) { measured[i] = measure(test, test.levels[i], instruments); });
   report(progress, 0.7, "lines");
   Estimate estimate;
-  estimate.method = "dtg_centrifuge";
   estimate.findings = test.findings;
   measured = screened(std::move(measured), test, fourier, estimate.findings);
   add_missing_rests(test, fourier, estimate.findings);

@@ -151,7 +151,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_common(means, settings, data.scaling.relative, sources);
   if (data.from_rig) findings.push_back({Finding::Severity::info, "reference_from_rig", {}});
   report(progress, 1.0, "done");
-  return finished(describe(means, data, sources), "frequency_response", findings);
+  return finished(describe(means, data, sources), findings);
 }
 
 }  // namespace

@@ -317,7 +317,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.tables = {residuals_table(line)};
   estimate.curves = {residuals_curve(line)};
   estimate.models = {model_of(estimate, solution, line)};
-  estimate.method = "gyro_scale_factor";
   report(progress, 1.0, "done");
   return std::move(answer.estimate);
 }
@@ -332,7 +331,6 @@ Estimate predict(const Plan& plan) {
   Answer answer = answer_of(solution, Unit());
   propagate(solution, answer);
   answer.estimate.findings = solution.findings;
-  answer.estimate.method = "gyro_scale_factor";
   return std::move(answer.estimate);
 }
 

@@ -151,7 +151,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Means means = means_of(plan, data);
   const Calibration calibration = calibrated(means);
   Estimate estimate;
-  estimate.method = "imu_ferraris";
   estimate.findings = faults(plan, means, calibration, data);
   for (auto& finding : data.findings) estimate.findings.push_back(std::move(finding));
   const auto known = gravity_of(plan);

@@ -306,7 +306,6 @@ void add_surroundings(const Fit& fit, const Surroundings& surroundings, Findings
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
                   const Surroundings& surroundings) {
   Estimate estimate;
-  estimate.method = "imu_multi_position";
   const auto all = entries_of(sessions, fit);
   add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, estimate);
   estimate.fit.observations = fit.observations;

@@ -186,7 +186,6 @@ ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
 
 Estimate described(const Bench& bench, const Reduction& reduction, const Reduction* nominal, bool predicted) {
   Estimate estimate;
-  estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
   for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})

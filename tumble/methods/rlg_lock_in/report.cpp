@@ -105,7 +105,6 @@ void compare(const Walk& walk, const LockIn& lock, double lock_sd, const Setting
 
 Estimate estimate_of(const Answer& answer, const Settings& settings) {
   Estimate estimate;
-  estimate.method = "rlg_lock_in";
   estimate.findings = answer.findings;
   const double K = answer.band ? answer.band->scale_factor : settings.number("scale_factor");
   const bool locked = answer.band && answer.band->lock_in_rate > 0.0;

@@ -44,7 +44,6 @@ double freedom_of(const MixedFit& fit, std::size_t index) {
 Estimate estimate_from(const std::vector<double>& values, const std::vector<double>& freedom,
                        const std::vector<ErrorLine>& lines) {
   Estimate estimate;
-  estimate.method = "rlg_north_finder";
   for (std::size_t p = 0; p < count; ++p) {
     const Wanted& parameter = wanted()[p];
     estimate.parameters.push_back(

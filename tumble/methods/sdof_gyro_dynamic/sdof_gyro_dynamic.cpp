@@ -62,7 +62,7 @@ void add_findings(const Settings& settings, Estimate& estimate) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::answer_of(solution, "sdof_gyro_dynamic", "deg/h", {"I", "O", "S"}, "deg/s");
+  Estimate estimate = linear::answer_of(solution, "deg/h", {"I", "O", "S"}, "deg/s");
   add_findings(settings, estimate);
   return estimate;
 }

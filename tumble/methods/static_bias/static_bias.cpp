@@ -390,7 +390,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_scatter(runs, noise, builder);
   finish(runs, subtracted, builder);
   builder.estimate.models = {model_of(builder.estimate, kind, runs.size(), evidence.plan.settings)};
-  builder.estimate.method = "static_bias";
   report(progress, 1.0, "bias");
   return std::move(builder.estimate);
 }

@@ -172,11 +172,11 @@ Vector3 without_rounding(Vector3 mean);
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
 
-/// The solution as an estimate, with the method's name, the error model, the table `positions` and, of an
+/// The solution as an estimate, with the error model, the table `positions` and, of an
 /// identification, a warning where the segments differ from the model by 30 times what the white noise within them lets
 /// expect: a wrong scale factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound instrument
 /// stays within ten times.)
-Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
-                   const std::vector<std::string>& axes, const std::string& rate_unit = "");
+Estimate answer_of(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                   const std::string& rate_unit = "");
 
 }  // namespace tumble::linear

@@ -210,10 +210,9 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
                   solution.segments, columns);
 }
 
-Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
-                   const std::vector<std::string>& axes, const std::string& rate_unit) {
+Estimate answer_of(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                   const std::string& rate_unit) {
   Estimate estimate = estimate_of(solution);
-  estimate.method = method;
   estimate.tables.push_back(positions(solution, channel_unit, axes, rate_unit));
   OutputModel model = output_model(estimate, solution.output.role, solution.output.shows, channel_unit,
                                    {solution.columns, solution.least, solution.greatest});
