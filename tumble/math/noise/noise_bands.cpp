@@ -16,8 +16,8 @@ namespace {
 
 using Fft = Eigen::FFT<double>;
 
-constexpr std::size_t values_transformed = 64,
-                      greatest_prime = 31;  ///< longer runs are cut to products of small primes
+/// Longer runs are cut to products of small primes.
+constexpr std::size_t values_transformed = 64, greatest_prime = 31;
 
 constexpr std::size_t single_ordinates = 32;
 constexpr double band_width = 0.03;  ///< relative

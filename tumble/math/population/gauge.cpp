@@ -16,8 +16,8 @@
 namespace tumble {
 namespace {
 
-constexpr double of_categories =
-    1.41;  ///< sqrt(2) as rounded by AIAG, Measurement Systems Analysis: number of distinct categories
+/// Sqrt(2) as rounded by AIAG, Measurement Systems Analysis: number of distinct categories.
+constexpr double of_categories = 1.41;
 
 void require_complete(const GaugeStudy& study) {
   Problems problems;

@@ -11,8 +11,8 @@
 namespace tumble {
 namespace {
 
-constexpr double least_of_largest = 1e-18,
-                 added_to_unit = 1e-9;  ///< [1] of the largest variance; of each: rows without noise
+/// [1] of the largest variance; of each: rows without noise.
+constexpr double least_of_largest = 1e-18, added_to_unit = 1e-9;
 
 constexpr double same_column = 1e-7;  ///< share of a column that the others do not explain: it is rounding
 

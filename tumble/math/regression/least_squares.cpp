@@ -15,8 +15,8 @@
 namespace tumble {
 namespace {
 
-constexpr double named_weight = 0.05,
-                 weight_of_one = 0.005;  ///< [1] of the largest, that is named; within which it is 1
+/// [1] of the largest, that is named; within which it is 1.
+constexpr double named_weight = 0.05, weight_of_one = 0.005;
 constexpr double huber = 1.345;  ///< [sd] Huber's k: 95 % efficiency for normal residuals (Holland and Welsch, 1977)
 constexpr int rounds_of_weights = 50;
 constexpr double last_change_of_weights = 1e-8;

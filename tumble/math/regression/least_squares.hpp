@@ -7,8 +7,8 @@
 
 namespace tumble {
 
-/// Condition of columns of unit length, beyond which their weakest combination is not estimated: a relative error of 1e-6 in
-/// the inputs moves it by its size.
+/// Condition of columns of unit length, beyond which their weakest combination is not estimated: a relative error of
+/// 1e-6 in the inputs moves it by its size.
 constexpr double weakest_combination = 1e6;
 
 /// A parameter combination the data do not show: a unit null vector of the scaled design.

@@ -16,15 +16,15 @@ namespace {
 
 constexpr std::size_t lowest_of_start = 8;  ///< ordinates, whose mean is the white noise where the search begins
 constexpr double start_share = 0.3, least_start = 1e-12;  ///< [1] of that mean; at least of the unit power
-constexpr double first_damping = 1e-3, least_damping_of_step = 1e-6,
-                 most_damping_of_step = 1e6;                               ///< of Levenberg and Marquardt
+/// Of Levenberg and Marquardt.
+constexpr double first_damping = 1e-3, least_damping_of_step = 1e-6, most_damping_of_step = 1e6;
 constexpr double least_curvature_of_step = 1e-6, curvature_floor = 1e-12;  ///< of a part that has no effect
 constexpr double longest_log_step = 3.0;                                   ///< a factor of 20
 constexpr int rounds_of_fit = 100;
 constexpr double least_slow = 1e-14;  ///< [unit power] of the slow part
 constexpr double last_fall_of_cost = 1e-7;
-constexpr double slow_fall =
-    7.0;  ///< of -2 ln L by slow noise: chi-square of one degree of freedom exceeds it with p = 0.8 %
+/// Of -2 ln L by slow noise: chi-square of one degree of freedom exceeds it with p = 0.8 %.
+constexpr double slow_fall = 7.0;
 constexpr std::size_t correlated_ordinates = 40;  ///< the lowest, of which correlations are estimated
 constexpr double least_white_sd = 0.3;            ///< [sd] of the white density, that its value counts as at least
 

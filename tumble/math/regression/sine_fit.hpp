@@ -9,7 +9,8 @@
 
 namespace tumble {
 
-/// Variance of the logarithm of an amplitude, from which on a tone is below the noise: the sd is a fifth of the amplitude.
+/// Variance of the logarithm of an amplitude, from which on a tone is below the noise: the sd is a fifth of the
+/// amplitude.
 constexpr double tone_below_noise = 0.04;
 /// [1/span] between a line and another frequency, from which on they disturb each other little. Chosen: beyond the main
 /// lobe, which ends at 1.

@@ -9,8 +9,8 @@
 namespace tumble {
 namespace {
 
-constexpr double least_determinant = 1e-12,
-                 same_step = 1e-6;  ///< of a window in units of itself; [steps] of even readings
+/// Of a window in units of itself; [steps] of even readings.
+constexpr double least_determinant = 1e-12, same_step = 1e-6;
 
 constexpr double many = 1000.0;  ///< samples in a window, from which on sums over all samples before are faster
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();

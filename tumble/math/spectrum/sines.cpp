@@ -15,14 +15,15 @@ using Complex = std::complex<double>;
 constexpr int rounds_of_summit = 20;
 constexpr double summit_within = 1e-9;     ///< [1/record] of the frequency
 constexpr std::size_t least_blocks = 256;  ///< of a record, so that a block is not longer than what changes within it
-constexpr double cycles_of_fade = 4.0,
-                 most_of_fade = 0.5;        ///< of a sine at the ends of its support; [1] of the support
+/// Of a sine at the ends of its support; [1] of the support.
+constexpr double cycles_of_fade = 4.0, most_of_fade = 0.5;
 constexpr int rounds_of_all = 6;            ///< of all sines, each beside the others
 constexpr double settled_sd = 1e-3;         ///< [sd] of amplitude and phase, by which the last round changes them
 constexpr double least_sd_of_sine = 1e-12;  ///< [1] of the amplitude, without noise
 /// The noise about a sine: within the band of a block, and up to a quarter of the frequency.
 constexpr double of_block_band = 0.125, of_frequency = 0.25;
-/// Parts of the record, in which a sine is looked at: of four cycles and more, up to eight; with a quarter of their samples.
+/// Parts of the record, in which a sine is looked at: of four cycles and more, up to eight; with a quarter of their
+/// samples.
 constexpr double cycles_of_part = 4.0, most_parts = 8.0, least_of_part = 0.25, fewest_parts = 3.0;
 
 constexpr std::size_t lanes = 4, longest_block = 256;

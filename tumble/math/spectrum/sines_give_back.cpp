@@ -9,8 +9,8 @@ namespace tumble {
 
 namespace {
 
-constexpr double least_power =
-    0.05;  ///< [1] of a band, that remains beside the sines at least: a greater factor is no estimate
+/// [1] of a band, that remains beside the sines at least: a greater factor is no estimate.
+constexpr double least_power = 0.05;
 constexpr double least_count = 0.3;  ///< degrees of freedom of a band that is used
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace tumble {
 namespace {
 
-constexpr double eigenvalue_rounding = 1e-14,
-                 eigenvalue_within = 1e-4;  ///< [1] of the bound; of the distance to the next
+/// [1] of the bound; of the distance to the next.
+constexpr double eigenvalue_rounding = 1e-14, eigenvalue_within = 1e-4;
 
 /// Symmetric: diagonal d_0 ... d_{N-1}, beside it e_1 ... e_{N-1} (e_0 is zero).
 struct Tridiagonal {

@@ -19,8 +19,8 @@
 namespace tumble {
 namespace {
 
-constexpr double least_rest = 1e-14,
-                 least_edf = 3.0;  ///< [1] of a diagonal element: rounding; a sd of the correlation needs more than 2
+/// [1] of a diagonal element: rounding; a sd of the correlation needs more than 2.
+constexpr double least_rest = 1e-14, least_edf = 3.0;
 
 constexpr std::size_t draws = 4000;
 

@@ -12,8 +12,8 @@
 namespace tumble {
 namespace {
 
-constexpr double steepest = -1.5, type_of_steepest = 1.5,
-                 slope_over = 1.4;  ///< growth of white phase noise; its type; ratio of times
+/// Growth of white phase noise; its type; ratio of times.
+constexpr double steepest = -1.5, type_of_steepest = 1.5, slope_over = 1.4;
 
 constexpr std::size_t memory = 2 * StreamingAllan::exact_to;  // increments that the longest term of a stage spans
 constexpr std::size_t increments_at_once = 2 * memory;        // increments worked through at a time

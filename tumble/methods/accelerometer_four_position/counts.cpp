@@ -24,8 +24,8 @@ constexpr double back_within = 0.02;
 constexpr double least_count_of_register = 0.3;
 /// [1] of the expected count, within which a count of the other sign is a head that is turned over.
 constexpr double turned_over_within = 0.1;
-constexpr std::size_t least_part_of_windows =
-    10;  ///< one window in so many must show the overflow: a head in motion has few
+/// One window in so many must show the overflow: a head in motion has few.
+constexpr std::size_t least_part_of_windows = 10;
 
 /// [s] from each stamp to the next; the last as the median.
 std::vector<double> intervals_of(const Channel& channel) {

@@ -17,10 +17,11 @@ namespace {
 using accelerometer::Normalised;
 using linear::Solution;
 
-/// [1] of the specific force: an axis that feels more is used, and in a plane of two axes the third feels less than this
-/// part of it: 0.06 deg across.
+/// [1] of the specific force: an axis that feels more is used, and in a plane of two axes the third feels less than
+/// this part of it: 0.06 deg across.
 constexpr double felt_share = 0.1, across_share = 1e-3;
-/// [1] of a term that is not identified: where more of it is explained by none of the others, its meaning is not stated.
+/// [1] of a term that is not identified: where more of it is explained by none of the others, its meaning is not
+/// stated.
 constexpr double most_unexplained = 0.2;
 constexpr double opposite_within = 0.02;  ///< [rad] 1 deg: two mounts are opposite
 

@@ -20,8 +20,8 @@ namespace {
 
 using Severity = Finding::Severity;
 
-constexpr double tau_of_sine =
-    0.371;  ///< [periods] where a sine lifts the deviation most: tan x = 2 x with x = pi f tau
+/// [periods] where a sine lifts the deviation most: tan x = 2 x with x = pi f tau.
+constexpr double tau_of_sine = 0.371;
 
 std::string shown(double value_si, const std::string& unit) {
   return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);

@@ -20,8 +20,8 @@ constexpr double correlated_differences = 1.5;
 /// Differences on each side, that their mean square is compared with: F with fewer degrees of freedom says nothing.
 constexpr double fewest_compared = 3.0;
 constexpr double least_freedom_of_jump = 3.0;  ///< of Student's t, which has a variance from there on
-/// Length of the record over the time of an exponential [1]: the slowest that is tried takes half of the record. A slower
-/// one is a ramp.
+/// Length of the record over the time of an exponential [1]: the slowest that is tried takes half of the record. A
+/// slower one is a ramp.
 constexpr double least_share = 1.5;
 
 constexpr double rare = 1e-5;           ///< p-value of one comparison

@@ -43,7 +43,8 @@ std::size_t samples_of(std::size_t scale) {
 void join(const Outlier& event, std::vector<Outlier>& events) {
   if (!events.empty()) {
     Outlier& last = events.back();
-    // Of what rings only crests are far; one may be missed: a period, up to means_of_period of the means that show it best.
+    // Of what rings only crests are far; one may be missed: a period, up to means_of_period of the means that show it
+    // best.
     const std::size_t length = event.end - event.begin;
     const std::size_t reach =
         std::max<std::size_t>({2, last.end - last.begin, event.broad ? means_of_period * length : length});

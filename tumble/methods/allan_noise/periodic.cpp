@@ -13,8 +13,8 @@
 namespace tumble::allan_noise {
 namespace {
 
-/// [1] of the amplitude of a sine, from which on a line about it is the broader one; records in which noise makes one sine
-/// with the power that a sine must have.
+/// [1] of the amplitude of a sine, from which on a line about it is the broader one; records in which noise makes one
+/// sine with the power that a sine must have.
 constexpr double broader_amplitude = 0.5, records_of_false_line = 1e4;
 
 /// Power of an ordinate over that of the noise, from which on it may be a line: exceeded with p = e^-16 = 1e-7 and

@@ -17,8 +17,8 @@
 namespace tumble::allan_noise {
 namespace {
 
-/// Mean square of the temperature over that of its steps. Below it the temperature scatters from average to average, and
-/// an effect of it would be found in noise.
+/// Mean square of the temperature over that of its steps. Below it the temperature scatters from average to average,
+/// and an effect of it would be found in noise.
 constexpr double least_smoothness = 30.0;
 
 constexpr std::size_t most_averages = 64, fewest_averages = 16;

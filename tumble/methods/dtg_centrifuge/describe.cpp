@@ -23,9 +23,10 @@ namespace {
 
 using Severity = Finding::Severity;
 
-constexpr double significant_size =
-    3.0;  ///< [sd] below it the size of a level is not significant: noise makes sizes, too
-/// [1] of the variance within power-ups, that the variance between them must exceed: a smaller one is not distinguished.
+/// [sd] below it the size of a level is not significant: noise makes sizes, too.
+constexpr double significant_size = 3.0;
+/// [1] of the variance within power-ups, that the variance between them must exceed: a smaller one is not
+/// distinguished.
 constexpr double least_between = 0.05;
 
 Group group_of(const Quantities& quantities) {

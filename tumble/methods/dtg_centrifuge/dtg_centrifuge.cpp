@@ -25,8 +25,8 @@ constexpr double lag_settled = 1e-3;  ///< [sd] of a change of the lag, after wh
 /// [sd] from which on a lag or a sensitivity that the levels show contradicts what is stated: p = 6e-7.
 constexpr double contradicts = 5.0;
 constexpr double least_lag = 1e-5;  ///< [s] chosen: far less than the lag of any loop
-constexpr double least_true_rate =
-    1e-3;  ///< [1] of a line, that the rate which remains in it must reach to be a finding
+/// [1] of a line, that the rate which remains in it must reach to be a finding.
+constexpr double least_true_rate = 1e-3;
 
 std::vector<Role> roles() {
   return {{"gyro", "deg/h", true, "output X of the gyro under test"},

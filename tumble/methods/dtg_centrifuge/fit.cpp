@@ -14,8 +14,8 @@ namespace {
 
 constexpr double no_noise = 1e-20;  ///< [1] of the mean square of the parts, below which their variance is rounding
 constexpr double variance_added = 1e-9;  ///< [1] of each variance: levels without noise do not make the matrix singular
-constexpr double variance_of_rounding =
-    1e-26;                            ///< [1] of the squares: below it a variance is the rounding of the levels
+/// [1] of the squares: below it a variance is the rounding of the levels.
+constexpr double variance_of_rounding = 1e-26;
 constexpr double other_force = 1.02;  ///< ratio of two specific forces, from which on they are two levels
 
 Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {

@@ -24,8 +24,8 @@ constexpr int rounds_of_rates = 8;
 constexpr double angle_settled = 1e-6;  ///< [rad] of the whole stretch, by which the rates change in the last round
 /// [1] of the time that a crest takes in a coarse output: half more, where the output ends a step below it.
 constexpr double crest_share = 1.5;
-constexpr double clipped_share =
-    0.01;  ///< [1] of the samples at the extremes. Chosen: less moves a line by less than 1e-3
+/// [1] of the samples at the extremes. Chosen: less moves a line by less than 1e-3.
+constexpr double clipped_share = 0.01;
 
 constexpr std::size_t parts = 16;
 constexpr std::size_t chunk = 4096;

@@ -14,14 +14,14 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
-constexpr double reference_rounding =
-    1e-26;  ///< [1] of the square of a line of the reference, below which scatter is rounding
-/// [1] and [rad] of the relation between gyro and reference. Without other evidence the relation counts as known to this;
-/// beyond it the relation is a finding, and contradicts no statement.
+/// [1] of the square of a line of the reference, below which scatter is rounding.
+constexpr double reference_rounding = 1e-26;
+/// [1] and [rad] of the relation between gyro and reference. Without other evidence the relation counts as known to
+/// this; beyond it the relation is a finding, and contradicts no statement.
 constexpr double poorly_known = 0.1;
-constexpr double other_axis = 0.25 * pi,
-                 other_direction = 0.75 * pi;  ///< [rad] nearer to another axis than to the stated
-constexpr double differs_sd = 5.0;             ///< [sd] beyond the greatest error: p = 6e-7
+/// [rad] nearer to another axis than to the stated.
+constexpr double other_axis = 0.25 * pi, other_direction = 0.75 * pi;
+constexpr double differs_sd = 5.0;  ///< [sd] beyond the greatest error: p = 6e-7
 /// Least eigenvalue of the columns of unit length, with which rates and specific force of the levels are distinguished.
 constexpr double weakest_of_levels = 1e-8;
 

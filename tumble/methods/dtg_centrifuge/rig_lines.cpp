@@ -12,8 +12,8 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
-/// Added to the diagonal of a column of unit size [1]: to all against rounding, and to the other lines so that what they
-/// share with a line of the estimator belongs to the estimator's.
+/// Added to the diagonal of a column of unit size [1]: to all against rounding, and to the other lines so that what
+/// they share with a line of the estimator belongs to the estimator's.
 constexpr double against_rounding = 1e-12, to_other_lines = 1e-6;
 
 constexpr std::size_t points = 192;

@@ -19,8 +19,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
-/// [1] of the samples and of the readings that an average needs: half of the samples; of the readings what is missing at
-/// one end of an interval.
+/// [1] of the samples and of the readings that an average needs: half of the samples; of the readings what is missing
+/// at one end of an interval.
 constexpr double least_samples = 0.5, least_readings = 0.9;
 
 double mean_of(const Slice& s, double until, const std::string& what) {

@@ -11,10 +11,10 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
-constexpr double follows_share =
-    0.95;  ///< [1] of the squares of one input that others explain: 5 % remain for its term
-/// Condition of the columns of unit length. At 30 an uncertainty is up to 30 times that of the term by itself; at 1000 a
-/// thousandth of model error moves the terms by their size.
+/// [1] of the squares of one input that others explain: 5 % remain for its term.
+constexpr double follows_share = 0.95;
+/// Condition of the columns of unit length. At 30 an uncertainty is up to 30 times that of the term by itself; at 1000
+/// a thousandth of model error moves the terms by their size.
 constexpr double correlated = 30.0, nearly_dependent = 1e3;
 constexpr double widened = 1.3;  ///< chi-square over its degrees of freedom, from which on uncertainties are 14 % wider
 

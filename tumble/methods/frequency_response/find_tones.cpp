@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::size_t fewest_of_block = 16;  ///< samples, in which a frequency is estimated
 constexpr double pause_swing = 0.05;         ///< [1] of the greatest swing, below which a block is a pause
-/// [1/length of a block] and [1], by which blocks of one tone differ in frequency: the estimate is good to a few tenths.
+/// [1/length of a block] and [1], by which blocks of one tone differ in frequency: the estimate is good to a few
+/// tenths.
 constexpr double steady_bins = 0.3, steady_share = 2e-3;
 /// [1] of the steps from block to block, that go one way in a sweep: of 99 random steps more do with p = 2e-5.
 constexpr std::size_t sweep_of_ten = 7;

@@ -16,13 +16,13 @@ namespace {
 
 using Complex = std::complex<double>;
 using Vector = std::vector<double>;
-constexpr double least_damping = 1e-4,
-                 greatest_damping = 50.0;  ///< ratios of a loop of second order that are looked for
+/// Ratios of a loop of second order that are looked for.
+constexpr double least_damping = 1e-4, greatest_damping = 50.0;
 /// Frequencies from which the search starts: from `first_start` of the lowest to `last_start` of the highest point.
 constexpr double first_start = 0.3, last_start = 10.0, ratio_of_starts = 1.25;
 constexpr int most_rounds_of_fit = 100;
-constexpr double least_step_share =
-    1e-6;                           ///< [1] of a step: if so short a one raises the cost, the cost is at rounding
+/// [1] of a step: if so short a one raises the cost, the cost is at rounding.
+constexpr double least_step_share = 1e-6;
 constexpr double last_step = 1e-7;  ///< [sd of one point] of the residuals, by which the last step changes them
 constexpr double least_freedom_of_loop = 4.0;  ///< with which a point can be judged by the others
 

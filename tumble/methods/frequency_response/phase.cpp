@@ -14,8 +14,8 @@ namespace {
 
 using Severity = Finding::Severity;
 
-constexpr double few_freedom = 2.5,
-                 variance_of_few = 5.0;         ///< nu below which nu/(nu - 2) is no size, and its value there
+/// Nu below which nu/(nu - 2) is no size, and its value there.
+constexpr double few_freedom = 2.5, variance_of_few = 5.0;
 constexpr double least_phase_variance = 1e-18;  ///< [rad^2] rounding
 constexpr double nearly_reversed = 0.75 * pi;   ///< [rad] of one point alone, beyond which half a turn may be wrong
 constexpr double most_lead = 0.5 * pi, most_delay = 3.0 * pi;  ///< [rad] at the lowest frequency

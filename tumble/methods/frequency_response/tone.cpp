@@ -17,9 +17,9 @@ using vibration::sinc;
 
 /// Settling where none is stated: a tenth of the tone or two cycles, at most half of the tone.
 constexpr double settling_share = 0.1, settling_cycles = 2.0, most_settling = 0.5;
-constexpr std::size_t fewest_after_settling = 12,
-                      fewest_of_tone = 16;  ///< samples, more than the coefficients of a fit
-constexpr double highest_harmonic = 0.48;   ///< [1] of the sampling rate: below the half, where sine and cosine are one
+/// Samples, more than the coefficients of a fit.
+constexpr std::size_t fewest_after_settling = 12, fewest_of_tone = 16;
+constexpr double highest_harmonic = 0.48;  ///< [1] of the sampling rate: below the half, where sine and cosine are one
 /// [1] of the planned frequency, and [1/span], by which the frequency differs from the plan.
 constexpr double other_frequency = 0.02, other_frequency_bins = 2.0;
 constexpr double least_third = 0.005;        ///< [1] of the fundamental: of a tone that is cut by 2.6 %
@@ -28,10 +28,10 @@ constexpr double reference_noise = 0.01;     ///< variance of the logarithm of i
 constexpr double most_cycles_sd = 0.02;      ///< [cycles] over the tone, 0.06 rad at the ends
 /// Variance of the logarithm of the output's amplitude, above which its own frequency is not looked for: sd 5 %.
 constexpr double noise_for_frequency = 0.0025;
-constexpr double least_cycles_apart = 0.02,
-                 frequency_apart_sd = 5.0;  ///< [cycles] over the tone, and [sd] that clocks differ by
-constexpr double least_loss = 1e-3,
-                 loss_sd = 3.0;  ///< [1] of the amplitude by flat tops; and its sd, below which noise hides it
+/// [cycles] over the tone, and [sd] that clocks differ by.
+constexpr double least_cycles_apart = 0.02, frequency_apart_sd = 5.0;
+/// [1] of the amplitude by flat tops; and its sd, below which noise hides it.
+constexpr double least_loss = 1e-3, loss_sd = 3.0;
 
 /// Samples of both channels over the time that they share.
 struct Pair {

@@ -25,8 +25,9 @@ namespace {
 using Severity = Finding::Severity;
 
 constexpr double follows_rate = 5.0;  ///< [sd] of the scale factor, below which the output does not follow the rate
-/// [1] of the greatest rate, from which on the ratio of output and rate is compared; [1] that it may differ from the middle
-/// of all by. Chosen: 2 % is beyond the nonlinearity of any gyro that is calibrated; a doubling misses wrong rates of 3 %.
+/// [1] of the greatest rate, from which on the ratio of output and rate is compared; [1] that it may differ from the
+/// middle of all by. Chosen: 2 % is beyond the nonlinearity of any gyro that is calibrated; a doubling misses wrong
+/// rates of 3 %.
 constexpr double large_rate = 0.1, unexpected_share = 0.02;
 
 std::vector<Role> roles() {

@@ -10,10 +10,10 @@
 namespace tumble::gyro_scale_factor {
 namespace {
 
-constexpr double jump_beyond =
-    3.0;  ///< [range of the medians] beyond the medians of all segments, where a value is a jump
-/// [1] of the samples of a segment at one extreme: from the first on the segment may be clipped; below the second it is in
-/// part, so that noise carries it there.
+/// [range of the medians] beyond the medians of all segments, where a value is a jump.
+constexpr double jump_beyond = 3.0;
+/// [1] of the samples of a segment at one extreme: from the first on the segment may be clipped; below the second it is
+/// in part, so that noise carries it there.
 constexpr double at_extreme_share = 0.2, whole_share = 0.999;
 constexpr double one_value_share = 0.5;  ///< [1] of the samples at the median: a segment without noise
 constexpr double two_rates = 1.01;       ///< ratio of two rates with one output, which is therefore clipped

@@ -8,7 +8,7 @@
 namespace tumble::imu_ferraris {
 namespace {
 
-constexpr double least_reciprocal_condition = 1e-3;  ///< of the accelerometers: axes 0.1 deg apart, or one silent
+constexpr double least_reciprocal_condition = 1e-3;  ///< of the accelerometers: axes 0.06 deg apart, or one silent
 
 /// The poses of that sign as columns.
 Matrix3 columns(const std::array<Vector3, poses>& means, std::size_t first) {

@@ -18,8 +18,8 @@
 namespace tumble::imu_ferraris {
 namespace {
 
-constexpr double nearly_greatest =
-    0.8;                             ///< [1] of half the range of an output, beyond which its axis is vertical: 37 deg
+/// [1] of half the range of an output, beyond which its axis is vertical: 37 deg.
+constexpr double nearly_greatest = 0.8;
 constexpr double least_turn = 10.0;  ///< [deg] of the rotations: a smaller one shows scale factors ten times worse
 
 std::vector<Role> roles() {

@@ -12,11 +12,12 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-/// Scales [1] of outputs whose unit is right: no instrument is so far off; the next mistaken unit is a factor of 1.7 off.
+/// Scales [1] of outputs whose unit is right: no instrument is so far off; the mistaken units are 9.8 times off and
+/// more.
 constexpr double least_scale = 0.6, greatest_scale = 1.6;
 constexpr double looks_like = 0.2;  ///< [1] in the logarithm, within which a scale is that of a mistaken unit
-constexpr double opposite_up =
-    -0.8;  ///< cosine of the angle between shown and stated direction up, below which it is opposite
+/// Cosine of the angle between shown and stated direction up, below which it is opposite.
+constexpr double opposite_up = -0.8;
 
 struct Mistaken {
   const char* is;     ///< unit that the numbers probably have

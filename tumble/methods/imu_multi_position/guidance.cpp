@@ -13,8 +13,8 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-constexpr double near_direction =
-    pi / 7.0;  ///< [rad] 26 deg about a direction: less than halfway to the next of a cube, 45 deg
+/// [rad] 26 deg about a direction: less than halfway to the next of a cube, 45 deg.
+constexpr double near_direction = pi / 7.0;
 
 /// Faces, edges, corners, in this order.
 std::vector<Vector3> cube() {

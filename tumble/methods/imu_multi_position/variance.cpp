@@ -10,12 +10,12 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-constexpr double least_curvature =
-    0.05;  ///< of the deviance by the logarithm of a variance: 40 times its own variance at most
-constexpr double search_by_fit = 1e3,
-                 search_by_noise = 1e2;  ///< [1] of the last scatter and of the noise, the upper end
-constexpr double beyond_least = 2.0;     ///< in the logarithm above the lower end, from which on a scatter is not zero
-constexpr int bits_of_scatter = 8;       ///< to which its logarithm is found
+/// Of the deviance by the logarithm of a variance: 40 times its own variance at most.
+constexpr double least_curvature = 0.05;
+/// [1] of the last scatter and of the noise, the upper end.
+constexpr double search_by_fit = 1e3, search_by_noise = 1e2;
+constexpr double beyond_least = 2.0;  ///< in the logarithm above the lower end, from which on a scatter is not zero
+constexpr int bits_of_scatter = 8;    ///< to which its logarithm is found
 constexpr std::uintmax_t most_evaluations = 30;
 
 /// Variance of an observation [unit of the residual squared]: noise, Earth and scatter.

@@ -13,17 +13,19 @@ namespace {
 
 using Severity = Finding::Severity;
 
-/// Ratios [1] of measured and expected rate that suspect a fault: no rate at all; a unit of time within 10 %; radians for
-/// degrees within 5 %, degrees for radians within 6 %.
+/// Ratios [1] of measured and expected rate that suspect a fault: no rate at all; a unit of time within 10 %; radians
+/// for degrees within 5 %, degrees for radians within 6 %.
 constexpr double no_earth_rate = 0.1, wrong_time_unit = 0.1, degrees_taken = 3.0, radians_taken = 1e-3;
 constexpr double rate_differs_sd = 6.0;  ///< [sd] p = 2e-9
-constexpr double rate_differs_share =
-    0.02;  ///< [1] where nothing is stated of the scale factor. Chosen: beyond usual errors
-/// Two tilts differ by [sd], by [rad] 20 arcsec of levels and mounts, and by [1] of the tilt; opposite within [1] of it.
+/// [1] where nothing is stated of the scale factor. Chosen: beyond usual errors.
+constexpr double rate_differs_share = 0.02;
+/// Two tilts differ by [sd], by [rad] 20 arcsec of levels and mounts, and by [1] of the tilt; opposite within [1] of
+/// it.
 constexpr double tilts_differ_sd = 10.0, tilts_differ_angle = 1e-4, tilts_differ_share = 0.02, tilts_opposite = 0.2;
-constexpr std::size_t fewest_to_order = 5,
-                      most_to_order = 200;  ///< positions: with fewer any order fits; all pairs are tried
-/// Positions that do not follow the circle: [1] of the white variance, ten times its sd, and [1] of the Earth's rate, rms.
+/// Positions: with fewer any order fits; all pairs are tried.
+constexpr std::size_t fewest_to_order = 5, most_to_order = 200;
+/// Positions that do not follow the circle: [1] of the white variance, ten times its sd, and [1] of the Earth's rate,
+/// rms.
 constexpr double off_circle = 100.0, off_circle_rate = 1e-3;
 constexpr double mended_by_exchange = 0.02;  ///< [1] of the squares that may remain after two positions are exchanged
 constexpr double noisy_stay = 30.0;  ///< [1] of the usual density: five times its deviation, a shock or work nearby

@@ -13,11 +13,11 @@
 namespace tumble::north_finding {
 namespace {
 
-constexpr double greatest_condition =
-    1e3;  ///< of tilts and biases: a weaker combination is made of errors of the angles
+/// Of tilts and biases: a weaker combination is made of errors of the angles.
+constexpr double greatest_condition = 1e3;
 
-constexpr double turning_apart =
-    1e-6;  ///< [rad/s] between the rates of positions, from which on they show a bias by rate
+/// [rad/s] between the rates of positions, from which on they show a bias by rate.
+constexpr double turning_apart = 1e-6;
 constexpr double greatest_tilt = 0.75;  ///< square of its sine: 60 deg
 
 constexpr std::size_t least_positions_for_drift = 6;

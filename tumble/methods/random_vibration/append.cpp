@@ -9,8 +9,8 @@ namespace tumble::random_vibration {
 namespace {
 
 constexpr double agrees_sd = 2.5;  ///< [sd] within which density and expected density agree
-constexpr double most_expected =
-    8.0;  ///< degrees of freedom of the expected density: it is half a factor of two uncertain
+/// Degrees of freedom of the expected density: it is half a factor of two uncertain.
+constexpr double most_expected = 8.0;
 constexpr double fixed_freedom = 1e6;  ///< of what is known
 
 /// Key of the errors that the vibrations of a test share; no other result has it, so it is removed in the end.

@@ -16,10 +16,11 @@ using vibration::Data;
 
 /// Change of the rest over a vibration: [sd] p = 2e-9, and [1] of the shift under vibration.
 constexpr double rest_changes_sd = 6.0, rest_changes_share = 0.5;
-/// [sd of an extreme] by which peaks are higher or lower than those of a normal process. A higher one is likely by chance:
-/// its distribution has the longer tail there.
+/// [sd of an extreme] by which peaks are higher or lower than those of a normal process. Higher: the distribution of
+/// extremes has its longer tail there.
 constexpr double peaks_high_sd = 5.0, peaks_low_sd = 4.0, peaks_apart_sd = 6.0;
-/// Clipping: [1] of the shift's own uncertainty, 0.1 % of the shift added, and [1] of the time, below which it has no effect.
+/// Clipping: [1] of the shift's own uncertainty, 0.1 % of the shift added, and [1] of the time, below which it has no
+/// effect.
 constexpr double clip_of_own = 0.3, own_of_shift = 1e-3, clipped_time = 1e-5;
 constexpr double size_differs = 0.03, size_differs_sd = 4.0;  ///< [1] of the rms, and [sd]
 

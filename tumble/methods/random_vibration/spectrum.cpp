@@ -12,8 +12,8 @@
 namespace tumble::random_vibration {
 namespace {
 
-/// Steps of Simpson's rule for a lobe of the window and for a doubling of the frequency, at least twice as many in a part
-/// of the spectrum, and at most.
+/// Steps of Simpson's rule for a lobe of the window and for a doubling of the frequency, at least twice as many in a
+/// part of the spectrum, and at most.
 constexpr double steps_of_lobe = 100.0, least_steps = 200.0, most_steps = 5e5;
 constexpr double least_value = -9.0, greatest_value = 12.0;  ///< [sd] beyond which the distribution function is 0 and 1
 

@@ -25,7 +25,7 @@ constexpr std::size_t fewest_of_turn = 16;  ///< samples
 constexpr double mirrored_correlation = 0.7, mirrored_by = 0.4;
 constexpr double least_turns = 0.9, whole_turns = 0.1;  ///< [turns] of a rotation that is judged: whole ones
 constexpr double upright_axis = 0.95;                   ///< cosine: 18 deg off the vertical
-/// Samples are short enough where at this many times the mean speed the angle between two stays below a quarter turn.
+/// Samples are short enough where at this many times the mean speed the angle between two stays at a quarter turn.
 constexpr double over_mean_speed = 3.0, longest_step = 1.6;  ///< [1] and [rad]
 
 /// The samples of one rotation: which, and its place in the plan.

@@ -25,7 +25,8 @@ constexpr double alternates_within = 1.6;     ///< [1/span] from half the rate: 
 /// Search for the frequency: the greatest step and the greatest way [1/span], within the main lobe, and the last step.
 constexpr int most_rounds_of_search = 12;
 constexpr double longest_search_step = 0.4, farthest_search = 1.2, last_search_step = 1e-6;
-/// Neighbours of a tone [1/span] where its noise is measured; clear of the tone's image by one more than of other lines.
+/// Neighbours of a tone [1/span] where its noise is measured; clear of the tone's image by one more than of other
+/// lines.
 constexpr int nearest_neighbour = 3, farthest_neighbour = 12;
 constexpr double clear_of_image = 2.4;
 constexpr std::size_t parts_of_tone = 400;        ///< of the demodulated tone: short against 1/(12/span)

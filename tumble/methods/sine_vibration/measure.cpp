@@ -22,20 +22,20 @@ using Severity = Finding::Severity;
 using vibration::Series;
 using vibration::sinc;
 
-/// Outliers at one phase are a distorted tone: so many, with this length of their mean phasor. Random phases have it with
-/// p = e^-(8 0.49) = 0.02 for eight.
+/// Outliers at one phase are a distorted tone: so many, with this length of their mean phasor. Random phases have it
+/// with p = e^-(8 0.49) = 0.02 for eight.
 constexpr std::size_t fewest_at_phase = 8;
 constexpr double at_phase = 0.7;
 constexpr int rounds_of_outliers = 8;
 /// Flat tops show in three windows in succession up to so many cycles in a window, and from so many pulses in it on.
 constexpr double most_cycles_of_tops = 0.13, least_pulses_of_tops = 20.0;
-constexpr double at_top_share = 1e-6,
-                 at_top_pulses = 1.5;  ///< [1] of the range, and [pulse], within which a window is at the top
+/// [1] of the range, and [pulse], within which a window is at the top.
+constexpr double at_top_share = 1e-6, at_top_pulses = 1.5;
 constexpr double flat_share = 0.02, flat_harmonics = 0.01;  ///< [1] of the windows, and [1] of the amplitude
 constexpr double frequency_apart = 0.1;                     ///< [cycles] over the tone between unit and reference
 constexpr double level_apart = 0.1;                         ///< [1] in the logarithm: 10 % of the planned level
-constexpr double other_frequency_bins =
-    2.0;                                   ///< [1/span] between the tone and the plan, from which on it may be another
+/// [1/span] between the tone and the plan, from which on it may be another.
+constexpr double other_frequency_bins = 2.0;
 constexpr double over_rounding = 1.5;      ///< [1] of the greatest line by rounding, that a tone must exceed
 constexpr double improbable_shift = 2e-3;  ///< [1] of the level; a sound unit is a hundred times better
 constexpr double fewest_cycles = 3.0;      ///< of a tone beside a mean and a drift

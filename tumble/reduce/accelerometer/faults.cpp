@@ -24,13 +24,13 @@ namespace {
 using linear::SegmentSummary;
 using linear::Solution;
 
-constexpr double same_output_sd = 10.0,
-                 same_output = 1e-6;  ///< [sd], and [1] of the output, within which two segments show the same
+/// [sd], and [1] of the output, within which two segments show the same.
+constexpr double same_output_sd = 10.0, same_output = 1e-6;
 
 constexpr double same_angle = 1e-6;    ///< [rad] within which two angles of a plan are one
 constexpr double rare_fault = 0.5e-4;  ///< p-value on each side, of the best of all attempts
-constexpr double least_factor =
-    5.0;  ///< [1] by which residuals must shrink at least, where many positions make less significant
+/// [1] by which residuals must shrink at least, where many positions make less significant.
+constexpr double least_factor = 5.0;
 constexpr double differs_by = 20.0;        ///< [sd] of a segment, far beyond noise
 constexpr double significant_term = 10.0;  ///< [sd] of a term that is too large
 /// [1] by which a scale factor differs from the given one. Chosen: data sheets are nearer; a wrong unit is farther.

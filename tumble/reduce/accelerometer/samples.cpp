@@ -24,16 +24,16 @@ constexpr double most_of_span = 0.95;  ///< [1] of the range of the segments, by
 constexpr double shows_slope = 1e-6;            ///< [1] of the squares: level positions alone show no slope
 constexpr double fewest_of_line = 3.0;          ///< positions
 constexpr int most_bits = 32, fewest_bits = 7;  ///< of a register of counts; half the modulus fits as well
-/// Modulus against the greatest count and the greatest distance from the line, and [1] of that distance, within which all
-/// come back after whole turns.
+/// Modulus against the greatest count and the greatest distance from the line, and [1] of that distance, within which
+/// all come back after whole turns.
 constexpr double of_most_count = 0.9, of_most_distance = 1.2, back_within = 0.02;
-/// Spikes by one bit: [counts] at least, [usual distances] about a power of two, and [1] of the distance below which that is
-/// narrow: a tenth of all distances lie so near to a power of two.
+/// Spikes by one bit: [counts] at least, [usual distances] about a power of two, and [1] of the distance below which
+/// that is narrow: a seventh of all distances lie so near to a power of two.
 constexpr double least_spike = 100.0, near_power = 10.0, narrow = 0.05;
 constexpr double level_share = 0.1;  ///< [1] of the greatest specific force, below which a position is level: 6 deg
 constexpr std::size_t fewest_of_halves = 8;  ///< samples
-constexpr double halves_differ_sd = 8.0,
-                 halves_differ_share = 1e-4;  ///< [sd] and [1] of the output, between two halves
+/// [sd] and [1] of the output, between two halves.
+constexpr double halves_differ_sd = 8.0, halves_differ_share = 1e-4;
 
 /// The samples of one segment that were used [s, recording's clock].
 struct Used {

@@ -8,15 +8,15 @@
 namespace tumble::compensation {
 namespace {
 
-constexpr double beyond_range = 0.02,
-                 beyond_values = 1e-6;  ///< [1] of the range, and of its ends, that count as inside
+/// [1] of the range, and of its ends, that count as inside.
+constexpr double beyond_range = 0.02, beyond_values = 1e-6;
 
 constexpr double tolerance = 1e-12;           ///< of the size of u
 constexpr double settled_within = 1e-12;      ///< change of an output by a pass over those that need each other
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
-constexpr double step_share = 1e-4,
-                 least_input = 1e-6;  ///< of difference quotients: share of the input [1], and the least input [SI]
+/// Of difference quotients: share of the input [1], and the least input [SI].
+constexpr double step_share = 1e-4, least_input = 1e-6;
 
 double error_of(const Work& work, const UsedTerm& used, const Values& values) {
   return used.coefficient * regressor_of(used, values) / (used.per_output ? work.scale_factor : 1.0);

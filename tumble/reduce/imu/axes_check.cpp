@@ -10,7 +10,8 @@
 namespace tumble::imu {
 namespace {
 
-/// [1] of the greatest input: ranges whose ends differ by less are even about zero, and reach the half of it on each axis.
+/// [1] of the greatest input: ranges whose ends differ by less are even about zero, and reach the half of it on each
+/// axis.
 constexpr double even_range = 0.1, reached_range = 0.5;
 constexpr double looks_like_unit = 0.15;  ///< [1] within which a size is that of a mistaken unit
 

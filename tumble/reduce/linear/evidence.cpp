@@ -28,8 +28,8 @@ double quickest(const Segment& segment) {
 namespace {
 
 constexpr double hardly = 1e-4;  ///< [1] of the input of a segment, by which it hardly changes
-constexpr double part_of_period =
-    0.1;  ///< [1] of the quickest motion, that an average takes at most: its mean is off by 1.6 %
+/// [1] of the quickest motion, that an average takes at most: its mean is off by 1.6 %.
+constexpr double part_of_period = 0.1;
 
 /// Whether the segment is one that Problem::whole_moves speaks of, by the kind of motion.
 bool moves(const Segment& segment, Motion::Kind kind) {

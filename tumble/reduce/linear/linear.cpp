@@ -19,7 +19,7 @@
 namespace tumble::linear {
 namespace {
 
-constexpr double least_rounding = 1e-3;  ///< [steps] of a mean: with more noise than 0.7 steps it is less
+constexpr double least_rounding = 1e-3;  ///< [steps] of a mean: with more noise than 0.52 steps it is less
 
 /// Which columns the evidence shows, as indices of Problem::columns; the others are put into the solution's `dropped`.
 std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, Solution& solution) {

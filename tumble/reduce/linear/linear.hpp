@@ -84,7 +84,8 @@ struct SegmentSummary {
   double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
 };
 
-/// Condition limit of a test that moves: its axes are known to 1e-3 only, and a weaker combination is made of their errors.
+/// Condition limit of a test that moves: its axes are known to 1e-3 only, and a weaker combination is made of their
+/// errors.
 constexpr double weakest_in_motion = 1e3;
 
 /// Whether two segments have one input: within 10 ug, and within 2e-4 deg/h.

@@ -19,8 +19,8 @@ namespace tumble::linear {
 namespace {
 
 constexpr double unit_weight = 0.005;  ///< [1] within which a weight of three digits is 1
-constexpr double drift_over_noise =
-    30.0;  ///< [1] of the usual sd: drift decides the uncertainty, and the noise nothing
+/// [1] of the usual sd: drift decides the uncertainty, and the noise nothing.
+constexpr double drift_over_noise = 30.0;
 constexpr double drift_over_stated = 3.0;  ///< [1] of the variance as stated, at least
 
 /// " + D_OO", " - 0.5 D_OO" for a weight in the units shown.

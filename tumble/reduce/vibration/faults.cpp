@@ -15,8 +15,8 @@ namespace {
 using Severity = Finding::Severity;
 
 constexpr std::size_t fewest_steps = 16;  ///< at rest
-constexpr double total_step = 1.0,
-                 total_share = 0.9;  ///< [pulse] and [1] of the steps that go one way: a running total
+/// [pulse] and [1] of the steps that go one way: a running total.
+constexpr double total_step = 1.0, total_share = 0.9;
 constexpr double least_standstill = 32.0, still_cycles = 2.0;  ///< windows, and cycles of the lowest frequency
 constexpr double moves_by = 3.0;                               ///< [least steps] that the others scatter by
 /// Scatter at rest of a vibration that goes on: [1] of the quietest rest, [pulse] of a window, and [1] of the mean.

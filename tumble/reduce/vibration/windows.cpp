@@ -19,8 +19,8 @@ constexpr std::size_t fewest_of_channel = 16;  ///< windows
 constexpr double longest_by_clock = 64.0;  ///< windows: a longer stretch has a rate of its own
 constexpr double wander_of_window = 1e-3;  ///< [windows] of the stamps about their rate, from which on it wanders
 constexpr double slope_variance = 0.01;    ///< [1] squared: 10 %, of a slope that is used
-constexpr double hidden_by_null =
-    0.05;  ///< [1/window] about a multiple of it, where the window hides a tone: 5 % remain
+/// [1/window] about a multiple of it, where the window hides a tone: 5 % remain.
+constexpr double hidden_by_null = 0.05;
 constexpr double hidden_by_rate = 1.5;  ///< [1/span] about a multiple of half the rate, where sine and cosine are one
 
 void refuse_backwards(const Channel& channel, const Clock& clock) {

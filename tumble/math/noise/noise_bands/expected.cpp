@@ -11,10 +11,10 @@
 namespace tumble {
 namespace {
 
-constexpr double series_from =
-    16.0;  ///< [steps] where the series of a difference is exact to rounding and the difference cancels
-constexpr double short_means =
-    0.02;  ///< [correlation times] of a mean, below which the formula cancels and its series does not
+/// [steps] where the series of a difference is exact to rounding and the difference cancels.
+constexpr double series_from = 16.0;
+/// [correlation times] of a mean, below which the formula cancels and its series does not.
+constexpr double short_means = 0.02;
 constexpr double no_sine = 1e-12;  ///< of a frequency that is a multiple of half the rate, to rounding
 
 /// Second difference of t^2 ln t at t and steps of 1, by its series beyond t = 16.

@@ -9,8 +9,8 @@
 namespace tumble::noise_likelihood {
 namespace {
 
-constexpr double widest_bandwidth = 0.5,
-                 ratio_of_bandwidths = 0.6;  ///< [rate] from half the rate down; likelihoods are flat to this
+/// [rate] from half the rate down; likelihoods are flat to this.
+constexpr double widest_bandwidth = 0.5, ratio_of_bandwidths = 0.6;
 constexpr double shortest_of_mean = 1.3, ratio_of_means = 1.3;  ///< [samples]; ratio from one length to the next
 constexpr double needed_of_fall = 0.3;  ///< [1] of filter_fall, after both are refined: less is no filter
 

@@ -14,8 +14,8 @@
 namespace tumble::noise_likelihood {
 namespace {
 
-constexpr double moved_by =
-    0.6;  ///< of the logarithm of a time or bandwidth, a factor of 1.8: others are looked for again
+/// Of the logarithm of a time or bandwidth, a factor of 1.8: others are looked for again.
+constexpr double moved_by = 0.6;
 
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
 constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
