@@ -24,13 +24,10 @@ constexpr double most_share_sd = 0.2;             ///< [1] of the output due, ab
 constexpr double half_of_due = 0.5;               ///< [1] of the output due: the threshold, by IEEE Std 528
 constexpr std::size_t fewest_shares = 3;          ///< inputs that were tried
 constexpr double least_freedom_of_drift = 5.0;
-/// [1] of the product of the squares, beyond which the two drifts are distinct.
-constexpr double least_determinant = 1e-6;
-/// [1] of the range: rates below it, and steps below it at rates above `resolution_from`, test threshold and
-/// resolution.
+constexpr double least_determinant = 1e-6;  ///< [1] of the product of the squares: the two drifts are distinct
+/// [1] of the range: rates below it, and steps below it at rates above `resolution_from`, are small.
 constexpr double small_input = 0.01, resolution_from = 0.05;
-/// [1] of the square of the range, with which a run has a line of its own.
-constexpr double least_spread_of_rates = 0.01;
+constexpr double least_spread_of_rates = 0.01;  ///< [1] of the square of the range: a run has a line of its own
 
 /// Offset and slope by least squares of segment means.
 std::pair<double, double> straight(const std::vector<const SegmentSummary*>& segments) {

@@ -34,11 +34,10 @@ constexpr double at_top_share = 1e-6, at_top_pulses = 1.5;
 constexpr double flat_share = 0.02, flat_harmonics = 0.01;  ///< [1] of the windows, and [1] of the amplitude
 constexpr double frequency_apart = 0.1;                     ///< [cycles] over the tone between unit and reference
 constexpr double level_apart = 0.1;                         ///< [1] in the logarithm: 10 % of the planned level
-/// [1/span] between the tone and the plan, from which on it may be another.
-constexpr double other_frequency_bins = 2.0;
-constexpr double over_rounding = 1.5;      ///< [1] of the greatest line by rounding, that a tone must exceed
-constexpr double improbable_shift = 2e-3;  ///< [1] of the level; a sound unit is a hundred times better
-constexpr double fewest_cycles = 3.0;      ///< of a tone beside a mean and a drift
+constexpr double other_frequency_bins = 2.0;  ///< [1/span] from the plan, from which on a tone may be another
+constexpr double over_rounding = 1.5;         ///< [1] of the greatest line by rounding, that a tone must exceed
+constexpr double improbable_shift = 2e-3;     ///< [1] of the level; a sound unit is a hundred times better
+constexpr double fewest_cycles = 3.0;         ///< of a tone beside a mean and a drift
 
 /// The result of one series: a point, the unit at rest, or findings alone.
 struct Outcome {
