@@ -95,7 +95,7 @@ Part posterior(const Possible& one, const UnitValue& unit) {
 }  // namespace
 
 UnitInPopulation unit_in_population(std::span<const UnitValue> units, const UnitValue& unit) {
-  if (units.size() < fewest_units)
+  if (units.size() < fewest_units_of_population)
     throw Error(Error::Kind::bad_data,
                 say("a population of {} units says too little of a new one: at least five are needed", units.size()));
   if (!std::isfinite(unit.value) || !(unit.sd > 0.0) || !std::isfinite(unit.sd))

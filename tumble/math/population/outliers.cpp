@@ -131,7 +131,7 @@ double p_of_permutations(std::span<const UnitValue> units, std::vector<std::size
 }  // namespace
 
 OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discovery) {
-  if (units.size() < fewest_units)
+  if (units.size() < fewest_units_of_population)
     throw Error(Error::Kind::bad_data, say("{} units: at least 5 units are needed to detect outliers", units.size()));
   static_cast<void>(spread_of_units(units));  // its problems
   OutlierUnits out;
