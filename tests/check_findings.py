@@ -8,7 +8,8 @@ examples/adding/ (tests do not count). Its code is written there, also as `condi
   placeholders  what a sentence puts between braces is a value of each place that uses it, or {count}, or {first} or
                 {worst} where the place gives them. Where values come from a variable, the names written in the file count
   format        what follows the colon of a placeholder is one of the words and formats of tumble/core/finding.hpp
-  page          the table of docs/findings.md is that of text/en.toml
+  thresholds    docs/findings.toml: every code stands in [finding], and every constant in the file that is named
+  page          the table of docs/findings.md is that of text/en.toml and docs/findings.toml
 
 A place that takes its code from a variable is counted: the code is looked for in the whole file.
 
@@ -18,6 +19,7 @@ A place that takes its code from a variable is counted: the code is looked for i
     check_findings.py --self-test           a sound small tree passes, and every kind of tampering with it is caught
 """
 
+import math
 import pathlib
 import re
 import sys
@@ -27,6 +29,7 @@ import check_tools
 
 TABLE = "text/en.toml"
 PAGE = "docs/findings.md"
+WHEN = "docs/findings.toml"
 BEGIN, END = "<!-- codes: made by tests/check_findings.py --write -->\n", "<!-- end of codes -->\n"
 COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/|("(?:[^"\\\n]|\\.)*")', re.DOTALL)
 LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
@@ -34,6 +37,7 @@ CODE = re.compile(r"[a-zA-Z]\w*$")
 SEVERITY = r"(?:(?:\w+::)*Severity::|(?<![\w:.\"]))(?:info|warning|error)\b"
 FIRST = re.compile(rf"(?:[^{{}};]*\?\s*)?{SEVERITY}(?:\s*:\s*(?:[^{{}};]*\?\s*)?{SEVERITY})*$", re.DOTALL)
 PLACEHOLDER = re.compile(r"\{(\w+)(?::([^}]*))?\}")
+CONSTANT = re.compile(r"\{([\w/]+\.[ch]pp):(\w+)(?::(%|deg))?\}")
 FORMAT = re.compile(r"(?:exact|difference|duration|instant|bytes|[a-z][a-z ]*|[+]?(?:\.\d+)?[efg]?(?: \S.*)?)$")
 
 
@@ -153,12 +157,38 @@ def faults_of_table(section, entries, written):
     return faults
 
 
-def rows_of(entries):
-    """The table of the page: a code and its sentences each."""
-    rows = ["| code | sentence |\n|---|---|\n"]
+def number_of(root, file, name):
+    """The value of a constant of a file of tumble/; None: it is not there, or its value is no number."""
+    path = root / "tumble" / file
+    text = without_comments(path.read_text(encoding="utf-8")) if path.is_file() else ""
+    match = re.search(rf"\bconstexpr [^;]*?\b{name} =\s*([-\w.*/+ ]+)[,;]", text)
+    if not match or not re.fullmatch(r"(?:[\d.]+(?:e-?\d+)?|pi|two_pi|[*/+ -])+", match[1]):
+        return None
+    return eval(match[1], {"__builtins__": {}}, {"pi": math.pi, "two_pi": 2.0 * math.pi})  # digits and signs only
+
+
+def clauses_of(root, table):
+    """When a threshold decides, by code, with the values of its constants; and faults."""
+    path = root / WHEN
+    entries = tomllib.loads(path.read_text(encoding="utf-8"))["when"] if path.is_file() else {}
+    faults = [f"{WHEN}: '{code}' does not stand in [finding] of {TABLE}" for code in entries if code not in table]
+
+    def shown(match):
+        value = number_of(root, match[1], match[2])
+        if value is None:
+            faults.append(f"{WHEN}: there is no number {match[2]} in tumble/{match[1]}")
+            return match[0]
+        return f"{value * {None: 1.0, '%': 100.0, 'deg': 180.0 / math.pi}[match[3]]:.4g}" + f" {match[3]}" * bool(match[3])
+
+    return {code: CONSTANT.sub(shown, clause) for code, clause in entries.items()}, faults
+
+
+def rows_of(entries, clauses):
+    """The table of the page: a code, its sentences, and when a threshold decides."""
+    rows = ["| code | sentence | decides |\n|---|---|---|\n"]
     for code, entry in sorted(entries.items()):
         said = "<br>".join(f"`{template}`" for template in templates_of(entry)).replace("|", "\\|")
-        rows.append(f"| `{code}` | {said} |\n")
+        rows.append(f"| `{code}` | {said} | {clauses.get(code, '')} |\n".replace("|  |", "| |"))
     return "".join(rows)
 
 
@@ -191,13 +221,15 @@ def check(root):
                        for key in literals_of(match[1])[:0 if '",' in match[1] else None] if key not in phrases]
     faults += faults_of_table("finding", findings, written) + faults_of_table("phrase", phrases, written)
     page = (root / PAGE).read_text(encoding="utf-8")
-    if page != page_with(page, rows_of(findings)):
-        faults.append(f"{PAGE}: the table of codes is not that of {TABLE}: run tests/check_findings.py . --write")
+    clauses, of_clauses = clauses_of(root, findings)
+    faults += of_clauses
+    if page != page_with(page, rows_of(findings, clauses)):
+        faults.append(f"{PAGE}: the table of codes is not that of {TABLE} and {WHEN}: run tests/check_findings.py . --write")
     return faults, own
 
 
 SOUND_TABLE = {"gap": "gap of {length:duration} at {first}", "far": "far by {by:.3g deg/h}: {what}, {count:sample}"}
-SOUND_PAGE = "codes\n\n" + BEGIN + "\n" + rows_of(SOUND_TABLE) + "\n" + END
+SOUND_PAGE = "codes\n\n" + BEGIN + "\n" + rows_of(SOUND_TABLE, {"far": "above 5 % and 0.1"}) + "\n" + END
 SOUND_TOML = ('[finding]\ngap = "gap of {length:duration} at {first}"\nfar = "far by {by:.3g deg/h}: {what}, {count:sample}"\n'
               '[phrase]\nhere = "here"\n')
 SOUND_SITE = ('f.push_back({Finding::Severity::info, "gap", {{"length", x, "s"}}, where, {1, t}});\n'
@@ -206,6 +238,8 @@ SOUND_SITE = ('f.push_back({Finding::Severity::info, "gap", {{"length", x, "s"}}
 SOUND = {
     TABLE: SOUND_TOML,
     PAGE: SOUND_PAGE,
+    WHEN: '[when]\nfar = "above {b/far.cpp:most:%} and {b/far.cpp:least}"\n',
+    "tumble/b/far.cpp": "constexpr double most = 0.05, least = 0.1;  // most = 7.0\n",
     "tumble/a.cpp": SOUND_SITE,
     "tumble/own.cpp": '// {Severity::info, "none", {}}\nf({Severity::info, "a gap of " + x, where});\n',
     "tumble/loose.cpp": 'using enum Finding::Severity;\nconst FindingValue by{"by", 1.0};\n'
@@ -228,6 +262,9 @@ TAMPERED = {  # file, its new text, words of the fault
                     "[finding] gap is used nowhere"),
     "unknown format": (TABLE, SOUND_TOML.replace(":duration", ":>8"), "format '>8'"),
     "half a pair": (TABLE, SOUND_TOML.replace("gap =", "gap.one ="), "expected one and other"),
+    "unknown constant": ("tumble/b/far.cpp", "constexpr double most = 0.05;\n", "there is no number least"),
+    "clause of an unknown code": (WHEN, '[when]\nnear = "below 5"\n', "'near' does not stand in [finding]"),
+    "other threshold": ("tumble/b/far.cpp", "constexpr double most = 0.06, least = 0.1;\n", "run tests/check_findings.py"),
     "stale page": (PAGE, SOUND_PAGE.replace("`far`", "`near`"), "run tests/check_findings.py"),
     "page without a table": (PAGE, "codes\n", "run tests/check_findings.py"),
 }
@@ -247,7 +284,8 @@ def self_test():
 
 def write(root):
     path = root / PAGE
-    page = page_with(path.read_text(encoding="utf-8"), rows_of(table_of(root)[0]))
+    table = table_of(root)[0]
+    page = page_with(path.read_text(encoding="utf-8"), rows_of(table, clauses_of(root, table)[0]))
     if page is None:
         sys.exit(f"{PAGE}: no place for the table")
     path.write_text(page, encoding="utf-8")

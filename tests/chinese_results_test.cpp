@@ -84,7 +84,8 @@ Texts words_of(const Estimate& original) {
 
 class ChineseResults : public ::testing::TestWithParam<const Method*> {
  public:
-  static void expect_no_english(const Evidence& evidence, const Method& method, const Estimate& estimate) {
+  static void expect_no_english(const Evidence& evidence, const Method& method, Estimate estimate) {
+    estimate.method = method.name;
     const auto names = names_in(evidence, method, estimate);
     for (const auto& text : words_of(estimate))
       EXPECT_EQ(english_in(text, names), Texts())

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/language/said.hpp"
 #include "tumble/language/section_words.hpp"
 #include "tumble/report/text_table.hpp"
@@ -38,7 +39,7 @@ std::string titled(const char* title, const std::vector<TextColumn>& columns, co
   return columns.front().cells.empty() ? "" : "\n" + view.words(title) + "\n" + text_table(columns, view.width);
 }
 
-std::string written(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string written(const Json& json) { return json_text(json, 1) + "\n"; }
 
 std::string results_table(const UnitRecord& record, const View& view) {
   TextColumn when = view.left("test_ended"), method = view.left("method"), verdict = view.left("verdict"),

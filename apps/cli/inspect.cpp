@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/language/section_words.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
@@ -155,9 +156,7 @@ int run(const InspectArguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-std::string inspection_json(const Inspection& inspection) {
-  return json(inspection).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
+std::string inspection_json(const Inspection& inspection) { return json_text(json(inspection), 2) + "\n"; }
 
 Verb inspect_verb() {
   auto arguments = std::make_shared<InspectArguments>();

@@ -26,9 +26,7 @@ linear::Problem problem_of(const Settings& settings) {
   return problem;
 }
 
-Estimate answer(const linear::Solution& solution) {
-  return linear::answer_of(solution, "my_gyro_drift", "deg/h", {"I", "O", "S"});
-}
+Estimate answer(const linear::Solution& solution) { return linear::answer_of(solution, "deg/h", {"I", "O", "S"}); }
 
 Estimate identify(const Evidence& evidence, const Progress&) {
   return answer(linear::identify(evidence, problem_of(evidence.plan.settings)));

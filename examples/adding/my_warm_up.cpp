@@ -204,7 +204,6 @@ Estimate answer(const Solution& solution, const std::vector<Block>& blocks) {
   const auto& [at, fit, residuals] = solution;
   const Unit rate = Unit::parse("deg/h"), seconds = Unit::parse("s");
   Estimate estimate;
-  estimate.method = "my_warm_up";
   estimate.parameters = {
       {"bias_0", "D", rate, at.drift, "constant drift", degrees_of_freedom(fit, {1, 0, 0})},
       {"startup_transient", "E", rate, at.size, "transient at power-on", degrees_of_freedom(fit, {0, 1, 0})},
@@ -223,7 +222,7 @@ Estimate identify(const Evidence& evidence, const Progress&) {
   const auto blocks = blocks_of(test, settings.number("averaging"));
   const Solution solution = solve(test, blocks);
   require_transient(solution);
-  return finished(answer(solution, blocks), "my_warm_up", evidence.plan.title, test.findings);
+  return finished(answer(solution, blocks), test.findings);
 }
 
 }  // namespace

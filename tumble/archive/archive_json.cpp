@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/report/members.hpp"
 
 namespace tumble {
@@ -53,7 +54,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string written(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string written(const Json& json) { return json_text(json, 1) + "\n"; }
 
 template <class Part>
 Json json_of(const Part& part) {

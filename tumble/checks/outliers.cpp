@@ -12,6 +12,7 @@
 #include "tumble/checks/support/turns.hpp"
 #include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/extremes.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/parallel.hpp"
 
 namespace tumble::checks::outliers {
@@ -25,7 +26,6 @@ constexpr std::size_t block = 1024, thinning = 8, near = 24, ringing = 8;
 /// distance from both neighbours, on one side of them, reaches 8 of these in fewer than 1e-12 of normal samples: no
 /// record has one by chance. Doubled, an outlier of 10 to 20 noise sd would be missed.
 constexpr double far = 8.0;
-constexpr double sd_of_median = 1.4826;  ///< sd over the median of magnitudes, of the normal distribution
 /// [1] of an outlier's distance, that no bend beside it reaches. Chosen: a knock rings with more than a third of its
 /// peak in the next period unless its damping ratio is above 0.17. Doubled, ringing of two thirds is an outlier too.
 constexpr double most_ringing = 1.0 / 3.0;
@@ -49,14 +49,14 @@ double usual_bend(const std::vector<double>& x, std::size_t begin, std::size_t e
   if (room.empty()) return 0.0;
   const auto middle = room.begin() + static_cast<long>(room.size() / 2);
   std::nth_element(room.begin(), middle, room.end());
-  return sd_of_median * *middle;
+  return sd_of_median_size * *middle;
 }
 
 /// Whether a sample in [begin, end) may stand off its neighbours by `far` usual bends, those of every `step`-th sample.
 /// Their median is compared by counting, which takes a fraction of the time that finding it does.
 bool may_hold_some(const std::vector<double>& x, std::size_t begin, std::size_t end, std::size_t step) {
   constexpr double rounding = 1.0 + 1e-12;
-  const double least = greatest_spike(x, begin, end) / (far * sd_of_median) * rounding;
+  const double least = greatest_spike(x, begin, end) / (far * sd_of_median_size) * rounding;
   std::size_t bends = 0, less = 0;
   for (std::size_t i = begin; i < end; i += step) {
     const double b = bend(x, i);

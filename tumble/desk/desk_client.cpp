@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/desk/desk_lines/run_json.hpp"
 #include "tumble/desk/run_desk.hpp"
 #include "tumble/formats/atomic_file.hpp"
@@ -149,7 +150,7 @@ std::optional<long> process_at_desk(const std::string& run) {
 }
 
 void stop_run(const std::string& run, const std::string& who, double patience) {
-  const std::string order = desk_lines::dumped({{"order", "stop"}, {"who", who}});
+  const std::string order = json_text(desk_lines::Json{{"order", "stop"}, {"who", who}});
   try {
     ask_desk(run, order, patience);
     return;
@@ -234,17 +235,16 @@ std::string state_of_ended_run(const std::string& run) {
       progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
   for (const auto& [segment, attempt] : counted_attempts(rows))
     if (segment < progress.size()) progress[segment].status = SegmentProgress::Status::complete;
-  return desk_lines::dumped(
-      {{"alive", false},
-       {"last", last},
-       {"ending", ending.empty() ? "interrupted" : ending},
-       {"ending_text", reason},
-       {"facts", desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
-       {"view", nullptr},
-       {"segments", desk_lines::json_of(progress, progress.size())},
-       {"curves", nullptr},
-       {"estimates", Json::array()},
-       {"events", events}});
+  return json_text(Json{{"alive", false},
+                        {"last", last},
+                        {"ending", ending.empty() ? "interrupted" : ending},
+                        {"ending_text", reason},
+                        {"facts", desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
+                        {"view", nullptr},
+                        {"segments", desk_lines::json_of(progress, progress.size())},
+                        {"curves", nullptr},
+                        {"estimates", Json::array()},
+                        {"events", events}});
 }
 
 }  // namespace tumble

@@ -19,6 +19,7 @@
 #include <mutex>
 #include <thread>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/desk/desk_lines/curves.hpp"
 #include "tumble/desk/desk_lines/run_json.hpp"
 #include "tumble/recorder/quiet_thread.hpp"
@@ -82,7 +83,7 @@ void say(const SharedVisitor& visitor, std::string text) {
 /// In English for other programs, and as values for those of ours.
 std::string problem(const Problem& what) {
   const auto values = Json::parse(problems_to_json(code_of(Error::Kind::bad_input), {what}, Language::english));
-  return desk_lines::dumped({{"problem", what.text()}, {"problems", values}}) + "\n";
+  return json_text(Json{{"problem", what.text()}, {"problems", values}}) + "\n";
 }
 
 }  // namespace at_the_desk
@@ -208,10 +209,9 @@ std::string RunDesk::Inner::state() const {
   for (const auto& [sequence, json] : events) all += (all.empty() ? "" : ",") + json;
   return fmt::format(R"({{"alive":true,"last":{},"ending":{},"ending_text":{},"facts":{},"view":{},"curves":{},)"
                      R"("estimates":{},"events":[{}]}})",
-                     last, Json(ending).dump(), desk_lines::dumped(ending_text), facts,
-                     view ? desk_lines::dumped(desk_lines::json_of(*view, speed)) : "null",
-                     desk_lines::dumped(desk_lines::json_of(curves)),
-                     desk_lines::dumped(desk_lines::json_of(estimates)), all);
+                     last, Json(ending).dump(), json_text(Json(ending_text)), facts,
+                     view ? json_text(desk_lines::json_of(*view, speed)) : "null",
+                     json_text(desk_lines::json_of(curves)), json_text(desk_lines::json_of(estimates)), all);
 }
 
 /// "view 1234 {...}" to all who watch.
@@ -225,7 +225,7 @@ void RunDesk::Inner::begin_watch(const SharedVisitor& visitor) const {
   std::string lines;
   for (const auto& [sequence, json] : events)
     if (sequence > 0) lines += fmt::format("happened {} {}\n", sequence, json);
-  if (view) lines += fmt::format("view {} {}\n", last, desk_lines::dumped(desk_lines::json_of(*view, speed)));
+  if (view) lines += fmt::format("view {} {}\n", last, json_text(desk_lines::json_of(*view, speed)));
   lines += fmt::format("now {} {{}}\n", last);  // what comes is new
   visitor->watches = true;
   say(visitor, std::move(lines));
@@ -233,7 +233,7 @@ void RunDesk::Inner::begin_watch(const SharedVisitor& visitor) const {
 
 void RunDesk::Inner::happened(std::uint64_t sequence, const Json& event) {
   last = std::max(last, sequence);
-  const auto json = desk_lines::dumped(event);
+  const auto json = json_text(event);
   events.emplace_back(sequence, json);
   if (events.size() > most_events) events.pop_front();
   tell("happened", sequence > 0 ? sequence : last, json);
@@ -244,15 +244,14 @@ void RunDesk::Inner::show(const RunView& now) {
   curves.add(now);
   estimates.add(now);
   view = now;
-  if (std::ranges::any_of(visitors, &Visitor::watches))
-    tell("view", last, desk_lines::dumped(desk_lines::json_of(now, speed)));
+  if (std::ranges::any_of(visitors, &Visitor::watches)) tell("view", last, json_text(desk_lines::json_of(now, speed)));
 }
 
 /// Everybody is told; who does not take it within a second misses it.
 void RunDesk::Inner::leave() {
   Code ignored;
   acceptor.close(ignored);
-  tell("end", last, desk_lines::dumped({{"ending", ending}, {"text", ending_text}}));
+  tell("end", last, json_text(Json{{"ending", ending}, {"text", ending_text}}));
   for (const auto& visitor : visitors) {
     visitor->leaves = true;
     if (visitor->output.empty()) hang_up(*visitor);
@@ -282,7 +281,7 @@ RunDesk::~RunDesk() {
 
 void RunDesk::open(const std::string& folder, const RunFacts& facts, double speed) {
   Inner& inner = *inner_;
-  inner.facts = desk_lines::dumped(desk_lines::json_of(facts));
+  inner.facts = json_text(desk_lines::json_of(facts));
   inner.speed = speed;
   inner.socket_path = (std::filesystem::path(folder) / desk_name).string();
   ::unlink(inner.socket_path.c_str());  // of a process that was killed: the store says that there is no other
@@ -315,8 +314,7 @@ void RunDesk::ended(const RunEnd& end) {
   asio::post(inner_->context, [this, end] {
     inner_->ending = name(end.ending);
     inner_->ending_text = end.text;
-    inner_->tell("ended", inner_->last,
-                 desk_lines::dumped({{"ending", inner_->ending}, {"text", inner_->ending_text}}));
+    inner_->tell("ended", inner_->last, json_text(Json{{"ending", inner_->ending}, {"text", inner_->ending_text}}));
   });
 }
 

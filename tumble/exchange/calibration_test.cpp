@@ -32,6 +32,7 @@ Conducted conducted(const std::string& name) {
   const Method& method = find_method(name);
   Trial trial = trial_of(method, 1);
   Conducted out{method.identify(trial.evidence, {}), trial.evidence.recordings.front(), trial.evidence.plan.settings};
+  out.estimate.method = name;
   out.estimate.provenance.settings = trial.evidence.plan.settings.texts();
   for (const auto& [role, choices] : trial.evidence.plan.channels)
     if (!choices.empty()) out.estimate.provenance.settings["channels." + role] = choices.front().channel;

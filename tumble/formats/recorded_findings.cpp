@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -77,7 +78,7 @@ Finding finding_of(const Json& json) {
 std::string text_of_findings(const Findings& findings) {
   Json all = Json::array();
   for (const Finding& finding : findings) all.push_back(json_of(finding));
-  return all.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(all);
 }
 
 Findings recorded_findings(const std::map<std::string, std::string>& meta) {

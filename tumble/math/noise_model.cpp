@@ -11,6 +11,8 @@
 namespace tumble {
 namespace {
 
+constexpr double series_below = 1e-2;  ///< [correlation times] where a formula cancels and its series is exact to 1e-9
+
 constexpr double log4 = 2.0 * std::numbers::ln2;
 constexpr std::size_t normals_at_a_time = 4096;  ///< normal numbers drawn at a time
 
@@ -47,7 +49,7 @@ class Normals {
 ///   (2/r) (1 - (3 - 4 exp(-r) + exp(-2 r))/(2 r)),   for small r by its series (the first term left out is 31
 ///   r^4/2520)
 double markov_shape(double r) {
-  if (r < 1e-2) return 2.0 * r * (1.0 / 3.0 - r / 4.0 + 7.0 * r * r / 60.0 - r * r * r / 24.0);
+  if (r < series_below) return 2.0 * r * (1.0 / 3.0 - r / 4.0 + 7.0 * r * r / 60.0 - r * r * r / 24.0);
   return 2.0 / r * (1.0 - (3.0 - 4.0 * std::exp(-r) + std::exp(-2.0 * r)) / (2.0 * r));
 }
 
@@ -119,7 +121,8 @@ struct MarkovStep {
     keep = decay;
     step = component.sd * std::sqrt(-std::expm1(-2.0 * r));
     ends = std::tanh(0.5 * r) / r;
-    bridge_variance = square(component.sd) * (r < 1e-2 ? r / 6.0 : 2.0 * (r - 2.0 * std::tanh(0.5 * r)) / square(r));
+    bridge_variance =
+        square(component.sd) * (r < series_below ? r / 6.0 : 2.0 * (r - 2.0 * std::tanh(0.5 * r)) / square(r));
   }
   double keep, step, ends, bridge_variance;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -9,6 +10,13 @@
 #include "tumble/math/random.hpp"
 
 namespace tumble {
+
+/// Variance of the mean of a Markov process over that of the process [1].
+/// Given: length of the mean over the correlation time [1].
+inline double markov_mean_variance(double length) {
+  constexpr double short_length = 1e-3;  // two terms of the series are exact to 1e-7 there; the formula cancels
+  return length < short_length ? 1.0 - length / 3.0 : 2.0 * (length + std::expm1(-length)) / (length * length);
+}
 
 /// The noise of a rate signal (angular rate or specific force; u is its SI unit), named as in IEEE Std 528. One set of
 /// numbers is simulated, expected (as an Allan variance) and used to whiten residuals. Zero: the term is absent.

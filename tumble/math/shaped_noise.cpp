@@ -14,6 +14,8 @@
 namespace tumble {
 namespace {
 
+constexpr double times_of_line = 8.0, least_length = 64.0;  ///< over the distance of two frequencies; samples
+
 constexpr std::size_t reach = 6;         ///< coefficients in a value
 constexpr double lead = 3.0;             ///< coefficients before time 0
 constexpr std::size_t longest = 131072;  ///< of the filter
@@ -31,8 +33,8 @@ double spline_response(double f) {
 std::size_t filter_length(const SpectralDensity& psd, double rate) {
   double duration = 16.0 / psd.frequency.front();
   for (std::size_t i = 0; i + 1 < psd.frequency.size(); ++i)
-    duration = std::max(duration, 8.0 / (psd.frequency[i + 1] - psd.frequency[i]));
-  return static_cast<std::size_t>(std::clamp(duration * rate, 64.0, static_cast<double>(longest))) | 1u;
+    duration = std::max(duration, times_of_line / (psd.frequency[i + 1] - psd.frequency[i]));
+  return static_cast<std::size_t>(std::clamp(duration * rate, least_length, static_cast<double>(longest))) | 1u;
 }
 
 /// Even impulse response whose spectrum squared is the density over that of the spline, faded out by a Hann window;

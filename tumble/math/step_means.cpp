@@ -7,6 +7,8 @@
 namespace tumble {
 namespace {
 
+constexpr double kink_of_bends = 16.0;  ///< [bends beside] chosen: bends of a smooth course differ by less
+
 /// d2 and d4 of a signal: one neighbour is needed on either side, or two.
 struct Differences {
   std::span<const double> v;
@@ -29,7 +31,7 @@ std::vector<char> kinks(std::span<const std::array<double, 6>> signals) {
   const auto bend = bends(signals);
   std::vector<char> out(signals.size(), 0);
   for (std::size_t j = 2; j + 2 < signals.size(); ++j)
-    out[j] = bend[j] > 16.0 * std::max(bend[j - 2], bend[j + 2]) ? 1 : 0;
+    out[j] = bend[j] > kink_of_bends * std::max(bend[j - 2], bend[j + 2]) ? 1 : 0;
   return out;
 }
 

@@ -28,6 +28,7 @@ struct Method {
   bool needs_plan;     ///< false: `tumble identify METHOD data.csv` works
   std::vector<Role> (*roles)();
   std::vector<Option> (*options)();
+  /// Who calls it, and `predict` and `stream`, gives the answer its method, title, instrument and provenance.
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
   /// The results of the method have error models, which can be subtracted from a recording and exported.
   bool compensates = false;

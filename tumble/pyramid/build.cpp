@@ -3,6 +3,7 @@
 #include <system_error>
 #include <utility>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/conflicts.hpp"
@@ -37,7 +38,7 @@ class Builder {
   void finish() {
     Json& channels = description_["channels"];
     for (std::size_t i = 0; i < parts_.size(); ++i) finish(parts_[i], channels[i]);
-    const std::string text = description_.dump(-1, ' ', false, Json::error_handler_t::replace);
+    const std::string text = json_text(description_);
     const std::uint64_t place = place_, size = text.size();
     put(text);
     put({reinterpret_cast<const char*>(&size), 8});

@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/pyramid/store/live_file.hpp"
 
 namespace tumble {
@@ -59,7 +60,7 @@ struct LiveSamples::Inner {
   std::thread thread;
 
   void text(const Json& json) {
-    const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    const std::string line = json_text(json);
     put(texts, {LiveHead::text, 0, 0, static_cast<std::uint32_t>(line.size())}, {line});
   }
   std::size_t add_known(const std::string& slot, const std::string& name, double factor) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -76,7 +77,7 @@ std::string text_of(const RunRow& row) {
                {"rule", row.rule},
                {"at_least", row.at_least}};
   if (row.reached) json["reached"] = *row.reached;
-  return json.dump(-1, ' ', false, RowJson::error_handler_t::replace);
+  return json_text(json);
 }
 
 RunRow row_of(const std::string& text) try {

@@ -213,9 +213,7 @@ void append_parameter(Estimate& estimate, Parameter parameter, const std::string
   append(estimate, part);
 }
 
-Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings) {
-  estimate.method = std::move(method);
-  estimate.title = std::move(title);
+Estimate finished(Estimate estimate, const Findings& findings) {
   estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
   return estimate;
 }

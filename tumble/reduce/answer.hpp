@@ -84,8 +84,8 @@ void append(Estimate& sum, const Estimate& part);
 /// Adds one parameter with the variance [SI^2] that `source` gives it, independent of all others.
 void append_parameter(Estimate& estimate, Parameter parameter, const std::string& source, double variance);
 
-/// The estimate with its method and title, and with `findings` of the data before its own.
-Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings);
+/// The estimate with `findings` of the data before its own.
+Estimate finished(Estimate estimate, const Findings& findings);
 
 /// Removes parameter number `index`, with its row of the budget and the findings about it alone; everything else stays.
 void remove_parameter(Estimate& estimate, std::size_t index);

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <set>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr int most_waves = 300;  ///< of the series: its rest is 1/(2 pi^2 300), 2e-4 of the step squared, without noise
 
 /// Values of the stretches at rest.
 struct Values {
@@ -63,7 +66,7 @@ double common_step(const Values& values) {
 /// Variance of a mean by rounding, in squares of the step, where the noise is `noise` steps.
 double rounding_variance(double noise) {
   double sum = 0.0;
-  for (int k = 1; k <= 300; ++k) {
+  for (int k = 1; k <= most_waves; ++k) {
     const double root = two_pi * k;
     sum += 2.0 / square(root) * std::exp(-square(root * noise));
   }
@@ -72,12 +75,10 @@ double rounding_variance(double noise) {
 
 /// Noise [steps] of samples that scatter by this variance [steps^2] about the mean of their stretch.
 double noise_of(double scatter) {
-  double low = 0.0, high = std::sqrt(scatter) + 1.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (square(middle) + 1.0 / 12.0 - rounding_variance(middle) < scatter ? low : high) = middle;
-  }
-  return low;
+  constexpr int halvings = 60;  // to rounding
+  return bisected(0.0, std::sqrt(scatter) + 1.0, halvings,
+                  [&](double noise) { return square(noise) + 1.0 / 12.0 - rounding_variance(noise) < scatter; })
+      .low;
 }
 
 }  // namespace

@@ -17,6 +17,9 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr std::size_t least_block = 20, most_blocks = 400;  ///< samples of a block whose scatter is compared; blocks
+constexpr std::size_t fewest_blocks = 10;                   ///< of whose scatters the usual one is the median
+
 bool is_inertial(const Channel& channel) {
   return channel.kind == QuantityKind::angular_rate || channel.kind == QuantityKind::specific_force;
 }
@@ -182,7 +185,7 @@ EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string
   if (rate > 0.0) {
     signal.rate = rate;
     const double stamped = mean_rate(channel);
-    if (stamped > 0.0 && std::abs(rate / stamped - 1.0) > 0.01)
+    if (stamped > 0.0 && std::abs(rate / stamped - 1.0) > rate_differs)
       signal.findings.push_back({Severity::warning,
                                  "rate_differs_from_file",
                                  {{"rate", rate, "Hz"}, {"stamped", stamped, "Hz"}},
@@ -244,7 +247,7 @@ Scatter scatter_of(std::span<const double> values, std::size_t first) {
 }
 
 BlockScatter block_scatter(std::span<const double> values) {
-  BlockScatter scatter{std::max<std::size_t>(20, values.size() / 400), {}};
+  BlockScatter scatter{std::max<std::size_t>(least_block, values.size() / most_blocks), {}};
   for (std::size_t first = 0; first + scatter.size <= values.size(); first += scatter.size)
     scatter.blocks.push_back(scatter_of(values.subspan(first, scatter.size), first));
   return scatter;
@@ -261,7 +264,7 @@ Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, doub
   std::vector<double> sds;
   for (const auto& block : blocks)
     if (block.count > 0.0) sds.push_back(block.sd);
-  if (sds.size() < 10) return {};
+  if (sds.size() < fewest_blocks) return {};
   std::nth_element(sds.begin(), sds.begin() + static_cast<std::ptrdiff_t>(sds.size() / 2), sds.end());
   const double usual = sds[sds.size() / 2];
   const auto place = [&](const Scatter& block) { return Place(begin + static_cast<double>(block.first) / rate); };

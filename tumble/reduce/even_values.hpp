@@ -58,9 +58,12 @@ class EvenValues {
   std::vector<double> copy_;
 };
 
-/// Whether so many places [1] may be filled for `present` samples [1], one by one: 64 for each, or 2^24 (128 MB).
+/// Places that may always be filled: 2^24, of 128 MB; and places for each sample.
+constexpr double always_filled = 16777216.0, filled_of_sample = 64.0;
+
+/// Whether so many places [1] may be filled for `present` samples [1], one by one.
 constexpr bool may_be_filled(double places, std::size_t present) {
-  return places <= 16777216.0 || places <= 64.0 * static_cast<double>(present);
+  return places <= always_filled || places <= filled_of_sample * static_cast<double>(present);
 }
 
 /// Samples on an even grid.

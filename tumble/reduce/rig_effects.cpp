@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/rigs/error_names.hpp"
 
 namespace tumble {
@@ -68,6 +69,9 @@ std::vector<ErrorDraw> draws_of(const std::vector<const ConductedTest*>& channel
 }
 
 namespace {
+
+constexpr double effect_rounding = 1e-13;  ///< [1] of an output, below which the effect of an error is rounding
+constexpr double whole_share = 0.1;        ///< [1] within which the share of an effect is all, or none
 
 bool everywhere(std::size_t) { return true; }
 
@@ -130,7 +134,7 @@ class Difference {
   bool any_total() const {
     return std::ranges::any_of(parts_, [this](const Part& part) { return is_total(part.stretch); });
   }
-  bool rounding(std::size_t output, double shift) const { return std::abs(shift) <= 1e-13 * size_[output]; }
+  bool rounding(std::size_t output, double shift) const { return std::abs(shift) <= effect_rounding * size_[output]; }
   bool rounding(std::size_t output, const std::vector<double>& shift) const {
     return std::ranges::all_of(shift, [&](double v) { return rounding(output, v); });
   }
@@ -190,9 +194,9 @@ class Drivers {
     }
     for (std::size_t g = 0; g < drivers_.size(); ++g) {
       const double share = square[g] > 0.0 ? product[g] / square[g] : 0.0;
-      if (std::abs(share - 1.0) < 0.1)
+      if (std::abs(share - 1.0) < whole_share)
         drivers_[g] |= std::size_t{1} << bit;
-      else if (std::abs(share) > 0.1)
+      else if (std::abs(share) > whole_share)
         clear_[g] = false;
     }
   }
@@ -327,7 +331,7 @@ void add(Keyed one, std::vector<Keyed>& all) {
   const auto shared = std::ranges::find_if(all, [&](const Keyed& other) {
     return !one.effect.key.empty() && other.effect.key == one.effect.key && other.effect.source == one.effect.source;
   });
-  if (shared != all.end() && std::abs(shared->sd - one.sd) <= 1e-9 * shared->sd) {
+  if (shared != all.end() && std::abs(shared->sd - one.sd) <= rounding_share * shared->sd) {
     for (std::size_t i = 0; i < one.effect.column.size(); ++i) shared->effect.column[i] += one.effect.column[i];
     return;
   }

@@ -19,6 +19,8 @@
 namespace tumble {
 namespace {
 
+constexpr double greatest_freedom = 1e6;  ///< more is infinite: the quantiles agree to 1e-6
+
 /// Each test at half of 1 %: one of all parameters together, one of the worst.
 constexpr double least_belonging = 0.005;
 
@@ -159,8 +161,9 @@ double worst_row(const Estimate& result, const Rows& rows, const Estimate& popul
     for (std::size_t k = 0; k < rows.combinations.columns; ++k)
       away -= rows.combinations(i, k) * population.parameters[k].value;
     const double variance = gain.departure(i, i);
-    const double freedom = std::min(1e6, freedom_of(variance, result.covariance(i, i),
-                                                    result.parameters[i].degrees_of_freedom, prior(i, i), units));
+    const double freedom = std::min(
+        greatest_freedom,
+        freedom_of(variance, result.covariance(i, i), result.parameters[i].degrees_of_freedom, prior(i, i), units));
     const double p = 2.0 * cdf(complement(boost::math::students_t(freedom), std::abs(away) / std::sqrt(variance)));
     least = std::min(least, p * static_cast<double>(rows.known));
   }

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/report/error_model/json.hpp"
 #include "tumble/report/limit_text.hpp"
 #include "tumble/report/report.hpp"
@@ -255,8 +256,6 @@ Json whole(const Estimate& estimate) {
   return json;
 }
 
-std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 /// Shortest decimal that reads back as the same double, always recognisable as a real number: "3.0".
 void write_number(double value, std::string& out) {
   std::array<char, 32> text;
@@ -278,7 +277,7 @@ void write_members(const Json& value, std::size_t indent, std::string& out) {
   for (auto item = value.begin(); item != value.end(); ++item) {
     if (item != value.begin()) out += flat ? ", " : ",";
     out += gap;
-    if (object) out += text_of(item.key()) + ": ";
+    if (object) out += json_text(Json(item.key())) + ": ";
     write(*item, indent + 1, out);
   }
   if (!flat && !value.empty()) out += "\n" + std::string(indent, ' ');
@@ -289,7 +288,7 @@ void write(const Json& value, std::size_t indent, std::string& out) {
   if (value.is_number_float()) {
     write_number(value.get<double>(), out);
   } else if (value.is_primitive()) {
-    out += text_of(value);
+    out += json_text(value);
   } else {
     write_members(value, indent, out);
   }

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/language/said.hpp"
 
 namespace tumble {
@@ -99,7 +100,7 @@ std::string problems_to_json(std::string_view code, const Problems& problems, La
     json["where"] = json_of_where(problem.where);
     all.push_back(std::move(json));
   }
-  return all.dump(-1, ' ', false, ProblemJson::error_handler_t::replace);
+  return json_text(all);
 }
 
 CodedProblems coded_problems_from_json(const std::string& text) try {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/serve/folder_paths.hpp"
@@ -26,8 +27,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* another_folder = "the folder of this job was removed or replaced: start the job again";
-
-std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json json_of(const Job& job) {
   Json json = Json::object();
@@ -78,7 +77,7 @@ const EnumerationWords& job_state_words() {
 
 std::string name(Job::State state) { return job_state_words()[static_cast<std::size_t>(state)]; }
 
-std::string to_json(const Job& job) { return dumped(json_of(job)); }
+std::string to_json(const Job& job) { return json_text(json_of(job)); }
 
 Jobs::Jobs(JobOptions options, EventFeed& feed) : options_(std::move(options)), feed_(feed) {
   restore();
@@ -222,13 +221,13 @@ std::function<bool(std::string& bytes)> Jobs::reader_of(const std::string& id, c
 
 /// Tells everybody, and keeps what must survive. Called with the lock.
 void Jobs::changed(const Job& job) {
-  feed_.publish("job", dumped(json_of(job)));
+  feed_.publish("job", json_text(json_of(job)));
   if (!job.kept || options_.state.empty()) return;
   Json json = Json::object();
   MembersToJson visit{JsonObject(&json)};
   kept_members(visit, job);
   try {
-    write_file_atomically(state_of(job), dumped(json) + "\n");
+    write_file_atomically(state_of(job), json_text(json) + "\n");
   } catch (const Error&) {
     // A full disk keeps a job from being remembered, not from being done.
   }
@@ -291,7 +290,7 @@ void Jobs::carry_out(std::unique_lock<std::mutex>& lock, const std::string& id) 
           Job& job = jobs_[id];
           job.progress = (static_cast<double>(i) + done) / number;
           job.doing = doing;
-          feed_.publish("job", dumped(json_of(job)));
+          feed_.publish("job", json_text(json_of(job)));
         });
     lock.lock();
     Job& job = jobs_[id];

@@ -53,8 +53,6 @@ const char* step_of(RunRow::Kind kind) {
 
 }  // namespace
 
-std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 Json json_of(const RunView& view, double speed) {
   Json axes = Json::array(), channels = Json::array(), estimates = Json::array();
   for (const auto& axis : view.axes) {

@@ -12,8 +12,6 @@ namespace tumble::desk_lines {
 
 using Json = nlohmann::ordered_json;
 
-std::string dumped(const Json& json);
-
 /// Numbers as they are drawn, and texts of numbers. Times [s] since the begin of this process.
 Json json_of(const RunView& view, double speed);
 Json json_of(const Curves& curves);

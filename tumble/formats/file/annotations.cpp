@@ -3,6 +3,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/formats/recorded_findings.hpp"
 
 namespace tumble::file {
@@ -12,7 +13,6 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 /// Bytes that are not UTF-8 become the replacement character instead of an exception.
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 /// Discarded where it is not JSON, or nested so deep that walking it would use up the stack.
 Json parsed(std::string_view text) {
@@ -38,7 +38,7 @@ std::map<std::string, std::string> meta_from(const Json& json) {
   std::map<std::string, std::string> meta;
   if (!json.is_object()) throw Json::other_error::create(501, "not an object", &json);
   for (const auto& [key, value] : json.items())
-    meta[key] = value.is_string() ? value.get<std::string>() : text_of(value);
+    meta[key] = value.is_string() ? value.get<std::string>() : json_text(value);
   return meta;
 }
 
@@ -55,8 +55,8 @@ bool kind_named(std::string_view text, QuantityKind& kind) {
 
 std::map<std::string, std::string> annotations_of(const Recording& recording) {
   std::map<std::string, std::string> texts;
-  if (!recording.instrument.empty()) texts["instrument"] = text_of(Json(recording.instrument));
-  if (!recording.meta.empty()) texts["meta"] = text_of(Json(recording.meta));
+  if (!recording.instrument.empty()) texts["instrument"] = json_text(Json(recording.instrument));
+  if (!recording.meta.empty()) texts["meta"] = json_text(Json(recording.meta));
   Json marks = Json::array();
   for (std::size_t m = 0; m < recording.marks.size(); ++m) {
     const Mark& mark = recording.marks[m];
@@ -64,11 +64,11 @@ std::map<std::string, std::string> annotations_of(const Recording& recording) {
     const double next = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : unlimited;
     if (mark.end < next) marks.back()["end"] = mark.end;  // other segments end where the next one begins
   }
-  if (!marks.empty()) texts["marks"] = text_of(marks);
+  if (!marks.empty()) texts["marks"] = json_text(marks);
   Json quantities = Json::object();
   for (const Channel& channel : recording.channels)
     if (channel.kind != kind_of(channel.unit)) quantities[channel.name] = name(channel.kind);
-  if (!quantities.empty()) texts["quantities"] = text_of(quantities);
+  if (!quantities.empty()) texts["quantities"] = json_text(quantities);
   return texts;
 }
 
@@ -111,8 +111,8 @@ bool annotate_all(Recording& recording, std::string_view json) {
   std::map<std::string, QuantityKind> kinds;
   std::map<std::string, std::string> others;
   for (const auto& [key, entry] : value.items())
-    if (!annotate(recording, kinds, key, text_of(entry)))
-      others[key] = entry.is_string() ? entry.get<std::string>() : text_of(entry);
+    if (!annotate(recording, kinds, key, json_text(entry)))
+      others[key] = entry.is_string() ? entry.get<std::string>() : json_text(entry);
   for (auto& [key, text] : others) recording.meta.emplace(key, std::move(text));
   return true;
 }

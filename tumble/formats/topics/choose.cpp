@@ -51,7 +51,7 @@ std::vector<std::size_t> asked_for(const std::vector<std::string>& names, const 
       names.size(), topics, [&](std::size_t i, const std::string& asked) { return meets(names[i], asked); },
       [&](const std::string& asked) -> Problem {
         return say("'{}': no topic '{}'{} (topics with samples: {})", path, asked, did_you_mean(asked, names),
-                   names.empty() ? Sentence("none") : say("{}", Name{fmt::format("{}", fmt::join(names, ", "))}));
+                   names.empty() ? Sentence("none") : say("{}", fmt::join(names, ", ")));
       });
 }
 

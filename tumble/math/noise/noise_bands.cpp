@@ -16,6 +16,9 @@ namespace {
 
 using Fft = Eigen::FFT<double>;
 
+/// Longer runs are cut to products of small primes.
+constexpr std::size_t values_transformed = 64, greatest_prime = 31;
+
 constexpr std::size_t single_ordinates = 32;
 constexpr double band_width = 0.03;  ///< relative
 
@@ -96,7 +99,7 @@ struct Run {
 std::size_t smooth(std::size_t n) {
   for (;; --n) {
     std::size_t rest = n;
-    for (std::size_t p = 2; p <= 31; ++p)
+    for (std::size_t p = 2; p <= greatest_prime; ++p)
       while (rest % p == 0) rest /= p;
     if (rest == 1) return n;
   }
@@ -111,7 +114,7 @@ std::vector<Run> runs_without_gap(std::span<const double> values) {
   }
   std::erase_if(runs, [](const Run& run) { return run.values < 2; });
   for (Run& run : runs)
-    if (run.values > 64) run.values = smooth(run.values);
+    if (run.values > values_transformed) run.values = smooth(run.values);
   return runs;
 }
 

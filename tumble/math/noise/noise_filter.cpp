@@ -14,6 +14,9 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr double critical = 1e-4;  ///< about a damping of 1, where the two exponentials are one: it is moved by as much
+constexpr double sine_of_zero = 1e-12;  ///< of a frequency that is a multiple of half the rate, to rounding
+
 constexpr double negligible = 1e-7;
 
 /// A part a exp(-rate |t|) of an autocovariance.
@@ -25,7 +28,7 @@ struct Exponential {
 std::vector<Exponential> exponentials_of(const NoiseFilter& filter) {
   const double w = two_pi * filter.bandwidth;
   if (!filter.two_poles()) return {{1.0, w}};
-  const double zeta = std::abs(filter.damping - 1.0) < 1e-4 ? 1.0 + 1e-4 : filter.damping;
+  const double zeta = std::abs(filter.damping - 1.0) < critical ? 1.0 + critical : filter.damping;
   const double half = 1.0 - 2.0 * zeta * zeta, natural = w / std::sqrt(half + std::sqrt(half * half + 1.0));
   // exp(-zeta w t) (cos(v t) + zeta w/v sin(v t)), v = w sqrt(1 - zeta^2), imaginary beyond zeta = 1
   const Complex v = natural * std::sqrt(Complex(1.0 - zeta * zeta)), i(0.0, 1.0);
@@ -161,7 +164,7 @@ double expected_in(const NoiseBand& band, const FilteredMeans& means) {
   }
   // Covariances of differences at lag h, g_h: g_0 + 2 sum_h g_h ((1 - h/(n+1)) cos(h w) + sin(h w) cot(w)/(n+1))
   const double w = two_pi * band.frequency * band.unit, sine = std::sin(w);
-  const double cotangent = std::abs(sine) < 1e-12 ? 0.0 : std::cos(w) / sine;
+  const double cotangent = std::abs(sine) < sine_of_zero ? 0.0 : std::cos(w) / sine;
   double sum = 2.0 * (covariances[0] - covariances[1]);
   const Complex turn = std::polar(1.0, w);
   Complex turned = turn;  // exp(i h w)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/units/constants.hpp"
@@ -14,6 +15,8 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double highest_of_long = 0.25;  ///< [1/longest block] where the bands of a longer record begin
 
 constexpr double least_times = 1e-3, most_times = 1e5;
 constexpr double step = 1.1;  ///< of the frequencies that a longer record adds
@@ -39,7 +42,7 @@ std::vector<NoiseBand> lengthened(const std::vector<NoiseBand>& from, double lon
     if (band.radix == 0) unit = band.unit;
     bands.push_back(band);
   }
-  for (double high = 0.25 / longest; high > lowest; high /= step) {
+  for (double high = highest_of_long / longest; high > lowest; high /= step) {
     const double low = std::max(lowest, high / step);
     NoiseBand band = low_band(0.5 * (low + high), unit, unit / (longest * times));
     band.count = (high - low) * 2.0 * longest * times;
@@ -98,13 +101,11 @@ double RecordLength::sd_of(std::size_t parameter, double times) const {
 }
 
 double RecordLength::times_for(std::size_t parameter, double sd) const {
-  double low = std::log(least_times), high = std::log(most_times);
+  constexpr int halvings = 14;  // of the logarithm of the times: to a thousandth
   if (sd_of(parameter, most_times) > sd) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 14; ++i) {
-    const double middle = 0.5 * (low + high);
-    (sd_of(parameter, std::exp(middle)) > sd ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
+  return std::exp(bisected(std::log(least_times), std::log(most_times), halvings, [&](double logarithm) {
+                    return sd_of(parameter, std::exp(logarithm)) > sd;
+                  }).middle());
 }
 
 }  // namespace tumble

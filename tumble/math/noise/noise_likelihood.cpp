@@ -10,6 +10,7 @@
 #include "tumble/math/noise/noise_likelihood/filter_search.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
@@ -17,6 +18,9 @@ namespace tumble {
 namespace {
 
 using namespace noise_likelihood;
+
+constexpr double endless_freedom = 1e6;       ///< more is infinite: the quantiles agree to 1e-6
+constexpr double freedom_beside_walk = 20.0;  ///< of the fall by a ramp: keeps false ramps beside any walk below 0.5 %
 
 constexpr double ramp_chance = 0.0027;  ///< 3 sigma
 
@@ -79,7 +83,7 @@ void describe_kept(const BandData& data, const TermSelection& selection, const S
       term.degrees_of_freedom =
           std::min(term.degrees_of_freedom, time_freedom(std::sqrt(known.covariance(time, time))));
     }
-    const double factor = student_quantile(0.95, term.degrees_of_freedom);
+    const double factor = student_quantile(one_sided_95, term.degrees_of_freedom);
     term.upper_limit = term.squared * std::pow(term.root_correction + 0.5 * factor * std::sqrt(relative), 2);
   }
 }
@@ -117,19 +121,20 @@ void add_values(const BandData& data, const std::vector<double>& statistical_cou
   fit.averaged_sets = mean.sets;
   fit.shown.assign(fit.terms.size(), false);
   for (std::size_t i = fit.terms.size() + fit.time_at_bound.size(); i < mean.value.size(); ++i)
-    fit.filter_freedom.push_back(std::min(1e6, logarithm_freedom(std::sqrt(mean.covariance(i, i)) / mean.value[i])));
+    fit.filter_freedom.push_back(
+        std::min(endless_freedom, logarithm_freedom(std::sqrt(mean.covariance(i, i)) / mean.value[i])));
   for (std::size_t t = 0; t < fit.terms.size(); ++t) {
     FittedTerm& term = fit.terms[t];
     const double variance = mean.covariance(t, t), sd = std::sqrt(variance);
     if (!term.kept) {
-      term.upper_limit = std::max(term.upper_limit, std::pow(mean.value[t] + 1.645 * sd, 2));
+      term.upper_limit = std::max(term.upper_limit, std::pow(mean.value[t] + normal_one_sided_95 * sd, 2));
       continue;
     }
     // What the sets differ by is known from all of them: it counts as of many degrees of freedom.
     term.degrees_of_freedom *= std::max(1.0, std::pow(variance / alone.covariance(t, t), 2));
-    fit.shown[t] = mean.value[t] > student_quantile(0.975, term.degrees_of_freedom) * sd;
-    term.upper_limit =
-        std::max(term.upper_limit, std::pow(mean.value[t] + student_quantile(0.95, term.degrees_of_freedom) * sd, 2));
+    fit.shown[t] = mean.value[t] > student_quantile(two_sided_95, term.degrees_of_freedom) * sd;
+    term.upper_limit = std::max(
+        term.upper_limit, std::pow(mean.value[t] + student_quantile(one_sided_95, term.degrees_of_freedom) * sd, 2));
   }
 }
 
@@ -151,7 +156,8 @@ NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNo
   const auto by = transposed_product(model.x, each);  // relative change of the slope's variance by each coefficient
   ramp.slope = best.slope;
   ramp.sd = std::sqrt(best.variance);
-  ramp.degrees_of_freedom = std::clamp(2.0 / std::max(quadratic_form(by, known.covariance), 1e-9), 1.0, 1e6);
+  ramp.degrees_of_freedom =
+      std::clamp(2.0 / std::max(quadratic_form(by, known.covariance), 1e-9), 1.0, endless_freedom);
   ramp.chance = two_sided(std::abs(ramp.slope) / ramp.sd, ramp.degrees_of_freedom);
   return ramp;
 }
@@ -170,7 +176,7 @@ void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& opti
                       (with.minus_twice_log_likelihood + std::log(with.slope_variance));  // at its best, not integrated
   // A walk of few sines makes the fall greater by chance than a chi-square is: Student's distribution of 20 degrees of
   // freedom keeps false ramps beside any walk below 0.5 %.
-  const double chance = fall > 0.0 ? two_sided(std::sqrt(fall), 20.0) : 1.0;
+  const double chance = fall > 0.0 ? two_sided(std::sqrt(fall), freedom_beside_walk) : 1.0;
   if (chance >= ramp.chance) return;
   ramp.chance = chance;
   ramp.sd = std::abs(ramp.slope) / std::sqrt(fall);
@@ -229,7 +235,7 @@ TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseL
 /// The set that was chosen, at parameters found to the last digit that matters.
 void refine_chosen(const BandData& data, const SearchRange& range, TermSelection& selection) {
   TriedTerms& chosen = selection.all[selection.chosen];
-  chosen = best_parameters(data, chosen, range, 2e-3);
+  chosen = best_parameters(data, chosen, range, fine);
 }
 
 /// The sets of terms where each range of frequencies has this relative error, whose counts `data` receives.
@@ -245,7 +251,7 @@ TermSelection chosen_beside(const std::vector<double>& count, double error, cons
     const auto best = std::ranges::min_element(selection.other_aicc);
     if (!first || best == selection.other_aicc.end() || *best > selection.aicc[selection.chosen]) return selection;
     const auto& better = selection.other_filters[static_cast<std::size_t>(best - selection.other_aicc.begin())];
-    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, 2e-3);
+    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, fine);
   }
 }
 
@@ -310,7 +316,7 @@ void take_values_of_terms(NoiseFit& fit) {
   fit.value_error_variance = fit.model_error_variance;
   for (std::size_t i = 0; i < all; ++i) fit.value_error_variance[i] *= gain[i] * gain[i];
   for (std::size_t t = 0; t < terms; ++t)
-    fit.shown[t] = fit.terms[t].kept && fit.value[t] > student_quantile(0.975, fit.terms[t].degrees_of_freedom) *
+    fit.shown[t] = fit.terms[t].kept && fit.value[t] > student_quantile(two_sided_95, fit.terms[t].degrees_of_freedom) *
                                                            std::sqrt(fit.value_covariance(t, t));
 }
 

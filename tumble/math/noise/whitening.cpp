@@ -4,6 +4,12 @@
 
 namespace tumble {
 
+namespace {
+
+constexpr double cancels_below = 1e-2;  ///< [correlation times] of an interval: the series is exact to 1e-7 there
+
+}  // namespace
+
 /// Averages of a Markov process over an interval D, T its correlation time, phi = exp(-D/T), variance s^2:
 ///   seen = (T/D)(1-phi), var w = s^2 (1-phi^2), cov(w,e) = s^2 (T/D)(1-phi)^2,
 ///   var e = 2 s^2 (T/D)^2 [D - 2T(1-phi) + T(1-phi^2)/2]/T
@@ -11,7 +17,7 @@ Whitening::State Whitening::markov(const MarkovComponent& component, double inte
   const double s2 = component.sd * component.sd, ratio = interval / component.time;
   const double fall = -std::expm1(-ratio);  // 1 - phi
   double inside;
-  if (ratio < 1e-2) {  // the bracket cancels: its Taylor series, next term 7/60 ratio^3 relative
+  if (ratio < cancels_below) {  // the bracket cancels: its Taylor series, next term 7/60 ratio^3 relative
     inside = s2 * 2.0 / 3.0 * ratio * (1.0 - 0.75 * ratio + 0.35 * ratio * ratio);
   } else {
     inside = 2.0 * s2 / (ratio * ratio) * (ratio - 2.0 * fall + 0.5 * fall * (2.0 - fall));

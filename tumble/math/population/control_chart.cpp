@@ -15,6 +15,8 @@
 namespace tumble {
 namespace {
 
+constexpr double beyond_control = 3.0;  ///< [sd] a point farther away is not counted for the limits of later ones
+
 constexpr double three_sigma = 0.99865;  ///< probability below 3 of a normal number
 
 UnitSpread baseline_of(std::span<const ChartPoint> points, std::size_t count) {
@@ -110,7 +112,7 @@ std::vector<double> self_starting(std::span<const double> values) {
       q = std::copysign(quantile(complement(boost::math::normal(), tail)), t);
     }
     out.push_back(q);
-    if (std::abs(q) > 3.0) continue;
+    if (std::abs(q) > beyond_control) continue;
     count += 1.0;
     const double before = value - mean;
     mean += before / count;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
@@ -12,6 +13,8 @@
 
 namespace tumble {
 namespace {
+
+constexpr double largest_step_sd = 3.0;  ///< [sd] of both visits, by which a walk may have gone farther than they show
 
 void require_visits(const UnitHistory& history) {
   Problems problems;
@@ -83,7 +86,8 @@ double largest_walk(std::span<const UnitHistory> histories) {
     for (std::size_t i = 1; i < history.visits.size(); ++i) {
       const auto &a = history.visits[i - 1], &b = history.visits[i];
       if (b.time > a.time)
-        most = std::max(most, (std::abs(b.value - a.value) + 3.0 * (a.sd + b.sd)) / std::sqrt(b.time - a.time));
+        most = std::max(most,
+                        (std::abs(b.value - a.value) + largest_step_sd * (a.sd + b.sd)) / std::sqrt(b.time - a.time));
     }
   return 3.0 * most;
 }
@@ -100,16 +104,13 @@ double first_time(const Probability& probability, double begin, double risk, dou
   constexpr int cells = 200;
   double low = 0.0;
   for (int i = 1; i <= cells; ++i) {
-    double high = longest * i / cells;
+    const double high = longest * i / cells;
     if (probability(begin + high) <= risk) {
       low = high;
       continue;
     }
-    for (int step = 0; step < 40; ++step) {
-      const double middle = 0.5 * (low + high);
-      (probability(begin + middle) > risk ? high : low) = middle;
-    }
-    return low;
+    constexpr int halvings = 40;  // to 1e-12 of a cell
+    return bisected(low, high, halvings, [&](double time) { return !(probability(begin + time) > risk); }).low;
   }
   return longest;
 }

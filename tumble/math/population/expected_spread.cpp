@@ -47,7 +47,7 @@ std::pair<double, double> centre_and_scale(std::span<const KeyedUnitValue> units
 
 double expected_spread(std::span<const KeyedUnitValue> units) {
   using Rule = boost::math::quadrature::gauss<double, 64>;
-  if (units.size() < 5)
+  if (units.size() < fewest_units_of_population)
     throw Error(Error::Kind::bad_data, say("a prior needs at least five units; here {} given", units.size()));
   std::vector<UnitValue> values;
   for (const auto& unit : units) values.push_back(unit.own);

@@ -7,6 +7,9 @@
 
 namespace tumble {
 
+/// Units that a population needs: with fewer the spread between them is hardly determined, see docs/equations (8.13).
+constexpr std::size_t fewest_units_of_population = 5;
+
 /// Value of one parameter that a test of one unit gave, with the errors that it shares with other units.
 struct KeyedUnitValue {
   UnitValue own;                    ///< value and private uncertainty [u]

@@ -16,6 +16,9 @@
 namespace tumble {
 namespace {
 
+/// Sqrt(2) as rounded by AIAG, Measurement Systems Analysis: number of distinct categories.
+constexpr double of_categories = 1.41;
+
 void require_complete(const GaugeStudy& study) {
   Problems problems;
   for (const auto& [what, count] : {std::pair{"units", study.units}, {"rigs", study.rigs}, {"repeats", study.repeats}})
@@ -91,7 +94,7 @@ Gauge gauge_of(const GaugeStudy& study, std::uint64_t seed) {
     return GaugeValue{best[k], drawn[k][draws / 40], drawn[k][draws - 1 - draws / 40]};
   };
   Gauge out{value(0), value(1), value(2), value(3), value(4)};
-  out.categories = out.gauge.value > 0.0 ? std::floor(1.41 * out.units.value / out.gauge.value)
+  out.categories = out.gauge.value > 0.0 ? std::floor(of_categories * out.units.value / out.gauge.value)
                                          : std::numeric_limits<double>::infinity();
   return out;
 }

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <vector>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/normal.hpp"
+#include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -80,11 +82,8 @@ double quantile_of(const std::vector<Part>& parts, double probability) {
   double low = whole.mean, high = whole.mean, step = std::sqrt(whole.variance);
   while (below(parts, low) > probability) low -= step;
   while (below(parts, high) < probability) high += step;
-  for (int i = 0; i < 44; ++i) {  // to 1e-12 of the standard deviation
-    const double middle = 0.5 * (low + high);
-    (below(parts, middle) < probability ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  constexpr int halvings = 44;  // to 1e-12 of the standard deviation
+  return bisected(low, high, halvings, [&](double value) { return below(parts, value) < probability; }).middle();
 }
 
 /// (8.13) for one parameter, given the population.
@@ -96,7 +95,7 @@ Part posterior(const Possible& one, const UnitValue& unit) {
 }  // namespace
 
 UnitInPopulation unit_in_population(std::span<const UnitValue> units, const UnitValue& unit) {
-  if (units.size() < 5)
+  if (units.size() < fewest_units_of_population)
     throw Error(Error::Kind::bad_data,
                 say("a population of {} units says too little of a new one: at least five are needed", units.size()));
   if (!std::isfinite(unit.value) || !(unit.sd > 0.0) || !std::isfinite(unit.sd))
@@ -118,7 +117,7 @@ UnitInPopulation unit_in_population(std::span<const UnitValue> units, const Unit
   }
   const auto whole = moments(posteriors);
   out.value = whole.mean, out.sd = std::sqrt(whole.variance);
-  out.lower = quantile_of(posteriors, 0.025), out.upper = quantile_of(posteriors, 0.975);
+  out.lower = quantile_of(posteriors, below_two_sided_95), out.upper = quantile_of(posteriors, two_sided_95);
   return out;
 }
 

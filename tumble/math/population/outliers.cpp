@@ -7,13 +7,17 @@
 #include <cmath>
 #include <numeric>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/population/expected_spread.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr int most_passes_of_outliers = 8;  ///< where units go in and out, the last decides
 
 /// t with median (y - mean)^2/(t + u^2) = 0.4549, the median of chi-square with one degree of freedom: half of the
 /// units may be of another population.
@@ -28,12 +32,8 @@ double robust_spread(std::span<const UnitValue> units, double mean) {
   double high = 0.0;
   for (const auto& unit : units) high = std::max(high, square(unit.value - mean));
   high *= 4.0;
-  double low = 0.0;
-  for (int step = 0; step < 100; ++step) {
-    const double between = 0.5 * (low + high);
-    (middle(between) > median_of_chi_square ? low : high) = between;
-  }
-  return high;
+  constexpr int halvings = 100;  // to rounding, for a spread of 1e-15 of the largest distance too
+  return bisected(0.0, high, halvings, [&](double t) { return middle(t) > median_of_chi_square; }).high;
 }
 
 double two_sided(double z, double freedom) {
@@ -131,7 +131,7 @@ double p_of_permutations(std::span<const UnitValue> units, std::vector<std::size
 }  // namespace
 
 OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discovery) {
-  if (units.size() < 5)
+  if (units.size() < fewest_units_of_population)
     throw Error(Error::Kind::bad_data, say("{} units: at least 5 units are needed to detect outliers", units.size()));
   static_cast<void>(spread_of_units(units));  // its problems
   OutlierUnits out;
@@ -146,7 +146,7 @@ OutlierUnits outlier_units(std::span<const UnitValue> units, double false_discov
     out.z[i] = (units[i].value - mean) / std::sqrt(t + square(units[i].sd) + 1.0 / weight);
     out.p[i] = two_sided(out.z[i], static_cast<double>(units.size()) - 2.0);
   }
-  for (int pass = 0; pass < 8; ++pass) {
+  for (int pass = 0; pass < most_passes_of_outliers; ++pass) {
     const auto before = out.outlier;
     out.outlier = marked(out.p, false_discovery);
     const auto kept = without(units, out.outlier);

@@ -6,12 +6,17 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr double least_spread = 1e-18;  ///< [1] of the largest, squared: where Newton's steps begin
+constexpr int most_steps_of_spread = 200;
+constexpr double last_growth = 1e-14;  ///< [1] rounding
 
 /// A spread that is larger than any the data allow [u].
 double largest_spread(std::span<const UnitValue> units) {
@@ -80,12 +85,12 @@ void require_population(std::span<const UnitValue> units) {
 
 double spread_at_scatter(std::span<const UnitValue> units, double scatter, double from) {
   // Q is convex and falls: Newton's steps from the left never go beyond the root.
-  double t = std::max(from, 1e-18 * square(largest_spread(units)));
-  for (int step = 0; step < 200; ++step) {
+  double t = std::max(from, least_spread * square(largest_spread(units)));
+  for (int step = 0; step < most_steps_of_spread; ++step) {
     const auto at = mean_at_spread(units, t);
     if (at.q <= scatter) return step == 0 ? from : t;
     const double next = t - (at.q - scatter) / slope_of_scatter(units, t, at.mean);
-    if (!(next > t * (1.0 + 1e-14))) break;
+    if (!(next > t * (1.0 + last_growth))) break;
     t = next;
   }
   return t;
@@ -99,13 +104,13 @@ UnitSpread spread_of_units(std::span<const UnitValue> units) {
   UnitSpread out;
   out.mean = found.mean;
   out.mean_sd = std::sqrt(std::max(1.0, found.q / freedom) / found.weight);
-  const double half = student_quantile(0.975, freedom) * out.mean_sd;
+  const double half = student_quantile(two_sided_95, freedom) * out.mean_sd;
   out.mean_lower = out.mean - half, out.mean_upper = out.mean + half;
   out.sd = std::sqrt(t);
-  out.sd_lower = std::sqrt(spread_at_scatter(units, chi_square_quantile(0.975, freedom)));
-  out.sd_upper = std::sqrt(spread_at_scatter(units, chi_square_quantile(0.025, freedom)));
+  out.sd_lower = std::sqrt(spread_at_scatter(units, chi_square_quantile(two_sided_95, freedom)));
+  out.sd_upper = std::sqrt(spread_at_scatter(units, chi_square_quantile(below_two_sided_95, freedom)));
   out.scatter = mean_at_spread(units, 0.0).q;
-  out.below_stated = out.scatter < chi_square_quantile(0.025, freedom);
+  out.below_stated = out.scatter < chi_square_quantile(below_two_sided_95, freedom);
   return out;
 }
 

@@ -12,6 +12,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/population/expected_spread.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/math/symmetric_factor.hpp"
 #include "tumble/units/constants.hpp"
@@ -19,6 +20,11 @@
 
 namespace tumble {
 namespace {
+
+constexpr double added_variance = 1e-10;            ///< [1] of each: values that errors move together are allowed
+constexpr double least_of_own = 1e-6;               ///< [1] of the units' own variance, where a spread begins
+constexpr double last_change_of_spread = 1e-5;      ///< [1]
+constexpr double least_freedom_of_belonging = 4.1;  ///< F has a variance above 4
 
 constexpr std::size_t folds = 5;
 constexpr std::size_t least_units = 5;  ///< that show a parameter by itself
@@ -45,7 +51,7 @@ std::vector<double> part(const std::vector<double>& a, const std::vector<std::si
 bool positive_semidefinite(const Matrix& a) {
   for (std::size_t i = 0; i < a.rows; ++i)
     if (!(a(i, i) >= 0.0) || !std::isfinite(a(i, i))) return false;
-  return symmetric_factor(a).excess < 1e-9;
+  return symmetric_factor(a).excess < rounding_share;
 }
 
 /// The parameter that value i of a unit is by itself; p: it is a sum.
@@ -108,7 +114,8 @@ Matrix design_of(const ShownOfUnit& unit) {
 /// S = A T A' + E. Throws where it is not positive definite.
 Cholesky scatter_of(const ShownOfUnit& unit, const Matrix& spread) {
   Matrix s = sandwich(unit.combinations, spread) + unit.covariance;
-  for (std::size_t i = 0; i < s.rows; ++i) s(i, i) *= 1.0 + 1e-10;  // values that errors move together are allowed
+  for (std::size_t i = 0; i < s.rows; ++i)
+    s(i, i) *= 1.0 + added_variance;  // values that errors move together are allowed
   auto factor = cholesky(s);
   if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
   return factor;
@@ -181,7 +188,7 @@ Matrix first_spread(std::span<const ShownOfUnit> units) {
     for (const auto& value : values) sum += value.own.value, own += square(value.own.sd);
     for (const auto& value : values) squares += square(value.own.value - sum / count);
     const double variance = count > 1.0 ? squares / (count - 1.0) : 0.0;
-    variances.push_back(std::max({variance, 1e-6 * own / std::max(count, 1.0), 1e-300}));
+    variances.push_back(std::max({variance, least_of_own * own / std::max(count, 1.0), 1e-300}));
   }
   return diagonal(variances);
 }
@@ -197,7 +204,7 @@ Matrix most_likely_covariance(std::span<const ShownOfUnit> units, double shrinka
       change = std::max(change, std::abs(next(k, k) - spread(k, k)) / spread(k, k));
     }
     spread = std::move(next);
-    if (change < 1e-5) break;
+    if (change < last_change_of_spread) break;
   }
   return spread;
 }
@@ -301,7 +308,7 @@ PopulationGain gain_of(const Matrix& prior, const std::vector<double>& mean, con
   PopulationGain out;
   out.departure = sandwich(a, prior) + unit.covariance - both - transposed(both);
   auto factor = cholesky(out.departure);
-  for (std::size_t i = 0; i < out.departure.rows && !factor.positive; ++i) out.departure(i, i) *= 1.0 + 1e-10;
+  for (std::size_t i = 0; i < out.departure.rows && !factor.positive; ++i) out.departure(i, i) *= 1.0 + added_variance;
   if (!factor.positive) factor = cholesky(out.departure);  // values that move together
   if (!factor.positive) throw Error(Error::Kind::bad_data, "the covariance of a unit is not positive definite");
   const auto away = scaled_sum(unit.values, -1.0, a * mean);
@@ -314,7 +321,8 @@ PopulationGain gain_of(const Matrix& prior, const std::vector<double>& mean, con
 double belonging(double distance, std::size_t dimensions, double inflation, double freedom) {
   const auto m = static_cast<double>(dimensions);
   if (dimensions == 0) return 1.0;
-  if (inflation > 1.0) freedom = std::min(freedom, std::max(4.1, 2.0 * inflation / (inflation - 1.0)));
+  if (inflation > 1.0)
+    freedom = std::min(freedom, std::max(least_freedom_of_belonging, 2.0 * inflation / (inflation - 1.0)));
   if (std::isinf(freedom)) return cdf(complement(boost::math::chi_squared(m), distance));
   return cdf(complement(boost::math::fisher_f(m, std::max(1.0, freedom)), distance / m));
 }

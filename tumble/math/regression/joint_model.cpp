@@ -20,6 +20,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double white_of_known = 1e-10;  ///< [1] of the known variance, at least: outputs without noise
+
 /// One output: its compressed rows over the sd of its white noise, and where they stand among those of all.
 struct PartOfUnit {
   mixed_model::Compressed rows;
@@ -55,7 +57,7 @@ double unit_of(const mixed_model::Compressed& rows, const MixedData& data, const
   known += rows.effects.squaredNorm() / n;
   for (std::size_t c = 0; c < data.slow.size(); ++c)
     known += alone.slow_variance[c] * rows.incidence.squaredNorm() / n * map(data.slow[c].kernel).diagonal().maxCoeff();
-  const double variance = std::max(alone.white_variance, 1e-10 * known);
+  const double variance = std::max(alone.white_variance, white_of_known * known);
   return variance > 0.0 ? std::sqrt(variance) : 1.0;
 }
 

@@ -11,6 +11,9 @@
 namespace tumble {
 namespace {
 
+/// [1] of the largest variance; of each: rows without noise.
+constexpr double least_of_largest = 1e-18, added_to_unit = 1e-9;
+
 constexpr double same_column = 1e-7;  ///< share of a column that the others do not explain: it is rounding
 
 /// Rows of unit variance. Rows without any noise count as one part in 1e9 of the others.
@@ -20,9 +23,9 @@ struct Whitening {
 
   explicit Whitening(const Matrix& covariance) : unit(diagonal_of(covariance)) {
     const double largest = *std::ranges::max_element(unit);
-    for (double& u : unit) u = 1.0 / std::sqrt(std::max({u, 1e-18 * largest, 1e-300}));
+    for (double& u : unit) u = 1.0 / std::sqrt(std::max({u, least_of_largest * largest, 1e-300}));
     Matrix scaled_covariance = scaled_rows(unit, scaled_columns(covariance, unit));
-    for (std::size_t i = 0; i < unit.size(); ++i) scaled_covariance(i, i) += 1e-9;
+    for (std::size_t i = 0; i < unit.size(); ++i) scaled_covariance(i, i) += added_to_unit;
     root = cholesky(scaled_covariance).lower;
   }
   Matrix operator()(const Matrix& a) const { return solve_lower(root, scaled_rows(unit, a)); }

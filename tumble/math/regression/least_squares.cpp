@@ -8,11 +8,18 @@
 #include <numeric>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
+
+/// [1] of the largest, that is named; within which it is 1.
+constexpr double named_weight = 0.05, weight_of_one = 0.005;
+constexpr double huber = 1.345;  ///< [sd] Huber's k: 95 % efficiency for normal residuals (Holland and Welsch, 1977)
+constexpr int rounds_of_weights = 50;
+constexpr double last_change_of_weights = 1e-8;
 
 /// The parameters that have a prior.
 std::vector<std::size_t> priors_of(const LeastSquaresOptions& options) {
@@ -65,9 +72,10 @@ std::string in_words(std::span<const double> direction, const std::vector<std::s
   const double largest = direction[order.front()];
   for (const auto k : order) {
     const double weight = direction[k] / largest;
-    if (std::abs(weight) < 0.05) break;
+    if (std::abs(weight) < named_weight) break;
     const std::string name = k < names.size() ? names[k] : fmt::format("parameter {}", k + 1);
-    const std::string factor = std::abs(std::abs(weight) - 1.0) < 0.005 ? "" : fmt::format("{:.2g} ", std::abs(weight));
+    const std::string factor =
+        std::abs(std::abs(weight) - 1.0) < weight_of_one ? "" : fmt::format("{:.2g} ", std::abs(weight));
     text += text.empty() ? name : (weight < 0 ? " - " : " + ") + factor + name;
   }
   return text;
@@ -124,9 +132,9 @@ std::vector<double> huber_weights(std::vector<double> residuals, std::span<const
   std::vector<double> deviations = residuals;
   const double centre = median(residuals);
   for (double& v : deviations) v = std::abs(v - centre);
-  const double scale = 1.4826 * median(std::move(deviations));
+  const double scale = sd_of_median_size * median(std::move(deviations));
   if (!(scale > 0.0)) return std::vector<double>(residuals.size(), 1.0);
-  for (double& r : residuals) r = std::min(1.345 * scale / std::max(std::abs(r), 1e-300), 1.0);
+  for (double& r : residuals) r = std::min(huber * scale / std::max(std::abs(r), 1e-300), 1.0);
   return residuals;
 }
 
@@ -149,7 +157,7 @@ struct Weighed {
 Weighed weighed(const Matrix& design, const std::vector<double>& observations, std::span<const double> root_weights,
                 const LeastSquaresOptions& options) {
   Weighed now{{}, {}, std::vector<double>(design.rows, 1.0)};
-  for (int round = 0; round < (options.robust ? 50 : 1); ++round) {
+  for (int round = 0; round < (options.robust ? rounds_of_weights : 1); ++round) {
     std::vector<double> root(root_weights.begin(), root_weights.end());
     for (std::size_t i = 0; i < root.size(); ++i) root[i] *= std::sqrt(now.robust[i]);
     now.solution = solve(whiten(design, observations, root, options), design.rows, options);
@@ -159,7 +167,7 @@ Weighed weighed(const Matrix& design, const std::vector<double>& observations, s
     double change = 0.0;
     for (std::size_t i = 0; i < next.size(); ++i) change = std::max(change, std::abs(next[i] - now.robust[i]));
     now.robust = std::move(next);
-    if (change < 1e-8) break;
+    if (change < last_change_of_weights) break;
   }
   return now;
 }

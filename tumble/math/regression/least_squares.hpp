@@ -7,6 +7,10 @@
 
 namespace tumble {
 
+/// Condition of columns of unit length, beyond which their weakest combination is not estimated: a relative error of
+/// 1e-6 in the inputs moves it by its size.
+constexpr double weakest_combination = 1e6;
+
 /// A parameter combination the data do not show: a unit null vector of the scaled design.
 struct Unobservable {
   std::vector<double> direction;  ///< one entry a parameter, of the columns scaled to unit norm
@@ -19,7 +23,7 @@ struct LeastSquaresOptions {
   std::vector<double> prior_sd;    ///< empty, or one a parameter; +inf: no prior. Random effects are columns with one
   bool known_sigma = false;        ///< true: the observations are whitened to unit variance; false: s^2 estimated
   bool robust = false;             ///< Huber, k = 1.345, scale by MAD, leverage-corrected
-  double condition_limit = 1e6;    ///< above: the weakest combination is unobservable and not estimated
+  double condition_limit = weakest_combination;  ///< above: the weakest combination is unobservable and not estimated
 };
 
 struct LeastSquaresFit {
@@ -57,6 +61,8 @@ LeastSquaresFit generalised_least_squares(const Matrix& design, const std::vecto
 /// Quantile [1] of Student's t and of chi-square; degrees_of_freedom [1] may be infinite. probability in (0, 1).
 double student_quantile(double probability, double degrees_of_freedom);
 double chi_square_quantile(double probability, double degrees_of_freedom);
+/// Probabilities [1] below what sound data exceed once in 100, in 1000 and in 10 000 tests.
+constexpr double exceeded_in_100 = 0.99, exceeded_in_1000 = 0.999, exceeded_in_10000 = 0.9999;
 
 /// Standard uncertainty to state with a standard deviation `sd` [u] estimated with few degrees of freedom nu: such that
 /// sd +- t_0.975(nu) times it holds the true value 95 % of the time although sd is skewed (chi). Close to

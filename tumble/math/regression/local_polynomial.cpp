@@ -14,6 +14,12 @@ namespace {
 
 using Spectrum = std::vector<std::complex<double>>;
 
+constexpr std::size_t lines_of_high_order = 24;           ///< from which on the response has the fifth order
+constexpr std::size_t fewest_lines = 11;                  ///< of a band: nine columns, and residuals
+constexpr double same_span = 1e-6;                        ///< [1] of the time, by which input and output may differ
+constexpr double least_half_band = 6.0;                   ///< [lines]
+constexpr double below_band = 0.005, above_band = 0.995;  ///< [1] of the power, outside of the band that is occupied
+
 /// Fourier integral at k/T, first half; mean subtracted.
 Spectrum spectrum_of(std::span<const double> signal, double rate) {
   const double mean =
@@ -65,7 +71,7 @@ std::complex<double> subtract_projection(const Spectrum& a, Spectrum& b) {
 /// Columns of the band's model: r^q X_k for q = 1, 2, ..., r^q for q = 0, 1, 2, and last X_k, whose factor is the
 /// response.
 std::vector<Spectrum> model_of(const Spectrum& x, double f, double half, double bin, Lines lines) {
-  const std::size_t response_order = lines.count >= 24 ? 5 : 3, leak = 3;
+  const std::size_t response_order = lines.count >= lines_of_high_order ? 5 : 3, leak = 3;
   std::vector<Spectrum> columns(response_order + leak, Spectrum(lines.count));
   for (std::size_t i = 0; i < lines.count; ++i) {
     const std::size_t k = lines.first + i;
@@ -84,7 +90,7 @@ std::vector<Spectrum> model_of(const Spectrum& x, double f, double half, double 
 BandResponse solve(const Spectrum& x, const Spectrum& y, double f, double half, double bin, Lines lines) {
   BandResponse out;
   out.frequency = f;
-  if (lines.count < 11) return out;
+  if (lines.count < fewest_lines) return out;
   auto columns = model_of(x, f, half, bin, lines);
   const auto first = y.begin() + static_cast<std::ptrdiff_t>(lines.first);
   Spectrum rest(first, first + static_cast<std::ptrdiff_t>(lines.count));
@@ -117,7 +123,7 @@ std::vector<BandResponse> local_polynomial_response(std::span<const double> inpu
                                                     std::span<const double> frequencies, double lowest, double highest,
                                                     double width) {
   const double time = static_cast<double>(input.size()) / input_rate;
-  if (input.empty() || std::abs(static_cast<double>(output.size()) / output_rate - time) > 1e-6 * time)
+  if (input.empty() || std::abs(static_cast<double>(output.size()) / output_rate - time) > same_span * time)
     throw Error(Error::Kind::bad_input, say("local polynomial response: {:.9g} s of input, {:.9g} s of output", time,
                                             static_cast<double>(output.size()) / output_rate));
   const Spectrum x = spectrum_of(input, input_rate), y = spectrum_of(output, output_rate);
@@ -126,8 +132,8 @@ std::vector<BandResponse> local_polynomial_response(std::span<const double> inpu
   const auto last = std::min<std::size_t>({x.size() - 2, y.size() - 2, static_cast<std::size_t>(highest / bin)});
   std::vector<BandResponse> found;
   for (const double f : frequencies) {
-    const double half = std::max(width * f, 6.0 * bin);
-    found.push_back(solve(x, y, f, half, bin, lines_about(f, half, bin, first, last, 11)));
+    const double half = std::max(width * f, least_half_band * bin);
+    found.push_back(solve(x, y, f, half, bin, lines_about(f, half, bin, first, last, fewest_lines)));
   }
   return found;
 }
@@ -140,8 +146,8 @@ std::pair<double, double> occupied_band(std::span<const double> signal, double r
   double low = 0.0, high = 0.0;
   for (std::size_t k = 0; k < x.size(); ++k) {
     sum += std::norm(x[k]);
-    if (sum < 0.005 * total) low = static_cast<double>(k) * bin;
-    if (sum < 0.995 * total) high = static_cast<double>(k) * bin;
+    if (sum < below_band * total) low = static_cast<double>(k) * bin;
+    if (sum < above_band * total) high = static_cast<double>(k) * bin;
   }
   return {low, high};
 }

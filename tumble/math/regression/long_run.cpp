@@ -14,6 +14,20 @@
 namespace tumble {
 namespace {
 
+constexpr std::size_t lowest_of_start = 8;  ///< ordinates, whose mean is the white noise where the search begins
+constexpr double start_share = 0.3, least_start = 1e-12;  ///< [1] of that mean; at least of the unit power
+/// Of Levenberg and Marquardt.
+constexpr double first_damping = 1e-3, least_damping_of_step = 1e-6, most_damping_of_step = 1e6;
+constexpr double least_curvature_of_step = 1e-6, curvature_floor = 1e-12;  ///< of a part that has no effect
+constexpr double longest_log_step = 3.0;                                   ///< a factor of 20
+constexpr int rounds_of_fit = 100;
+constexpr double least_slow = 1e-14;  ///< [unit power] of the slow part
+constexpr double last_fall_of_cost = 1e-7;
+/// Of -2 ln L by slow noise: chi-square of one degree of freedom exceeds it with p = 0.8 %.
+constexpr double slow_fall = 7.0;
+constexpr std::size_t correlated_ordinates = 40;  ///< the lowest, of which correlations are estimated
+constexpr double least_white_sd = 0.3;            ///< [sd] of the white density, that its value counts as at least
+
 constexpr std::size_t fewest_samples = 64, fewest_ordinates = 16, first_ordinate = 2;
 
 /// X_k for k = 0...count - 1, of the middle of the series.
@@ -82,11 +96,11 @@ Matrix3 information(const Whittle& problem, Vector3 parts) {
 
 /// Where the search begins: white noise as at the lowest frequencies, the rest as in the upper half.
 Vector3 start_of(const Whittle& problem, bool slow) {
-  const std::size_t n = problem.power.size(), low = std::min<std::size_t>(8, n);
+  const std::size_t n = problem.power.size(), low = std::min<std::size_t>(lowest_of_start, n);
   double bottom = 0.0, top = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < low; ++i) bottom += problem.power[i] / static_cast<double>(low);
   for (std::size_t i = n - n / 2; i < n; ++i) top += problem.power[i], squares += problem.columns(i).y;
-  bottom = 0.3 * std::max(bottom, 1e-12);
+  bottom = start_share * std::max(bottom, least_start);
   return {bottom, top / squares, slow ? bottom * problem.frequency[0] : 0.0};
 }
 
@@ -100,12 +114,13 @@ Vector3 step(const Whittle& problem, Vector3 parts, bool slow, double damping) {
   gradient = scaled(parts, gradient);
   const Matrix3 weight = diagonal3(parts);
   Matrix3 curvature = weight * information(problem, parts) * weight;
-  for (std::size_t i = 0; i < 3; ++i) curvature(i, i) += damping * (curvature(i, i) + 1e-6) + 1e-12;
+  for (std::size_t i = 0; i < 3; ++i)
+    curvature(i, i) += damping * (curvature(i, i) + least_curvature_of_step) + curvature_floor;
   const std::size_t in = slow ? 3 : 2;
   const double right[3]{gradient.x, gradient.y, gradient.z};
   const auto solved = solve_symmetric(block(dense(curvature), 0, in, 0, in), std::span(right, in));
   Vector3 move;
-  for (std::size_t i = 0; i < in; ++i) move[i] = std::clamp(solved[i], -3.0, 3.0);
+  for (std::size_t i = 0; i < in; ++i) move[i] = std::clamp(solved[i], -longest_log_step, longest_log_step);
   return move;
 }
 
@@ -113,20 +128,20 @@ Vector3 step(const Whittle& problem, Vector3 parts, bool slow, double damping) {
 /// there runs down to nothing. `slow`: the third part may be there.
 Vector3 fitted(const Whittle& problem, bool slow) {
   Vector3 parts = start_of(problem, slow);
-  double cost = problem.cost(parts), damping = 1e-3;
-  for (int round = 0; round < 100 && damping < 1e6; ++round) {
+  double cost = problem.cost(parts), damping = first_damping;
+  for (int round = 0; round < rounds_of_fit && damping < most_damping_of_step; ++round) {
     const Vector3 move = step(problem, parts, slow, damping);
     Vector3 next;
-    for (std::size_t i = 0; i < 3; ++i) next[i] = std::max(parts[i] * std::exp(move[i]), slow ? 1e-14 : 0.0);
+    for (std::size_t i = 0; i < 3; ++i) next[i] = std::max(parts[i] * std::exp(move[i]), slow ? least_slow : 0.0);
     const double now = problem.cost(next);
     if (!(now <= cost)) {
       damping *= 10.0;
       continue;
     }
-    const bool done = cost - now < 1e-7;
+    const bool done = cost - now < last_fall_of_cost;
     parts = next;
     cost = now;
-    damping = std::max(1e-6, 0.1 * damping);
+    damping = std::max(least_damping_of_step, 0.1 * damping);
     if (done) break;
   }
   return parts;
@@ -150,7 +165,7 @@ DensityAtZero density_of(const std::vector<double>& x, std::size_t n, bool slow)
   std::size_t count = 2;
   if (slow) {
     const Vector3 with = fitted(problem, true);
-    if (problem.cost(parts) - problem.cost(with) > 7.0) parts = with, count = 3;
+    if (problem.cost(parts) - problem.cost(with) > slow_fall) parts = with, count = 3;
   }
   const Vector3 scale{mean, mean / (top * top), mean * top};
   const Matrix inverse = inverse_symmetric(0.5 * block(dense(information(problem, parts)), 0, count, 0, count));
@@ -165,7 +180,7 @@ double density_at(const DensityAtZero& d, double f) { return d.white + d.blue * 
 /// Of the projections at the lowest frequencies, each over the root of its density.
 Matrix correlation_of(const std::vector<std::vector<double>>& x, const std::vector<DensityAtZero>& density,
                       std::size_t n) {
-  const std::size_t lowest = std::min<std::size_t>(40, x.front().size() - first_ordinate);
+  const std::size_t lowest = std::min<std::size_t>(correlated_ordinates, x.front().size() - first_ordinate);
   Matrix z(lowest, x.size());
   for (std::size_t s = 0; s < x.size(); ++s)
     for (std::size_t i = 0; i < lowest; ++i) {
@@ -212,7 +227,7 @@ LongRunVariance variance_of_sum(const DensityAtZero& density, std::span<const do
   const double gain[3]{squares, steps / (4.0 * pi * pi), slow_gain}, part[3]{density.white, density.blue, density.slow};
   double variance = 0.0, of_variance = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    variance += gain[i] * std::max(part[i], i == 0 ? 0.3 * std::sqrt(density.covariance(0, 0)) : 0.0);
+    variance += gain[i] * std::max(part[i], i == 0 ? least_white_sd * std::sqrt(density.covariance(0, 0)) : 0.0);
     for (std::size_t j = 0; j < 3; ++j) of_variance += gain[i] * gain[j] * density.covariance(i, j);
   }
   if (!(variance > 0.0)) return {0.0, 1.0};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/math/matrix.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble {
 
@@ -119,6 +120,7 @@ struct Dropped {
 ///           limit       greatest condition of the design with unit columns
 std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vector<double>& weights,
                                           const std::vector<double>& natural,
-                                          const std::vector<std::size_t>& preference, double limit = 1e6);
+                                          const std::vector<std::size_t>& preference,
+                                          double limit = weakest_combination);
 
 }  // namespace tumble

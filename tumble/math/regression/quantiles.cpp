@@ -4,6 +4,8 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble {
@@ -27,13 +29,11 @@ double uncertainty_of_sd(double sd, double degrees_of_freedom) {
     const double low = cdf(chi_square, degrees_of_freedom / ((1.0 + h) * (1.0 + h)));
     return h < 1.0 ? low + cdf(complement(chi_square, degrees_of_freedom / ((1.0 - h) * (1.0 - h)))) : low;
   };
-  double low = 0.0, high = 1.0;
-  while (missed(high) > 0.05) high *= 2.0;
-  for (int step = 0; step < 60; ++step) {
-    const double middle = 0.5 * (low + high);
-    (missed(middle) > 0.05 ? low : high) = middle;
-  }
-  return sd * high / student_quantile(0.975, degrees_of_freedom);
+  double high = 1.0;
+  while (missed(high) > missed_by_95) high *= 2.0;
+  constexpr int halvings = 60;  // to rounding
+  high = bisected(0.0, high, halvings, [&](double h) { return missed(h) > missed_by_95; }).high;
+  return sd * high / student_quantile(two_sided_95, degrees_of_freedom);
 }
 
 namespace {

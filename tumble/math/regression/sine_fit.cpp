@@ -13,6 +13,19 @@
 namespace tumble {
 namespace {
 
+constexpr std::size_t longest_product = 32;  ///< samples whose waves are products: their rounding is less than 1e-14
+constexpr double even_within = 1e-9;         ///< [samples] by which even samples may differ
+constexpr double last_cycles = 4e-15;        ///< [cycles of the span] of the last step: rounding
+constexpr int most_rounds_of_frequency = 20;
+constexpr double longest_step_of_frequency = 0.4;  ///< [1/span] within the main lobe
+/// Neighbours of the line where its noise is measured [1/span]: up to 0.3 of the frequency, at least 4 and at most 11.
+constexpr double neighbours_of_line = 0.3, fewest_neighbours = 4.0, most_neighbours = 11.0;
+constexpr double least_wave = 0.05;      ///< [samples] squares of a wave without the columns of the fit
+constexpr double fewest_of_noise = 4.0;  ///< waves: with fewer the residual gives the noise
+constexpr double least_cycles = 0.9;     ///< in the span, of the line and of half the rate less the line
+constexpr double fewest_for_line = 8.0;  ///< samples
+constexpr double moves_of_mean = 1e-14;  ///< [1] of the mean: a smaller motion is rounding
+
 /// The samples there are, with times from the middle.
 struct Samples {
   std::vector<double> time, value;
@@ -42,7 +55,7 @@ void waves(const Samples& s, double frequency, std::span<double> cosine, std::sp
   const std::complex<double> turn = std::polar(1.0, two_pi * frequency * s.step);
   std::complex<double> now;
   for (std::size_t i = 0; i < s.time.size(); ++i) {
-    const bool next = i % 32 != 0 && std::abs(s.time[i] - s.time[i - 1] - s.step) < 1e-9 * s.step;
+    const bool next = i % longest_product != 0 && std::abs(s.time[i] - s.time[i - 1] - s.step) < even_within * s.step;
     now = next ? now * turn : std::polar(1.0, std::fmod(frequency * s.time[i], 1.0) * two_pi);
     cosine[i] = now.real();
     sine[i] = now.imag();
@@ -88,8 +101,9 @@ Solved solve(const Samples& s, double start, const SineFitOptions& how) {
     if (!how.fit_frequency) return now;
     now.factors = householder_qr(beside(x, as_column(by_frequency(s, x, now.b, how))));
     const double cycles = solve(now.factors, now.residual).back();  // over half of the span
-    if (std::abs(cycles) < 4e-15 * std::max(1.0, now.frequency * s.span) || round == 20) return now;
-    now.frequency += std::clamp(cycles, -0.4, 0.4) * 2.0 / s.span;
+    if (std::abs(cycles) < last_cycles * std::max(1.0, now.frequency * s.span) || round == most_rounds_of_frequency)
+      return now;
+    now.frequency += std::clamp(cycles, -longest_step_of_frequency, longest_step_of_frequency) * 2.0 / s.span;
     if (std::abs(now.frequency - start) * s.span > 1.0)
       throw Error(Error::Kind::bad_data,
                   say("sine fit: no line near {:.6g} Hz, the search ran away to {:.6g} Hz", start, now.frequency));
@@ -99,14 +113,14 @@ Solved solve(const Samples& s, double start, const SineFitOptions& how) {
 /// Where projections for the noise may lie: about the (aliased) line, clear of zero, of half of the rate and of lines.
 std::vector<double> neighbours(const Samples& s, double frequency, const SineFitOptions& how) {
   const double rate = 1.0 / s.step, bin = 1.0 / s.span, here = aliased_frequency(frequency, rate);
-  const double most = std::clamp(0.3 * here * s.span, 4.0, 11.0);
+  const double most = std::clamp(neighbours_of_line * here * s.span, fewest_neighbours, most_neighbours);
   std::vector<double> found;
   for (int m = 2; m <= static_cast<int>(most); ++m) {
     for (const double side : {-1.0, 1.0}) {
       const double f = here + side * m * bin;
-      bool clear = f > 1.4 * bin && f < 0.5 * rate - 1.4 * bin;
+      bool clear = f > clear_of_line * bin && f < 0.5 * rate - clear_of_line * bin;
       for (int k = 2; clear && k <= how.harmonics; ++k)
-        clear = std::abs(f - aliased_frequency(k * frequency, rate)) > 1.4 * bin;
+        clear = std::abs(f - aliased_frequency(k * frequency, rate)) > clear_of_line * bin;
       if (clear) found.push_back(f);
     }
   }
@@ -131,13 +145,13 @@ void find_noise(const Samples& s, const Solved& solved, const SineFitOptions& ho
     for (std::size_t c = 0; c < 2; ++c) {
       const auto wave = column(pair, c);
       const double square = dot(wave, wave);
-      if (square < 0.05 * static_cast<double>(n)) continue;
+      if (square < least_wave * static_cast<double>(n)) continue;
       const double r = dot(wave, solved.residual);
       sum += r * r / square;
       ++count;
     }
   }
-  if (count < 4.0) return;
+  if (count < fewest_of_noise) return;
   fit.noise_variance = sum / count;
   fit.degrees_of_freedom = count;
 }
@@ -153,7 +167,7 @@ void refuse(const Samples& s, double frequency, const SineFitOptions& how) {
     throw Error(Error::Kind::bad_data,
                 say("sine fit: {:.4g} s hold less than one cycle of {:.6g} Hz", s.span, frequency));
   const double rate = 1.0 / s.step, here = aliased_frequency(frequency, rate);
-  if (std::min(here, 0.5 * rate - here) * s.span < 0.9)
+  if (std::min(here, 0.5 * rate - here) * s.span < least_cycles)
     throw Error(Error::Kind::bad_data,
                 say("sine fit: {:.6g} Hz lies within one cycle over {:.4g} s of a multiple of half of the "
                     "sampling rate {:.6g} Hz, where sine and cosine cannot be distinguished",
@@ -217,7 +231,7 @@ double strongest_frequency(std::span<const double> values, double rate) {
     mean += v;
     ++count;
   }
-  if (count < 8.0) throw Error(Error::Kind::bad_data, "fewer than 8 samples: no line can be looked for");
+  if (count < fewest_for_line) throw Error(Error::Kind::bad_data, "fewer than 8 samples: no line can be looked for");
   mean /= count;
   std::size_t padded = 1;
   while (padded < 2 * values.size()) padded *= 2;
@@ -228,7 +242,7 @@ double strongest_frequency(std::span<const double> values, double rate) {
     if (!std::isnan(values[i])) signal[i] = (values[i] - mean) * std::pow(std::sin(pi * u), 2);
     greatest = std::max(greatest, std::abs(signal[i]));
   }
-  if (!(greatest > 1e-14 * std::abs(mean)) || greatest == 0.0)
+  if (!(greatest > moves_of_mean * std::abs(mean)) || greatest == 0.0)
     throw Error(Error::Kind::bad_data, "the signal does not move: there is no line in it");
   std::vector<std::complex<double>> spectrum;
   real_transform(signal, spectrum);

@@ -9,6 +9,13 @@
 
 namespace tumble {
 
+/// Variance of the logarithm of an amplitude, from which on a tone is below the noise: the sd is a fifth of the
+/// amplitude.
+constexpr double tone_below_noise = 0.04;
+/// [1/span] between a line and another frequency, from which on they disturb each other little. Chosen: beyond the main
+/// lobe, which ends at 1.
+constexpr double clear_of_line = 1.4;
+
 struct SineFitOptions {
   int harmonics = 1;           ///< lines at f, 2 f, ... harmonics f
   int polynomial = 1;          ///< highest power of time beneath them: 0 offset, 1 and drift

@@ -9,6 +9,9 @@
 namespace tumble {
 namespace {
 
+/// Of a window in units of itself; [steps] of even readings.
+constexpr double least_determinant = 1e-12, same_step = 1e-6;
+
 constexpr double many = 1000.0;  ///< samples in a window, from which on sums over all samples before are faster
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
@@ -31,7 +34,7 @@ struct Moments {
 void put(const Moments& m, double scale, double offset, std::size_t k, Smoothed& out) {
   const double d0 = m.xx * m.xxxx - m.xxx * m.xxx, d1 = m.x * m.xxxx - m.xxx * m.xx, d2 = m.x * m.xxx - m.xx * m.xx;
   const double determinant = m.n * d0 - m.x * d1 + m.xx * d2;
-  if (m.n < 3 || !(std::abs(determinant) > 1e-12 * m.n * m.n * m.n)) {
+  if (m.n < 3 || !(std::abs(determinant) > least_determinant * m.n * m.n * m.n)) {
     out.value[k] = out.slope[k] = out.curvature[k] = missing;
     return;
   }
@@ -47,7 +50,7 @@ bool evenly_spaced(std::span<const double> time) {
   if (time.size() < 3) return false;
   const double step = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
   for (std::size_t k = 0; k < time.size(); ++k)
-    if (std::abs(time[k] - time.front() - step * static_cast<double>(k)) > 1e-6 * step) return false;
+    if (std::abs(time[k] - time.front() - step * static_cast<double>(k)) > same_step * step) return false;
   return true;
 }
 

@@ -14,6 +14,11 @@
 namespace tumble {
 namespace {
 
+constexpr double least_leak = 1e-14;      ///< [1] of a taper: its concentration is not known better
+constexpr std::size_t beside_tapers = 8;  ///< bins beyond the bandwidth, that count for neighbours
+constexpr double most_time_bandwidth = 16.0, most_points_per_decade = 1000.0;  ///< beyond what any record resolves
+constexpr double same_freedom = 1e-6;  ///< [1] of the degrees of freedom, within which limits are not calculated again
+
 constexpr std::size_t shortest_run = 16;
 
 struct Run {
@@ -52,7 +57,7 @@ Tapers slepian(std::size_t length, double time_bandwidth) {
   const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(2.0 * time_bandwidth) - 1.0));
   Tapers tapers{length, length, {}, 2.0 * time_bandwidth};
   for (auto& taper : slepian_tapers(length, time_bandwidth, count)) {
-    tapers.leaks.push_back(std::max(1e-14, 1.0 - taper.concentration));
+    tapers.leaks.push_back(std::max(least_leak, 1.0 - taper.concentration));
     tapers.values.push_back(std::move(taper.values));
   }
   return tapers;
@@ -120,7 +125,7 @@ double add_segment(std::span<const double> values, const Tapers& tapers, Bench& 
 /// far as it is not small.
 ByTaper squared_correlations(const Tapers& tapers, std::size_t shift) {
   const auto reach =
-      std::min(tapers.length / 2 + 1, static_cast<std::size_t>(std::ceil(2.0 * tapers.bins)) + std::size_t{8});
+      std::min(tapers.length / 2 + 1, static_cast<std::size_t>(std::ceil(2.0 * tapers.bins)) + beside_tapers);
   ByTaper result;
   std::vector<double> product(tapers.length);
   std::vector<std::complex<double>> spectrum;
@@ -211,9 +216,9 @@ void check(double rate, const SpectrumOptions& options) {
   if (!(rate > 0.0 && std::isfinite(rate))) problems.push_back("sampling rate must be above 0 Hz");
   if (options.length != 0 && options.length < shortest_run)
     problems.push_back(say("a segment needs at least {} samples", shortest_run));
-  if (!(options.time_bandwidth >= 1.0 && options.time_bandwidth <= 16.0))
+  if (!(options.time_bandwidth >= 1.0 && options.time_bandwidth <= most_time_bandwidth))
     problems.push_back("time-bandwidth must lie between 1 and 16");
-  if (!(options.points_per_decade >= 0.0 && options.points_per_decade <= 1000.0))
+  if (!(options.points_per_decade >= 0.0 && options.points_per_decade <= most_points_per_decade))
     problems.push_back("points per decade must lie between 0 and 1000");
   if (!(options.confidence > 0.0 && options.confidence < 1.0))
     problems.push_back("confidence must lie between 0 and 1");
@@ -237,7 +242,7 @@ void add_points(const std::vector<double>& density, const ByTaper& weights, cons
       sum += density[i];
       logarithm += std::log(static_cast<double>(i));
     }
-    if (const double found = freedom.edf(weights, k, next); !(std::abs(found - at) < 1e-6 * at)) {
+    if (const double found = freedom.edf(weights, k, next); !(std::abs(found - at) < same_freedom * at)) {
       at = found;
       low = at / chi_square_quantile(0.5 * (1.0 + options.confidence), at);
       high = at / chi_square_quantile(0.5 * (1.0 - options.confidence), at);

@@ -12,6 +12,20 @@ namespace tumble {
 namespace {
 
 using Complex = std::complex<double>;
+constexpr int rounds_of_summit = 20;
+constexpr double summit_within = 1e-9;     ///< [1/record] of the frequency
+constexpr std::size_t least_blocks = 256;  ///< of a record, so that a block is not longer than what changes within it
+/// Of a sine at the ends of its support; [1] of the support.
+constexpr double cycles_of_fade = 4.0, most_of_fade = 0.5;
+constexpr int rounds_of_all = 6;            ///< of all sines, each beside the others
+constexpr double settled_sd = 1e-3;         ///< [sd] of amplitude and phase, by which the last round changes them
+constexpr double least_sd_of_sine = 1e-12;  ///< [1] of the amplitude, without noise
+/// The noise about a sine: within the band of a block, and up to a quarter of the frequency.
+constexpr double of_block_band = 0.125, of_frequency = 0.25;
+/// Parts of the record, in which a sine is looked at: of four cycles and more, up to eight; with a quarter of their
+/// samples.
+constexpr double cycles_of_part = 4.0, most_parts = 8.0, least_of_part = 0.25, fewest_parts = 3.0;
+
 constexpr std::size_t lanes = 4, longest_block = 256;
 
 /// Discrete Fourier transform of the sums, padded with zeros to a power of two at least `times` as long.
@@ -58,7 +72,7 @@ template <typename Baseband>
 double summit(const Baseband& base, double beside, double reach, Complex& amplitude) {
   const Moments m = moments_of(base);
   const double start = beside;
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < rounds_of_summit; ++round) {
     Complex sum, by_time;
     for (std::size_t k = 0; k < base.sum.size(); ++k) {
       const Complex one = base.sum[k] * std::polar(1.0, -two_pi * beside * base.time[k]);
@@ -66,10 +80,10 @@ double summit(const Baseband& base, double beside, double reach, Complex& amplit
       by_time += (base.time[k] - m.mean) * one;
     }
     amplitude = 2.0 * sum / m.weight;
-    if (!(std::norm(sum) > 0.0) || round == 19) break;
+    if (!(std::norm(sum) > 0.0) || round == rounds_of_summit - 1) break;
     const double step = (std::conj(sum) * by_time).imag() / std::norm(sum) * m.weight / m.spread / two_pi;
     const double next = std::clamp(beside + step, start - reach, start + reach);
-    if (std::abs(next - beside) < 1e-9 / static_cast<double>(m.weight)) break;
+    if (std::abs(next - beside) < summit_within / static_cast<double>(m.weight)) break;
     beside = next;
   }
   return beside;
@@ -138,7 +152,7 @@ Sines::Sines(std::span<const double> values) {
   rest_ = {room_.get(), values.size()};
   std::ranges::copy(values, rest_.begin());
   middle_ = 0.5 * static_cast<double>(rest_.size() - 1);
-  while (block_ < longest_block && rest_.size() / (2 * block_) >= 256) block_ *= 2;
+  while (block_ < longest_block && rest_.size() / (2 * block_) >= least_blocks) block_ *= 2;
   const bool complete = extremes_of(values).present == values.size();
   for (std::size_t n = 0; !complete && n < rest_.size(); ++n) {
     if (!std::isnan(rest_[n])) continue;
@@ -175,7 +189,9 @@ std::vector<Sines::Support> Sines::supports(double frequency) const {
   std::vector<Support> found;
   std::size_t begin = 0;
   const auto close = [&](std::size_t end) {
-    if (end > begin) found.push_back({begin, end, std::min(4.0 / frequency, 0.5 * static_cast<double>(end - begin))});
+    if (end > begin)
+      found.push_back(
+          {begin, end, std::min(cycles_of_fade / frequency, most_of_fade * static_cast<double>(end - begin))});
   };
   for (const Support& gap : gaps_) {
     if (static_cast<double>(gap.end - gap.begin) * frequency < 1.0) continue;
@@ -274,7 +290,7 @@ void Sines::remove(std::size_t which) {
 
 void Sines::refine() {
   double most = 1.0;
-  for (int round = 0; round < 6 && most > 1e-3; ++round) {
+  for (int round = 0; round < rounds_of_all && most > settled_sd; ++round) {
     most = 0.0;
     find_trend();
     for (Sine& sine : sines_) {
@@ -290,8 +306,8 @@ void Sines::refine() {
       const double sd = 2.0 * std::sqrt(square) / m.weight;
       const double change = std::abs(better.amplitude - sine.amplitude);
       const double turned = two_pi * std::abs(better.frequency - sine.frequency) * std::sqrt(m.spread / m.weight);
-      most = std::max(most,
-                      (change + turned * std::abs(sine.amplitude)) / std::max(sd, 1e-12 * std::abs(better.amplitude)));
+      most = std::max(most, (change + turned * std::abs(sine.amplitude)) /
+                                std::max(sd, least_sd_of_sine * std::abs(better.amplitude)));
       put(sine, 1.0);
       put(better, -1.0);
       sine = better;
@@ -312,8 +328,8 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
   for (std::size_t j = 0; j < spectrum.size(); ++j) {
     const double at = frequency_of(j, spectrum.size(), step);
     const double away = std::abs(at);
-    if (away < nearest * width || away > std::min(farthest * width, 0.125 / static_cast<double>(block_)) ||
-        away > 0.25 * sine.frequency || sine.frequency + away > 0.5)
+    if (away < nearest * width || away > std::min(farthest * width, of_block_band / static_cast<double>(block_)) ||
+        away > of_frequency * sine.frequency || sine.frequency + away > 0.5)
       continue;
     power += std::norm(spectrum[j]);
     ++count;
@@ -325,7 +341,7 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
   quality.amplitude_sd = std::sqrt(2.0 * quality.level * m.square) / m.weight;
   quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / two_pi;
   quality.power = 0.5 * std::pow(amplitude / quality.amplitude_sd, 2);
-  const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / 4.0, 1.0, 8.0));
+  const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / cycles_of_part, 1.0, most_parts));
   if (parts < 3) return quality;
   double off = 0.0, square = 0.0, used = 0.0;
   for (std::size_t p = 0; p < parts; ++p) {
@@ -336,12 +352,12 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
       weight += base.weight[k];
       squares += base.square[k];
     }
-    if (weight < 0.25 * m.weight / static_cast<double>(parts)) continue;
+    if (weight < least_of_part * m.weight / static_cast<double>(parts)) continue;
     off += 2.0 * std::norm(sum) / (quality.level * squares);
     square += weight / m.weight * std::norm(2.0 * sum / weight);
     ++used;
   }
-  if (used < 3.0) return quality;
+  if (used < fewest_parts) return quality;
   quality.wander = off / (2.0 * used - 3.0);
   quality.unsteadiness = std::sqrt(square) / amplitude;
   return quality;

@@ -7,6 +7,14 @@
 
 namespace tumble {
 
+namespace {
+
+/// [1] of a band, that remains beside the sines at least: a greater factor is no estimate.
+constexpr double least_power = 0.05;
+constexpr double least_count = 0.3;  ///< degrees of freedom of a band that is used
+
+}  // namespace
+
 /// The three directions of a sine at the values that the slow sines are taken of: amplitude, phase and frequency.
 /// Those of `weight` are orthogonal under it.
 std::array<std::vector<double>, 3> Sines::directions(const Sine& sine, const NoiseBands& bands,
@@ -70,12 +78,12 @@ void Sines::give_back(const std::vector<double>& expected, const std::function<d
   }
   for (std::size_t b = 0; b < bands.bands.size(); ++b) {
     NoiseBand& band = bands.bands[b];
-    const double there = std::max(0.05, 1.0 - power[b]);
+    const double there = std::max(least_power, 1.0 - power[b]);
     band.count *= std::clamp(1.0 - freedom[b], 0.0, 1.0);
     band.mean_square /= there;
     band.with_ramp /= std::sqrt(there);
   }
-  std::erase_if(bands.bands, [](const NoiseBand& band) { return band.count < 0.3; });
+  std::erase_if(bands.bands, [](const NoiseBand& band) { return band.count < least_count; });
 }
 
 }  // namespace tumble

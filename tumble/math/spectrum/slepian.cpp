@@ -11,6 +11,9 @@
 namespace tumble {
 namespace {
 
+/// [1] of the bound; of the distance to the next.
+constexpr double eigenvalue_rounding = 1e-14, eigenvalue_within = 1e-4;
+
 /// Symmetric: diagonal d_0 ... d_{N-1}, beside it e_1 ... e_{N-1} (e_0 is zero).
 struct Tridiagonal {
   std::vector<double> d, e;
@@ -47,7 +50,7 @@ double eigenvalue(const Tridiagonal& matrix, std::size_t before) {
     bound = std::max(bound, std::abs(matrix.d[i]) + matrix.e[i] + next);
   }
   double low = -bound, high = bound;
-  while (high - low > 1e-14 * bound + 1e-4) {
+  while (high - low > eigenvalue_rounding * bound + eigenvalue_within) {
     const double middle = 0.5 * (low + high);
     (above(matrix, middle) > before ? low : high) = middle;
   }

@@ -13,6 +13,9 @@
 namespace tumble {
 namespace {
 
+constexpr double half_rate_rounding = 1e-12;  ///< [1] of half the rate, by which a frequency may be above it
+constexpr double longest_octave = 1.5, part_of_lobe = 0.25;  ///< ratio of the ends of a part; [1] of a lobe of the mean
+
 /// Gauss-Legendre, 8 points on -1 ... 1.
 constexpr std::array<double, 4> nodes{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
 constexpr std::array<double, 4> weights{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
@@ -34,7 +37,7 @@ void check(std::span<const double> frequency, std::span<const double> density, d
     problems.push_back("as many densities as frequencies are needed, and at least 2");
   for (std::size_t i = 0; i < frequency.size(); ++i) {
     const double before = i == 0 ? 0.0 : frequency[i - 1];
-    if (frequency[i] > before && frequency[i] <= 0.5 * rate * (1.0 + 1e-12)) continue;
+    if (frequency[i] > before && frequency[i] <= 0.5 * rate * (1.0 + half_rate_rounding)) continue;
     problems.push_back(say("frequencies must ascend from above 0 to at most half the sampling rate: see number {}",
                            Name{std::to_string(i)}));
     break;
@@ -90,7 +93,8 @@ double stability_variance_from_spectrum(Stability measure, std::span<const doubl
     };
     // Pieces over which the transfer function turns by a quarter at most, and frequency grows by half at most.
     for (double from = low; from < high;) {
-      const double to = std::min({high, 1.5 * from, from + 0.25 * rate / static_cast<double>(factor)});
+      const double to =
+          std::min({high, longest_octave * from, from + part_of_lobe * rate / static_cast<double>(factor)});
       sum += integral(from, to, weighted);
       if (to == high) break;
       from = to;

@@ -17,6 +17,10 @@
 namespace tumble {
 namespace {
 
+constexpr double least_ratio_of_total = 2.0;  ///< [averaging times] of a run
+constexpr std::size_t fewest_of_total = 16;   ///< samples of a run
+constexpr std::size_t typed_part = 31;        ///< of the record: longer averaging times have too few values for a type
+
 /// The measure in units of t0 = 1: variance, or for interval errors the square of the answer.
 /// theo_bias: of ThêoH, Allan over Theo1 variance.
 MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<const double> rate, double theo_bias,
@@ -162,7 +166,9 @@ Pooled pool(Stability measure, const Phase& phase, std::span<const double> theo_
     if (found.count == 0) continue;
     const double ratio = static_cast<double>(x.size() - 1) / static_cast<double>(m);
     // Short runs are hardly more than their mirror images.
-    if (measure == Stability::total && phase.runs.size() > 1 && (ratio < 2.0 || x.size() < 16)) continue;
+    if (measure == Stability::total && phase.runs.size() > 1 &&
+        (ratio < least_ratio_of_total || x.size() < fewest_of_total))
+      continue;
     double value = remove_bias ? found.value / bias(measure, alpha, m, ratio) : found.value;
     if (measure == Stability::theoh && remove_bias && ratio < theoh_shortest_ratio)
       value *= theo_ratio_change(alpha, x.size(), m);
@@ -187,7 +193,7 @@ std::vector<int> types_of(Stability measure, const Phase& phase, std::span<const
   if (options.alpha) return std::vector<int>(factors.size(), *options.alpha);
   std::vector<std::size_t> typed(factors.begin(), factors.end());
   if (measure == Stability::theoh)
-    for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / 31));
+    for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / typed_part));
   return identify_noise_types(phase, typed, second_difference_sums(phase, typed));
 }
 

@@ -5,8 +5,10 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
+#include "tumble/math/stability/model_error.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -14,6 +16,13 @@ namespace {
 
 using Active = std::vector<bool>;
 using Terms = std::vector<std::size_t>;
+
+constexpr double added_to_variance = 1e-10;               ///< [1] so that the covariance is positive
+constexpr int most_iterations = 40, free_iterations = 8;  ///< after the free ones steps are halved: weights that swing
+constexpr double last_move = 1e-6;                        ///< [1] of the curve
+constexpr double least_skewness = 1e-3;                   ///< a chi-square of 8e6 degrees of freedom is normal
+constexpr int iterations_of_limit = 20;
+constexpr double thinned_ratio = 1.9;  ///< of two averaging times: an octave, with times that are not
 
 struct State {
   std::vector<double> c;  ///< squared coefficients, one a term, zero where not active
@@ -43,7 +52,8 @@ class NoiseProblem {
   Matrix covariance(const std::vector<double>& c, double model_error) const {
     Matrix v = scaled_columns(scaled_rows(thinning_, covariance_.at(c)), thinning_);
     const auto fitted = design() * c;
-    for (std::size_t i = 0; i < v.rows; ++i) v(i, i) = v(i, i) * (1.0 + 1e-10) + square(model_error * fitted[i]);
+    for (std::size_t i = 0; i < v.rows; ++i)
+      v(i, i) = v(i, i) * (1.0 + added_to_variance) + square(model_error * fitted[i]);
     return v;
   }
 
@@ -145,12 +155,13 @@ Solution solve_nonnegative(const NoiseProblem& problem, const Active& active, co
 /// Iterates weights and coefficients to agreement.
 State converge(const NoiseProblem& problem, const Active& active, double model_error, State state) {
   if (std::ranges::max(state.c) > 0.0) state.v = problem.covariance(state.c, model_error);
-  for (int iteration = 0; iteration < 40; ++iteration) {
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const Solution next = solve_nonnegative(problem, active, state.v);
-    const auto c = iteration > 8 ? scaled(0.5, scaled_sum(next.c, 1.0, state.c)) : next.c;
+    const auto c = iteration > free_iterations ? scaled(0.5, scaled_sum(next.c, 1.0, state.c)) : next.c;
     const auto moved = problem.design() * difference(c, state.c), fitted = problem.design() * c;
     state = {c, problem.covariance(c, model_error), next.chi_square};
-    if (std::ranges::equal(moved, fitted, [](double m, double f) { return std::abs(m) < 1e-6 * std::abs(f); })) break;
+    if (std::ranges::equal(moved, fitted, [](double m, double f) { return std::abs(m) < last_move * std::abs(f); }))
+      break;
   }
   return state;
 }
@@ -171,14 +182,11 @@ double degrees_of_freedom(const NoiseProblem& problem, const State& state) {
 double model_error(const NoiseProblem& problem, const Active& active, const State& start) {
   const State statistical = converge(problem, active, 0.0, start);
   const double dof = degrees_of_freedom(problem, statistical);
-  if (dof < 1.0 || chi_square_tail(statistical.chi_square / dof, dof) > 1e-3) return 0.0;
-  double low = std::log(1e-5), high = std::log(3.0);
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    const State state = converge(problem, active, std::exp(middle), statistical);
-    (state.chi_square > degrees_of_freedom(problem, state) ? low : high) = middle;
-  }
-  return std::exp(high);
+  if (!has_model_error(statistical.chi_square, dof)) return 0.0;
+  return model_error_where([&](double error) {
+    const State state = converge(problem, active, error, statistical);
+    return state.chi_square > degrees_of_freedom(problem, state);
+  });
 }
 
 /// One term freely estimated beside the terms of `state` that are above zero, with the weights of `state`.
@@ -207,7 +215,7 @@ Single single(const NoiseProblem& problem, const State& state, std::size_t term)
   const Matrix weights = whitened.weights(list);
   const double sd = std::sqrt(solution.covariance(term, term));
   const double skew = skewness(column(weights, term), problem.design() * state.c, state.v, whitened.lower());
-  const double edf = 8.0 / square(std::max(skew, 1e-3));
+  const double edf = 8.0 / square(std::max(skew, least_skewness));
   return {solution.c[term], sd, edf, sd * std::sqrt(0.5 * edf)};
 }
 
@@ -244,13 +252,13 @@ void test_term(const NoiseProblem& problem, const Active& others, double error, 
 /// that a curve that dips by chance promises no more than the record can show.
 double upper_limit(const NoiseProblem& problem, const State& state, double error, std::size_t term) {
   const Single measured = single(problem, state, term);
-  double limit = std::max(measured.squared, 0.0) + 1.645 * measured.sd;
-  for (int i = 0; i < 20; ++i) {
+  double limit = std::max(measured.squared, 0.0) + normal_one_sided_95 * measured.sd;
+  for (int i = 0; i < iterations_of_limit; ++i) {
     State with = state;
     with.c[term] = limit;
     with.v = problem.covariance(with.c, error);
     const Single one = single(problem, with, term);
-    const double below = one.positive * (1.0 - chi_square_quantile(0.05, one.edf) / one.edf);
+    const double below = one.positive * (1.0 - chi_square_quantile(missed_by_95, one.edf) / one.edf);
     limit = 0.5 * (limit + std::max(one.squared, 0.0) + below);
   }
   return limit;
@@ -358,7 +366,7 @@ AllanFit described(const NoiseProblem& problem, Selected selected, double error,
 std::vector<AllanObservation> thinned(const std::vector<AllanObservation>& observations) {
   std::vector<AllanObservation> kept;
   for (auto one = observations.rbegin(); one != observations.rend(); ++one)
-    if (kept.empty() || 1.9 * static_cast<double>(one->factor) <= static_cast<double>(kept.back().factor))
+    if (kept.empty() || thinned_ratio * static_cast<double>(one->factor) <= static_cast<double>(kept.back().factor))
       kept.push_back(*one);
   if (!kept.empty() && kept.back().factor != observations.front().factor) kept.push_back(observations.front());
   std::reverse(kept.begin(), kept.end());

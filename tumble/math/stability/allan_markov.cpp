@@ -8,6 +8,8 @@
 namespace tumble {
 namespace {
 
+constexpr double least_freedom_without = 3.0;  ///< of the fit without a process, which takes two more
+
 /// [samples] A correlation time nearer to the sampling interval is what a filter in the instrument leaves, not a
 /// process to report.
 constexpr double shortest_time = 8.0;
@@ -40,7 +42,7 @@ AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations,
                               const AllanFitOptions& options) {
   const AllanFit without = fit_allan(observations, samples, options);
   const double dof = without.degrees_of_freedom;
-  if (dof < 3.0 || chi_square_tail(without.chi_square / dof, dof) > misfit_p) return without;
+  if (dof < least_freedom_without || chi_square_tail(without.chi_square / dof, dof) > misfit_p) return without;
   AllanFitOptions with = options;
   with.select = false;
   double best = 0.0, least = without.minus_twice_log_likelihood;

@@ -12,6 +12,8 @@
 namespace tumble {
 namespace {
 
+constexpr double stationary_rho = 0.25;  ///< Riley and Greenhall, 2004: differences are taken until rho is below it
+
 constexpr std::size_t fewest_for_autocorrelation = 30;
 constexpr std::size_t fewest_for_phase = 128;
 constexpr std::size_t fewest_for_ratio = 8;
@@ -99,7 +101,7 @@ Reading from_autocorrelation(std::vector<Series> all, bool gaps) {
   for (;; ++d) {
     const double r = lag_1_autocorrelation(all);
     const double rho = r / (1.0 + r);
-    if (rho < 0.25 || d >= most_differences) {
+    if (rho < stationary_rho || d >= most_differences) {
       const double exponent = 2.0 - 2.0 * (rho + d);
       const double sd = 2.0 / ((1.0 + r) * (1.0 + r) * std::sqrt(static_cast<double>(points(all))));  // of r: 1/sqrt(n)
       return {Reading::Kind::autocorrelation, std::clamp(static_cast<int>(std::lround(exponent)), -4, 2), exponent, sd};

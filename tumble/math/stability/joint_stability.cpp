@@ -19,6 +19,9 @@
 namespace tumble {
 namespace {
 
+/// [1] of a diagonal element: rounding; a sd of the correlation needs more than 2.
+constexpr double least_rest = 1e-14, least_edf = 3.0;
+
 constexpr std::size_t draws = 4000;
 
 using Points = std::vector<DeviationPoint>;
@@ -96,7 +99,7 @@ bool cholesky(const Matrix& a, Matrix& lower) {
     for (std::size_t j = 0; j <= i; ++j) {
       double rest = a(i, j);
       for (std::size_t k = 0; k < j; ++k) rest -= lower(i, k) * lower(j, k);
-      if (i == j && !(rest > 1e-14 * a(i, i))) return false;
+      if (i == j && !(rest > least_rest * a(i, i))) return false;
       lower(i, j) = i == j ? std::sqrt(rest) : rest / lower(j, j);
     }
   }
@@ -169,7 +172,7 @@ std::vector<AllanCorrelation> correlation(std::span<const double> a, std::span<c
   for (std::size_t i = 0; i < of_first.size(); ++i) {
     const auto &one = of_first[i], &other = of_second[i];
     const double edf = std::sqrt(one.edf * other.edf), of_other = scale * other.deviation;
-    if (!(edf > 3.0) || one.deviation == 0.0 || of_other == 0.0) continue;
+    if (!(edf > least_edf) || one.deviation == 0.0 || of_other == 0.0) continue;
     const double covariance = 0.5 * (square(one.deviation) + square(of_other) - square(of_rest[i].deviation));
     const double r = std::clamp(covariance / (one.deviation * of_other), -1.0, 1.0);
     AllanCorrelation point{one.factor, one.tau, r, -1.0, 1.0, 0.0, edf};

@@ -6,12 +6,17 @@
 #include <utility>
 #include <vector>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 namespace {
+
+constexpr double gamma_to = 1000.0;       ///< degrees of freedom, to which the incomplete gamma function is computed
+constexpr double share_widened_by = 1.3;  ///< [sd] of the share
+constexpr double least_share_of_root = 1e-3;
 
 /// Wilson and Hilferty (1931): the cube root of chi2/edf is normal with this mean and variance.
 struct CubeRoot {
@@ -40,7 +45,7 @@ double interval_factor(double edf, double share) {
   double within = 0.0;
   for (const auto& [pivot, weight] : pivots) {
     within += weight;
-    if (within >= 0.95 * total) return pivot;
+    if (within >= one_sided_95 * total) return pivot;
   }
   return pivots.back().first;
 }
@@ -49,7 +54,7 @@ double interval_factor(double edf, double share) {
 
 double chi_square_tail(double ratio, double edf) {
   if (ratio <= 0.0) return 1.0;
-  if (edf <= 1000.0) return boost::math::gamma_q(0.5 * edf, 0.5 * edf * ratio);
+  if (edf <= gamma_to) return boost::math::gamma_q(0.5 * edf, 0.5 * edf * ratio);
   const CubeRoot root(edf);  // good to 1e-4 here, where the incomplete gamma function overflows inside
   return normal_above((std::cbrt(ratio) - root.mean) / root.sd);
 }
@@ -58,16 +63,14 @@ double root_interval_degrees_of_freedom(double edf, double share) {
   constexpr double most = 1e4;
   // The share comes from the same estimate and scatters by (1 - share) sqrt(2/edf); a greater one needs a wider
   // interval, so that a little more than one such sd is added.
-  share = std::clamp(share + 1.3 * (1.0 - share) * std::sqrt(2.0 / edf), 1e-3, 1.0);
+  share = std::clamp(share + share_widened_by * (1.0 - share) * std::sqrt(2.0 / edf), least_share_of_root, 1.0);
   const double factor = interval_factor(edf, share);
-  if (factor <= student_quantile(0.975, most)) return std::numeric_limits<double>::infinity();
-  if (factor >= student_quantile(0.975, 1.0)) return 1.0;
-  double low = 0.0, high = std::log(most);
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (student_quantile(0.975, std::exp(middle)) > factor ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
+  if (factor <= student_quantile(two_sided_95, most)) return std::numeric_limits<double>::infinity();
+  if (factor >= student_quantile(two_sided_95, 1.0)) return 1.0;
+  constexpr int halvings = 40;  // to 1e-11 of the degrees of freedom
+  return std::exp(bisected(0.0, std::log(most), halvings, [&](double logarithm) {
+                    return student_quantile(two_sided_95, std::exp(logarithm)) > factor;
+                  }).middle());
 }
 
 }  // namespace tumble

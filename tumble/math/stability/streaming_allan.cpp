@@ -12,6 +12,9 @@
 namespace tumble {
 namespace {
 
+/// Growth of white phase noise; its type; ratio of times.
+constexpr double steepest = -1.5, type_of_steepest = 1.5, slope_over = 1.4;
+
 constexpr std::size_t memory = 2 * StreamingAllan::exact_to;  // increments that the longest term of a stage spans
 constexpr std::size_t increments_at_once = 2 * memory;        // increments worked through at a time
 
@@ -34,7 +37,7 @@ std::size_t steps_to_next_stage(std::size_t sample, std::size_t stage) {
 double noise_type(const DeviationPoint& before, const DeviationPoint& after) {
   if (!(before.deviation > 0.0 && after.deviation > 0.0) || before.factor == after.factor) return 0.0;
   const double growth = 2.0 * std::log(after.deviation / before.deviation) / std::log(after.tau / before.tau);
-  return growth < -1.5 ? 1.5 : std::clamp(std::round(-1.0 - growth), -4.0, 0.0);
+  return growth < steepest ? type_of_steepest : std::clamp(std::round(-1.0 - growth), -4.0, 0.0);
 }
 
 }  // namespace
@@ -235,8 +238,8 @@ std::vector<DeviationPoint> StreamingAllan::points(double sample_rate, double co
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::size_t before = i, after = i;
-    while (before > 0 && points[before].tau > points[i].tau / 1.4) --before;
-    while (after + 1 < points.size() && points[after].tau < points[i].tau * 1.4) ++after;
+    while (before > 0 && points[before].tau > points[i].tau / slope_over) --before;
+    while (after + 1 < points.size() && points[after].tau < points[i].tau * slope_over) ++after;
     const double type = noise_type(points[before], points[after]);
     const auto edf = [&](double alpha) {
       return phase_difference_edf(static_cast<int>(alpha), PhaseDifference{}, points[i].factor / steps[i],

@@ -216,7 +216,8 @@ void remove_constant_terms(const linear::Solution& first, linear::Problem& probl
     std::erase_if(problem.columns,
                   [&](const Term& term) { return std::ranges::find(names, term.name) != names.end(); });
   };
-  const double enough = 0.05 * standard_gravity;
+  constexpr double least_range = 0.05;  // [g] of a component across, with which its terms are distinguished
+  const double enough = least_range * standard_gravity;
   if (high.y - low.y < enough) remove(along_p);
   if (high.z - low.z < enough) remove(along_o);
 }
@@ -234,7 +235,7 @@ Estimate answer_of(const Evidence& evidence, Normalised fit, double centre) {
   const double radius = supposed_radius(evidence);
   if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
   accelerometer::describe_dropped(fit, "both_senses_and_a_tumble_show_more");
-  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
+  Estimate estimate = linear::answer_of(fit.solution, "g", {"i", "p", "o"});
   for (auto& parameter : estimate.parameters) {
     if (parameter.name == "centre_offset") {
       parameter.symbol = "e";

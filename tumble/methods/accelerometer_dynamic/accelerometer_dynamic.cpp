@@ -53,14 +53,14 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   std::vector<std::string> names{"C_I", "C_O", "C_P", "C_IP", "C_OP", "C_IO", "C_II", "C_PP", "C_III", "C_IPP"};
   for (auto& name : static_terms(settings.word("static_terms"))) names.push_back(std::move(name));
   problem.columns = linear::terms_of("pendulous_accelerometer", constants_with_tilt(settings.number("tilt")), names);
-  problem.condition_limit = 1e3;
+  problem.condition_limit = linear::weakest_in_motion;
   problem.leave_out_first = {"second_order_oo", "second_order_pp", "misalignment_p", "misalignment_o"};
   problem.advice = {"distinguish_by_rates_and_oscillations"};
   return problem;
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::answer_of(solution, "accelerometer_dynamic", "g", {"i", "p", "o"}, "deg/s");
+  Estimate estimate = linear::answer_of(solution, "g", {"i", "p", "o"}, "deg/s");
   if (find_parameter(estimate, "C_O") || find_parameter(estimate, "C_IP"))
     estimate.findings.push_back({Finding::Severity::info, "lever_arm_in_C_O_and_C_IP", {}});
   if (settings.number("tilt") == 0.0)

@@ -9,6 +9,14 @@
 namespace tumble::accelerometer_four_position {
 namespace {
 
+/// [1] of the greatest eigenvalue, above which another counts for the rank: those of a smaller rank are rounding.
+constexpr double least_eigenvalue = 1e-9;
+/// [1] of the mean square and of the known variance, which is added so that the matrix is regular without noise.
+constexpr double variance_floor = 1e-9;
+constexpr int most_steps = 400;          ///< the trials need fewer than 100
+constexpr double last_change = 1e-8;     ///< [1] of the greatest variance, after which the steps end
+constexpr double least_variance = 1e-4;  ///< [1] of all together, below which a component is none: 1 % of their sd
+
 /// z'PK_iPz, tr(PK_i) and tr(PK_iPK_j)/2 on the contrasts, P = V^-1.
 struct Point {
   std::vector<double> fits, expects;
@@ -48,8 +56,8 @@ std::vector<double> freedom_by_rank(const std::vector<Matrix>& kernels, const st
   std::vector<double> rank;
   for (const auto& kernel : kernels) {
     const auto values = eigenvalues_symmetric(kernel);
-    rank.push_back(
-        static_cast<double>(std::ranges::count_if(values, [&](double value) { return value > 1e-9 * values.back(); })));
+    rank.push_back(static_cast<double>(
+        std::ranges::count_if(values, [&](double value) { return value > least_eigenvalue * values.back(); })));
   }
   std::vector<double> out = rank;
   for (std::size_t c = 0; c < kernels.size(); ++c) {
@@ -75,14 +83,14 @@ Components components_of(const Matrix& design, const std::vector<double>& observ
   for (const auto& kernel : all_kernels) kernels.push_back(sandwich(contrasts, kernel));
 
   const double mean = dot(z, z) / static_cast<double>(m);
-  const double floor = std::max({1e-9 * mean, 1e-9 * mean_of_diagonal(known), 1e-300});
+  const double floor = std::max({variance_floor * mean, variance_floor * mean_of_diagonal(known), 1e-300});
   for (std::size_t i = 0; i < m; ++i) known(i, i) += floor;
   std::vector<double> variance;
   for (const auto& kernel : kernels)
     variance.push_back(std::max(mean, floor) * static_cast<double>(m) / std::max(1e-30, trace(kernel)) /
                        static_cast<double>(count));
   // Multiplicative steps never lead downhill (Zhou, Hu, Zhou and Lange, J. Comput. Graph. Stat. 28 (2019) 350).
-  for (int round = 0; round < 400; ++round) {
+  for (int round = 0; round < most_steps; ++round) {
     const Point point = point_at(variance, z, known, kernels);
     double step = 0.0;
     for (std::size_t c = 0; c < count; ++c) {
@@ -90,11 +98,11 @@ Components components_of(const Matrix& design, const std::vector<double>& observ
       step = std::max(step, std::abs(next - variance[c]));
       variance[c] = next;
     }
-    if (step < 1e-8 * std::ranges::max(variance)) break;
+    if (step < last_change * std::ranges::max(variance)) break;
   }
   const double scale = std::accumulate(variance.begin(), variance.end(), mean_of_diagonal(known));
   for (double& v : variance)
-    if (v < 1e-4 * scale) v = 0.0;
+    if (v < least_variance * scale) v = 0.0;
   return {variance, covariance_from(point_at(variance, z, known, kernels).information, variance),
           freedom_by_rank(kernels, variance)};
 }

@@ -14,6 +14,19 @@
 namespace tumble::accelerometer_four_position {
 namespace {
 
+/// [usual windows] from which on a window holds two: halfway between one and two.
+constexpr double longest_window = 1.5;
+/// [turns of the register] by which a count is off that overflowed: one to four. More would be another scale factor.
+constexpr double least_turns = 0.5, most_turns = 4.5;
+/// [1] of the register, within which a count comes back after whole turns. Chosen: by accident one count in 25 does.
+constexpr double back_within = 0.02;
+/// [1] of the register, that the expected count must exceed: smaller ones do not reach its end.
+constexpr double least_count_of_register = 0.3;
+/// [1] of the expected count, within which a count of the other sign is a head that is turned over.
+constexpr double turned_over_within = 0.1;
+/// One window in so many must show the overflow: a head in motion has few.
+constexpr std::size_t least_part_of_windows = 10;
+
 /// [s] from each stamp to the next; the last as the median.
 std::vector<double> intervals_of(const Channel& channel) {
   std::vector<double> intervals;
@@ -38,8 +51,8 @@ void divide_by_windows(Channel& channel, bool own, const std::string& file, Find
   double before = NAN;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
     double window = usual;
-    if (own && intervals[i] < 1.5 * usual) window = intervals[i];
-    if (intervals[i] > 1.5 * usual && std::isfinite(before)) {
+    if (own && intervals[i] < longest_window * usual) window = intervals[i];
+    if (intervals[i] > longest_window * usual && std::isfinite(before)) {
       const double over_interval = channel.values[i] / intervals[i], over_window = channel.values[i] / usual;
       const bool all = std::abs(over_interval - before) < std::abs(over_window - before);
       if (all) window = intervals[i];
@@ -75,9 +88,10 @@ int overflow_bits(double measured, double expected) {
   for (const int bits : {32, 31, 24, 20, 18, 16, 15, 14, 12, 10, 8}) {
     const double size = std::ldexp(1.0, bits), turns = (measured - expected) / size;
     const double off = std::abs(turns - std::round(turns)) * size;
-    if (std::abs(turns) > 0.5 && std::abs(turns) < 4.5 && off < 0.02 * size && std::abs(expected) > 0.3 * size &&
+    if (std::abs(turns) > least_turns && std::abs(turns) < most_turns && off < back_within * size &&
+        std::abs(expected) > least_count_of_register * size &&
         std::abs(measured) < size)  // no register shows more than it holds
-      return turned_over < 0.1 * std::abs(expected) && turned_over <= off ? 0 : bits;
+      return turned_over < turned_over_within * std::abs(expected) && turned_over <= off ? 0 : bits;
   }
   return 0;
 }
@@ -112,7 +126,8 @@ void refuse_overflow(const Bench& bench) {
     for (const double v : stretch.values) ++windows[overflow_bits(v * window, expected)];
     windows.erase(0);
     const auto most = std::ranges::max_element(windows, {}, [](const auto& bits) { return bits.second; });
-    const int bits = most == windows.end() || 10 * most->second < stretch.values.size() ? 0 : most->first;
+    const int bits =
+        most == windows.end() || least_part_of_windows * most->second < stretch.values.size() ? 0 : most->first;
     if (bits > 0)
       problems.push_back(
           say("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m "

@@ -12,6 +12,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/methods/accelerometer_four_position/lag.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
@@ -19,6 +20,8 @@ namespace tumble::accelerometer_four_position {
 namespace {
 
 using enum Finding::Severity;
+
+constexpr double least_freedom_of_clipping = 3.0;  ///< samples beyond the first, which all are equal
 
 constexpr double usual_lag = 600.0;     ///< [s] of a unit in its housing behind a thermometer outside
 constexpr double fewest_windows = 8.0;  ///< of a position, which show that it counts one number throughout
@@ -92,7 +95,8 @@ double step_within(const EvenValues& values) {
 
 /// Whether all samples are equal although those of other positions scatter: the output is at its limit.
 bool clipped(const Bench& bench, const Position& position) {
-  if (position.place == Place::level || bench.pulse > 0.0 || position.freedom < 3.0 || position.squares > 0.0)
+  if (position.place == Place::level || bench.pulse > 0.0 || position.freedom < least_freedom_of_clipping ||
+      position.squares > 0.0)
     return false;
   return std::ranges::any_of(bench.positions, [](const Position& p) { return p.squares > 0.0; });
 }
@@ -274,7 +278,7 @@ void look_for_odd_sets(const Bench& bench, const Reduced& reduced, Findings& fin
     for (const auto& cell : reduced.cells) values.push_back(cell.value[quantity]);
     const double middle = median(values);
     for (const double value : values) distances.push_back(std::abs(value - middle));
-    const double scatter = 1.4826 * median(distances);
+    const double scatter = sd_of_median_size * median(distances);
     Faulty odd;
     for (std::size_t c = 0; c < values.size(); ++c) {
       const double noise = noise_of(bench, bench.cells[c]) / bench.positions[bench.cells[c].up].gravity *

@@ -12,6 +12,9 @@
 namespace tumble::accelerometer_four_position {
 namespace {
 
+constexpr double least_sd = 1e-14;       ///< [1] of the value and of 1, below which a sd is rounding
+constexpr double variance_added = 1e-9;  ///< [1] of each variance: rows without noise do not make the matrix singular
+
 /// Each quantity is weighted by its own covariance: the course of K_2 over temperature must not move the bias.
 Matrix for_weights(Matrix v, std::size_t cells) {
   for (std::size_t i = 0; i < v.rows; ++i)
@@ -31,9 +34,9 @@ Estimator estimator(const Matrix& x, const std::vector<double>& z, const Matrix&
   // of the largest of their kind.
   std::vector<double> unit = diagonal_of(v);
   for (std::size_t i = 0; i < unit.size(); ++i)
-    unit[i] = 1.0 / std::max(std::sqrt(unit[i]), 1e-14 * (1.0 + std::abs(z[i])));
+    unit[i] = 1.0 / std::max(std::sqrt(unit[i]), least_sd * (1.0 + std::abs(z[i])));
   Matrix scaled_v = scaled_rows(unit, scaled_columns(v, unit));
-  for (std::size_t i = 0; i < unit.size(); ++i) scaled_v(i, i) += 1e-9;
+  for (std::size_t i = 0; i < unit.size(); ++i) scaled_v(i, i) += variance_added;
   const Matrix root = cholesky(scaled_v).lower;
   if (root.rows != scaled_v.rows)
     throw Error(Error::Kind::bad_data,

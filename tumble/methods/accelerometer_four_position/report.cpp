@@ -7,6 +7,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -175,11 +176,12 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
     const auto power = powers(t, p.count);
     for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = power[j];
     add_point(line, t, at_temperature(reduced.parameters, p, t),
-              student_quantile(0.975, freedom_of(reduced, weights)) *
+              student_quantile(two_sided_95, freedom_of(reduced, weights)) *
                   std::sqrt(std::max(0.0, quadratic_form(weights, reduced.covariance))));
   }
   for (std::size_t c = 0; c < bench.cells.size(); ++c)
-    add_point(dots, bench.cells[c].temperature, reduced.cells[c].value[quantity], 1.96 * reduced.cells[c].sd[quantity]);
+    add_point(dots, bench.cells[c].temperature, reduced.cells[c].value[quantity],
+              normal_two_sided_95 * reduced.cells[c].sd[quantity]);
   estimate.curves.push_back(std::move(line));
   estimate.curves.push_back(std::move(dots));
 }
@@ -216,7 +218,6 @@ std::size_t order_of(const Settings& settings, const Bench& bench) {
 
 Estimate described(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured) {
   Estimate estimate;
-  estimate.method = "accelerometer_four_position";
   const bool over = bench.group_temperature.size() > 1, two = reduced.active.size() == 2;
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const double from = over ? std::clamp(settings.number("report_temperature"), low, high) : low;

@@ -17,6 +17,14 @@ namespace {
 using accelerometer::Normalised;
 using linear::Solution;
 
+/// [1] of the specific force: an axis that feels more is used, and in a plane of two axes the third feels less than
+/// this part of it: 0.06 deg across.
+constexpr double felt_share = 0.1, across_share = 1e-3;
+/// [1] of a term that is not identified: where more of it is explained by none of the others, its meaning is not
+/// stated.
+constexpr double most_unexplained = 0.2;
+constexpr double opposite_within = 0.02;  ///< [rad] 1 deg: two mounts are opposite
+
 std::vector<std::string> simple_terms() {
   return {"bias", "scale_factor_error", "second_order_coefficient", "misalignment_o", "misalignment_p"};
 }
@@ -48,9 +56,9 @@ bool in_both_mounts(const Solution& solution) {
   bool along_p = false, along_o = false;
   for (const auto& segment : solution.segments) {
     const Vector3 f = segment.felt.specific_force;
-    const double tenth = 0.1 * norm(f);
-    along_p = along_p || (std::abs(f.y) > tenth && std::abs(f.z) < 1e-3 * tenth);
-    along_o = along_o || (std::abs(f.z) > tenth && std::abs(f.y) < 1e-3 * tenth);
+    const double used = felt_share * norm(f);
+    along_p = along_p || (std::abs(f.y) > used && std::abs(f.z) < across_share * used);
+    along_o = along_o || (std::abs(f.z) > used && std::abs(f.y) < across_share * used);
   }
   return along_p && along_o;
 }
@@ -79,7 +87,7 @@ void add_hidden_terms(const Normalised& fit, Estimate& estimate) {
     const auto meanings = accelerometer::meanings(shares, term);
     if (meanings.empty() && term.name == "cross_coupling_po")
       estimate.findings.push_back({info, "products_across_not_excited", {}});
-    if (meanings.empty() || shares.unexplained > 0.2) continue;
+    if (meanings.empty() || shares.unexplained > most_unexplained) continue;
     if (term.name == "second_order_pp") accelerometer::state_contained(shares, term, fit.scale_factor, estimate);
     estimate.findings.push_back({info,
                                  term.name == "second_order_pp" ? "hinge_hidden_at_one_g" : "term_hidden_at_one_g",
@@ -96,8 +104,9 @@ bool reversed(const Plan& plan) {
     rolls.push_back(std::remainder(roll, two_pi));
   }
   return std::ranges::any_of(rolls, [&](double first) {
-    return std::ranges::any_of(
-        rolls, [&](double second) { return std::abs(std::abs(std::remainder(first - second, two_pi)) - pi) < 0.02; });
+    return std::ranges::any_of(rolls, [&](double second) {
+      return std::abs(std::abs(std::remainder(first - second, two_pi)) - pi) < opposite_within;
+    });
   });
 }
 
@@ -186,7 +195,7 @@ Estimate answer_of(const Evidence& evidence, Normalised fit) {
   const bool measured = !evidence.recordings.empty();
   if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
   accelerometer::describe_dropped(fit, "seven_positions_show_all");
-  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_tumble", "g", {"i", "p", "o"});
+  Estimate estimate = linear::answer_of(fit.solution, "g", {"i", "p", "o"});
   withhold_aliases(fit, estimate);
   for (auto& finding : accelerometer::about_labels(evidence.plan)) estimate.findings.push_back(std::move(finding));
   if (measured) accelerometer::add_faults(evidence, fit, estimate);

@@ -197,8 +197,6 @@ Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
     if (!result.failure.empty()) failures.push_back(within(say("{}", Name{result.label}), result.failure));
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
   Estimate estimate = describe_noise(results, plan.settings.number("wanted_sd"));
-  estimate.method = "allan_noise";
-  estimate.title = plan.title;
   return estimate;
 }
 

@@ -7,16 +7,21 @@
 #include <cmath>
 
 #include "tumble/core/columns.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
+#include "tumble/methods/allan_noise/words.hpp"
 #include "tumble/reduce/answer.hpp"
 
 namespace tumble::allan_noise {
 namespace {
 
 using Severity = Finding::Severity;
+
+/// [periods] where a sine lifts the deviation most: tan x = 2 x with x = pi f tau.
+constexpr double tau_of_sine = 0.371;
 
 std::string shown(double value_si, const std::string& unit) {
   return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
@@ -58,7 +63,7 @@ void add_filter(const ChannelNoise& channel, std::size_t first, Estimate& estima
   const NoiseFit& fit = channel.fit;
   const auto above_zero = [&](std::size_t i) {
     return fit.value[i] >
-           student_quantile(0.975, fit.filter_freedom[i - first]) * std::sqrt(fit.value_covariance(i, i));
+           student_quantile(two_sided_95, fit.filter_freedom[i - first]) * std::sqrt(fit.value_covariance(i, i));
   };
   if (!fit.filter.given() || !above_zero(first)) return;
   estimate.parameters.push_back(
@@ -159,7 +164,7 @@ std::string decision(const FittedTerm& term, bool shown) {
   if (!term.kept) return fmt::format("not used: not significant (p = {:.2f})", term.chance);
   if (!shown) return "used; not above zero with 95 %";
   if (std::isinf(term.improvement)) return "used: the only term";
-  return term.chance < 1e-6 ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
+  return term.chance < least_shown_p ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
 }
 
 struct StabilityRow {
@@ -193,7 +198,7 @@ void add_stability_rows(const ChannelNoise& channel, std::vector<StabilityRow>& 
   const NoiseRamp& ramp = channel.fit.ramp;
   const std::string unit = ramp_unit(channel.kind);
   const double z = ramp.slope / ramp.sd, slope = ramp.slope * channel.rate, sd = ramp.sd * channel.rate,
-               limit = std::abs(slope) + student_quantile(0.975, ramp.degrees_of_freedom) * sd;
+               limit = std::abs(slope) + student_quantile(two_sided_95, ramp.degrees_of_freedom) * sd;
   rows.push_back({channel.label, "rate_ramp", "R", shown(slope, unit), shown(sd, unit), std::round(100.0 * z) / 100.0,
                   "", shown(limit, unit),
                   (ramp.kept ? "used" : "not used: not significant") + fmt::format(" (p = {:.2g})", ramp.chance)});
@@ -340,9 +345,8 @@ void add_departure(const ChannelNoise& channel, Findings& findings) {
     findings.push_back(
         {Severity::warning, change > 0.0 ? "noise_above_terms" : "noise_below_terms", values, channel.label});
   } else {
-    // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
     values.emplace_back("tau", tau, "s");
-    values.emplace_back("frequency", 0.371 / tau, "Hz");
+    values.emplace_back("frequency", tau_of_sine / tau, "Hz");
     findings.push_back(
         {Severity::warning, change > 0.0 ? "deviation_above_terms" : "deviation_below_terms", values, channel.label});
   }

@@ -9,6 +9,8 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr std::size_t fewest_blocks_of_parts = 10;  ///< so that most_share of them is one
+
 constexpr double unusual = 4.0, raised = 1.5, most_share = 0.1;
 
 /// Standard deviation of a block about its least-squares line; 0 of less than 3 samples.
@@ -61,7 +63,7 @@ double seconds(const RecordPart& part, double rate) { return static_cast<double>
 
 std::vector<RecordPart> disturbed_parts(const EvenSignal& signal, const BlockScatter& measured) {
   const std::size_t samples = signal.values.size(), size = measured.size, blocks = measured.blocks.size();
-  if (blocks < 10) return {};
+  if (blocks < fewest_blocks_of_parts) return {};
   const auto block = [&](std::size_t i) { return signal.values.subspan(i * size, size); };
   std::vector<double> scatter, about_line;
   for (const Scatter& one : measured.blocks) scatter.push_back(one.sd);

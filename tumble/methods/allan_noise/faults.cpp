@@ -14,6 +14,16 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// Differences over independent ones: those of white means are correlated with the next, and two thirds of them count.
+constexpr double correlated_differences = 1.5;
+
+/// Differences on each side, that their mean square is compared with: F with fewer degrees of freedom says nothing.
+constexpr double fewest_compared = 3.0;
+constexpr double least_freedom_of_jump = 3.0;  ///< of Student's t, which has a variance from there on
+/// Length of the record over the time of an exponential [1]: the slowest that is tried takes half of the record. A
+/// slower one is a ramp.
+constexpr double least_share = 1.5;
+
 constexpr double rare = 1e-5;           ///< p-value of one comparison
 constexpr double median_size = 0.6745;  ///< [sd] median of the magnitudes, of the normal distribution
 /// [1] efficiency of that median: the sd is known as well as from 37 % of the differences by their squares.
@@ -73,7 +83,7 @@ bool stays(const Means& means, std::size_t i) {
 
 /// Probability of a difference as large or larger among all, the usual one being known from their median only.
 double chance_of_jump(const Means& means, double size) {
-  const boost::math::students_t distribution(std::max(3.0, median_efficiency * means.count));
+  const boost::math::students_t distribution(std::max(least_freedom_of_jump, median_efficiency * means.count));
   return 2.0 * means.count * boost::math::cdf(boost::math::complement(distribution, size / means.usual));
 }
 
@@ -118,10 +128,9 @@ Settling settling_of(const Means& means) {
     sum[which] += means.difference[i] * means.difference[i];
     ++count[which];
   }
-  if (count[0] < 3.0 || count[1] < 3.0 || !(sum[1] > 0.0)) return {};
+  if (count[0] < fewest_compared || count[1] < fewest_compared || !(sum[1] > 0.0)) return {};
   const double ratio = sum[0] / count[0] / (sum[1] / count[1]);
-  // Differences of white means are correlated with the next: two thirds of them count.
-  const boost::math::fisher_f distribution(count[0] / 1.5, count[1] / 1.5);
+  const boost::math::fisher_f distribution(count[0] / correlated_differences, count[1] / correlated_differences);
   return {ratio, boost::math::cdf(boost::math::complement(distribution, ratio))};
 }
 
@@ -151,7 +160,7 @@ double chance_of_exponential(const Means& means, double time) {
 double chance_of_settling(const Means& means) {
   double least = 1.0;
   const double length = static_cast<double>(means.difference.size());
-  for (double share = shortest_share; share > 1.5; share *= 0.5)
+  for (double share = shortest_share; share > least_share; share *= 0.5)
     least = std::min(least, tries_of_exponentials * chance_of_exponential(means, length / share));
   return least;
 }

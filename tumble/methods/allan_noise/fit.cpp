@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/noise/noise_length.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/methods/allan_noise/faults.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
@@ -89,7 +90,7 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
     if (!term.kept) {
       const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
       rows.push_back({said.name, "below " + amount(limit, said.unit), "limit " + amount(0.5 * limit, said.unit),
-                      record * length.times_for(t, term.upper_limit / (4.0 * 1.645))});
+                      record * length.times_for(t, term.upper_limit / (4.0 * normal_one_sided_95))});
       continue;
     }
     const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };

@@ -10,6 +10,19 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr std::size_t shortest_segment = 64;  ///< samples; a shorter one has no room for a line and its neighbours
+/// Segments that are wanted, and with which lines are looked for: the mean of fewer scatters by more than its half.
+constexpr std::size_t wanted_segments = 8;
+constexpr double fewest_segments = 4.0;
+/// Standard deviations of a mean ordinate, beyond which it may be a line: noise exceeds it with p = 1e-07 in the mean
+/// of 4 segments, with 8e-11 in the mean of 16.
+constexpr double threshold_sd = 10.0;
+constexpr double same_line = 8.0;        ///< [bins] beside a line, and its width, that belong to it
+constexpr double sines_gathered = 0.03;  ///< [1] of the frequency of a band of sines, that it reaches to both sides
+/// [sd] of the mean square of a part, from which on it differs from the others; p = 6e-7 for each.
+constexpr double part_differs = 5.0;
+constexpr double change_is_warning = 0.1;  ///< [1] of the deviation. Chosen: less than what most budgets have for noise
+
 constexpr std::size_t longest_segment = 4096, most_averaged = 512, most_lines = 8, neighbours = 24;
 constexpr std::size_t lowest = 8;  ///< first frequency: below, a line and a slow drift cannot be distinguished
 constexpr std::size_t spread = 2;  ///< half-width of a line under the window
@@ -127,11 +140,11 @@ bool is_image(const Periodogram& spectrum, std::size_t peak, std::size_t line) {
 
 std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   std::size_t length = longest_segment;
-  while (length > 64 && values.size() / length < 8) length /= 2;
+  while (length > shortest_segment && values.size() / length < wanted_segments) length /= 2;
   const Periodogram spectrum = periodogram(values, length);
   std::vector<SpectralLine> lines;
-  if (spectrum.segments < 4.0) return lines;
-  const double threshold = 1.0 + 10.0 / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
+  if (spectrum.segments < fewest_segments) return lines;
+  const double threshold = 1.0 + threshold_sd / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
   const auto& density = spectrum.density;
   // Beyond half the rate the density is what it is as far below.
   const auto mirrored = [&](std::size_t k) { return density[std::min(k, 2 * (density.size() - 1) - k)]; };
@@ -152,7 +165,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   };
   for (const auto& line : lines) {
     const auto near = std::find_if(separate.begin(), separate.end(), [&](const SpectralLine& other) {
-      return std::abs(other.frequency - line.frequency) < 8.0 * bin + other.width;
+      return std::abs(other.frequency - line.frequency) < same_line * bin + other.width;
     });
     if (near != separate.end())
       near->width = std::max(near->width, std::abs(near->frequency - line.frequency) + line.width);
@@ -169,7 +182,7 @@ NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine
   NoiseBands remaining = bands;
   std::erase_if(remaining.bands, [&](const NoiseBand& band) {
     // A cosine within p values takes in what lies within 1/p of its frequency; sines are sharp but gathered 3 % wide.
-    const double width = band.radix > 0 ? 1.0 / (band.radix * band.unit) : 0.03 * band.frequency;
+    const double width = band.radix > 0 ? 1.0 / (band.radix * band.unit) : sines_gathered * band.frequency;
     return std::any_of(lines.begin(), lines.end(), [&](const SpectralLine& line) {
       return std::abs(line.frequency - band.frequency) < width + line.width;
     });
@@ -225,10 +238,10 @@ Findings changes_along(const NoiseBands& bands, double begin, double rate, const
       part = i;
     }
   }
-  if (most < 5.0) return {};
+  if (most < part_differs) return {};
   const double change = std::sqrt(bands.part_mean_square[part] * count / sum) - 1.0;
   const double length = static_cast<double>(bands.samples) / rate / NoiseBands::parts;
-  return {{std::abs(change) > 0.1 ? Finding::Severity::warning : Finding::Severity::info,
+  return {{std::abs(change) > change_is_warning ? Finding::Severity::warning : Finding::Severity::info,
            "noise_changes_along_record",
            {{"change", change, "%"},
             {"from", begin + length * static_cast<double>(part), "s"},

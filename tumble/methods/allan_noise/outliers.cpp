@@ -9,19 +9,24 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr std::size_t fewest_distances = 8;  ///< of which quantiles are taken
+/// Two quantiles of the magnitudes [1], and where the normal distribution has them [sd].
+constexpr double middle_share = 0.5, middle_size = 0.67449, upper_share = 0.65, upper_size = 0.93459;
+constexpr std::size_t means_of_period = 8;  ///< of the means that show a ringing best, in its period at most
+
 constexpr double at_jump = 1.5;  ///< change over departure: 2 of a step, 0 of a single value
 constexpr std::size_t measured_on = 65536, per_mean = 4, most_events = 20000;
 
 /// Standard deviation from the middle of the distances, of which some may be outliers; the upper of two quantiles, so
 /// that a coarse output whose distances are mostly zero has one. 0: nearly all are zero.
 double robust_sd(std::vector<double>& distances) {
-  if (distances.size() < 8) return 0.0;
+  if (distances.size() < fewest_distances) return 0.0;
   const auto quantile = [&](double share) {
     const auto at = distances.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(distances.size() - 1));
     std::nth_element(distances.begin(), at, distances.end());
     return *at;
   };
-  return std::max(quantile(0.5) / 0.67449, quantile(0.65) / 0.93459);  // quantiles of the normal distribution
+  return std::max(quantile(middle_share) / middle_size, quantile(upper_share) / upper_size);
 }
 
 /// From the mean of the two values beside it.
@@ -38,9 +43,11 @@ std::size_t samples_of(std::size_t scale) {
 void join(const Outlier& event, std::vector<Outlier>& events) {
   if (!events.empty()) {
     Outlier& last = events.back();
-    // Of what rings only crests are far; one may be missed: a period, up to 8 of the means that show it best.
+    // Of what rings only crests are far; one may be missed: a period, up to means_of_period of the means that show it
+    // best.
     const std::size_t length = event.end - event.begin;
-    const std::size_t reach = std::max<std::size_t>({2, last.end - last.begin, event.broad ? 8 * length : length});
+    const std::size_t reach =
+        std::max<std::size_t>({2, last.end - last.begin, event.broad ? means_of_period * length : length});
     if (event.begin < last.end + reach) {
       if (std::abs(event.deviations) > std::abs(last.deviations)) {
         last.worst = event.worst;

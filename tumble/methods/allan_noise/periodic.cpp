@@ -13,6 +13,14 @@
 namespace tumble::allan_noise {
 namespace {
 
+/// [1] of the amplitude of a sine, from which on a line about it is the broader one; records in which noise makes one
+/// sine with the power that a sine must have.
+constexpr double broader_amplitude = 0.5, records_of_false_line = 1e4;
+
+/// Power of an ordinate over that of the noise, from which on it may be a line: exceeded with p = e^-16 = 1e-7 and
+/// e^-25 = 1e-11. A line of many periods is tried at more frequencies.
+constexpr double power_of_few_periods = 16.0, power_of_many_periods = 25.0, many_periods = 100.0;
+
 constexpr double fewest_periods = 5.0, least_power = 12.0, most_unsteady = 0.3, clear_wander = 4.0;
 constexpr int most_rounds = 6;
 constexpr std::size_t most_at_once = 8;
@@ -53,7 +61,8 @@ std::vector<SpectralLine> slow_peaks(const NoiseBands& bands, const std::vector<
   std::vector<SpectralLine> peaks;
   for (std::size_t i = 0; i < ordinates.size(); ++i) {
     const double periods = ordinates[i].frequency * record, one = ratio(i);
-    if (periods < fewest_periods || one < (periods < 100.0 ? 16.0 : 25.0)) continue;
+    if (periods < fewest_periods || one < (periods < many_periods ? power_of_few_periods : power_of_many_periods))
+      continue;
     bool highest = true;
     for (std::size_t j = i - std::min<std::size_t>(i, 4); j <= std::min(i + 4, ordinates.size() - 1); ++j)
       highest = highest && ratio(j) <= one;
@@ -203,7 +212,7 @@ struct Search {
   bool piece(std::size_t which) const {
     const Sine& sine = sines.all()[which];
     const auto broader = [&](const SpectralLine& line) {
-      return near(line, sine.frequency, line.width) && line.amplitude > 0.5 * std::abs(sine.amplitude);
+      return near(line, sine.frequency, line.width) && line.amplitude > broader_amplitude * std::abs(sine.amplitude);
     };
     return std::any_of(remaining.begin(), remaining.end(), broader) ||
            std::any_of(remaining_slow.begin(), remaining_slow.end(), broader);
@@ -211,7 +220,7 @@ struct Search {
 
   /// Puts back what is no line of its own beside the others.
   bool prune() {
-    const double least = std::log(1e4 * static_cast<double>(sines.rest().size()));
+    const double least = std::log(records_of_false_line * static_cast<double>(sines.rest().size()));
     bool pruned = false;
     for (std::size_t i = sines.all().size(); i-- > 0;) {
       const bool unsteady =

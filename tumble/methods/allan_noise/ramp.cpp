@@ -11,6 +11,8 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr double most_freedom = 1e6;  ///< [1] more is infinite: the quantiles agree to 1e-6
+
 constexpr std::size_t most_ramp_averages = 4096;
 
 struct RampAverages {
@@ -104,7 +106,7 @@ Ramp estimate_ramp(std::span<const double> values, double rate, const AllanFit& 
   ramp.slope = best.slope;
   ramp.sd = std::sqrt(best.variance);
   ramp.taken = regress(averages, noise_of(fit.terms, fit.squared, rate, averages.interval)).variance;
-  ramp.degrees_of_freedom = std::clamp(2.0 / std::max(relative, 1e-9), 1.0, 1e6);
+  ramp.degrees_of_freedom = std::clamp(2.0 / std::max(relative, 1e-9), 1.0, most_freedom);
   ramp.chance = 2.0 * boost::math::cdf(boost::math::complement(boost::math::students_t(ramp.degrees_of_freedom),
                                                                std::abs(ramp.slope) / ramp.sd));
   return ramp;

@@ -12,6 +12,8 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr double points_of_spectrum = 10.0;  ///< [1/decade] where the setting asks for octaves of the deviation
+
 NoiseModel model_of(const FittedTerm& term, double rate) {
   const double value = coefficient(term.unit.term, term.squared, rate);
   switch (term.unit.term) {
@@ -74,8 +76,9 @@ void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoi
   const auto estimator = asked == "welch" ? SpectrumEstimator::welch : SpectrumEstimator::multitaper;
   const double fine = settings.number("points_per_decade");
   try {
-    result.spectrum = power_spectrum(estimator, signal.values, signal.rate,
-                                     {.points_per_decade = fine > 0.0 ? fine : 10.0, .confidence = result.confidence});
+    result.spectrum =
+        power_spectrum(estimator, signal.values, signal.rate,
+                       {.points_per_decade = fine > 0.0 ? fine : points_of_spectrum, .confidence = result.confidence});
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.findings.push_back(

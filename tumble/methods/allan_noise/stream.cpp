@@ -9,10 +9,13 @@
 #include "tumble/language/say.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
 namespace {
+
+constexpr double keeps_to_interval = 0.25;  ///< [intervals] that a stamp may be off whole intervals
 
 constexpr std::size_t most_blocks = 800, segment = 4096, most_kept = 512;
 
@@ -205,7 +208,7 @@ void EvenStream::by_stamps(const Channel& block, std::vector<double>& values) {
     const double count = lost.empty() ? std::round(step / interval_) : 1.0 + static_cast<double>(lost[i]);
     if (timing_ == "auto" && !very_first) {
       if (lost.empty() &&
-          !(count >= 1.0 && count < most_lost && std::abs(step - count * interval_) <= 0.25 * interval_))
+          !(count >= 1.0 && count < most_lost && std::abs(step - count * interval_) <= keeps_to_interval * interval_))
         throw Error(Error::Kind::bad_data,
                     say("{}: the stamps do not keep to {} at {}, and a recording too large for memory cannot be "
                         "sorted by them: say timing=even or rate=... to take the samples as evenly spaced",
@@ -235,7 +238,7 @@ Clocked EvenStream::clocked() const {
 Findings findings_of(const Clocked& clocked, const std::string& label) {
   using Severity = Finding::Severity;
   Findings findings;
-  if (clocked.given > 0.0 && clocked.stamped > 0.0 && std::abs(clocked.given / clocked.stamped - 1.0) > 0.01)
+  if (clocked.given > 0.0 && clocked.stamped > 0.0 && std::abs(clocked.given / clocked.stamped - 1.0) > rate_differs)
     findings.push_back({Severity::warning,
                         "rate_differs_from_file",
                         {{"rate", clocked.given, "Hz"}, {"stamped", clocked.stamped, "Hz"}},

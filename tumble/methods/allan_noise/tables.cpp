@@ -13,6 +13,8 @@
 namespace tumble::allan_noise {
 namespace {
 
+constexpr double peak_of_markov = 0.617;  ///< [sd sqrt(T)] greatest Allan deviation of a Markov process, at 1.89 T
+
 constexpr std::size_t most_composites = 6;  ///< shown of each channel
 
 double curve_at(const ChannelNoise& channel, const FittedTerm& term, std::size_t i) {
@@ -50,7 +52,7 @@ double read_off(NoiseTerm term, double tau, double deviation) {
     case NoiseTerm::markov:
       break;
   }
-  return deviation / 0.617;
+  return deviation / peak_of_markov;
 }
 
 std::string length_text(double seconds) {

@@ -11,10 +11,15 @@
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/input.hpp"
+#include "tumble/methods/allan_noise/words.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
 namespace {
+
+/// Mean square of the temperature over that of its steps. Below it the temperature scatters from average to average,
+/// and an effect of it would be found in noise.
+constexpr double least_smoothness = 30.0;
 
 constexpr std::size_t most_averages = 64, fewest_averages = 16;
 
@@ -100,7 +105,7 @@ bool moves(const Matrix& design, const std::vector<double>& share) {
     steps += 0.5 * std::pow(design(k, 1) - design(k - 1, 1), 2);
     ++rows;
   }
-  return rows >= fewest_averages && level > 30.0 * steps;
+  return rows >= fewest_averages && level > least_smoothness * steps;
 }
 
 /// Slopes and their covariance from whitened columns, without the constant.
@@ -154,7 +159,7 @@ Finding follows(const TemperatureEffect& effect, const ChannelNoise& channel, co
            {"range", effect.range, "K"},
            {"explained", effect.explained, "%"},
            {"average", effect.average, "s"},
-           {"p", std::max(effect.chance, 1e-6)}},
+           {"p", std::max(effect.chance, least_shown_p)}},
           channel.label};
 }
 

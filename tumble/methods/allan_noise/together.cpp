@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/columns.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/input.hpp"
@@ -16,13 +17,16 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double whiter_by = 1e-3;  ///< [1] of the variance, by which a longer averaging time must be whiter
+
 /// Indices of the channels that were sampled together: of one run of one recording, as long and as fast as each other.
 using Group = std::vector<std::size_t>;
 
 std::vector<Group> groups_of(const std::vector<ChannelRun>& stretches, const std::vector<ChannelNoise>& channels) {
   const auto together = [&](std::size_t a, std::size_t b) {
     return stretches[a].recording == stretches[b].recording && stretches[a].run == stretches[b].run &&
-           channels[a].samples == channels[b].samples && std::abs(channels[a].rate / channels[b].rate - 1.0) < 1e-9;
+           channels[a].samples == channels[b].samples &&
+           std::abs(channels[a].rate / channels[b].rate - 1.0) < rounding_share;
   };
   std::vector<Group> groups;
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -60,7 +64,7 @@ std::size_t whitest(const std::vector<AllanCorrelation>& points, const ChannelNo
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double factor = static_cast<double>(points[i].factor);
     const double share = std::min(white_share(a, factor), white_share(b, factor));
-    if (share > most + 1e-3) {
+    if (share > most + whiter_by) {
       most = share;
       at = i;
     }

@@ -6,6 +6,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/methods/allan_noise/words.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
@@ -26,7 +27,7 @@ Finding changed(const ChannelNoise& channel) {
            {"to", time_of(channel, window.first + window.size), "s"},
            {"tau", stability.whole[stability.worst_factor].tau, "s"},
            {"ratio", std::sqrt(stability.worst_ratio)},
-           {"p", std::max(stability.chance, 1e-6)},
+           {"p", std::max(stability.chance, least_shown_p)},
            {"comparisons", stability.tests}},
           channel.label};
 }

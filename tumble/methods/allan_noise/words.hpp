@@ -7,6 +7,9 @@
 
 namespace tumble::allan_noise {
 
+/// p-values below it are shown as this one: the assumptions of a test do not hold so far out.
+constexpr double least_shown_p = 1e-6;
+
 /// How a term is called, written and shown for one kind of channel.
 struct TermWords {
   std::string name, symbol, unit, description;

@@ -9,6 +9,11 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+constexpr double same_rate = 1e-12;        ///< [1] by which the rates of two clocks that are one may differ: rounding
+constexpr double same_instant = 1e-4;      ///< [sample intervals] by which the stamps of one instant may differ
+constexpr double full_turn = 1.001;        ///< [turns] a wrapped angle has no greater range; an unwrapped one soon has
+constexpr std::size_t fewest_angles = 32;  ///< samples of a level, with which its rate is determined
+
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 /// The sample of `other` taken when sample `first` of `channel` was, if both have one clock; else nothing.
@@ -19,11 +24,11 @@ bool same_clock(const Channel& channel, std::size_t first, std::size_t count, co
     return channel.timeline.stamps == other.timeline.stamps && shift == 0.0 && first + count <= other.values.size();
   }
   const double rate = other.timeline.rate;
-  if (std::abs(channel.timeline.rate - rate) > 1e-12 * rate) return false;
+  if (std::abs(channel.timeline.rate - rate) > same_rate * rate) return false;
   const double position = (channel.time(first) + shift - other.timeline.start) * rate;
   const double index = std::round(position);
   at = static_cast<std::size_t>(std::max(0.0, index));
-  return std::abs(position - index) < 1e-4 && index >= 0.0 && at + count <= other.values.size();
+  return std::abs(position - index) < same_instant && index >= 0.0 && at + count <= other.values.size();
 }
 
 /// Whether readings start at zero every turn: they stay within one turn and jump by more than half of one.
@@ -33,7 +38,7 @@ bool jumps(const Channel& channel, std::size_t first, std::size_t last) {
     least = channel.values[i] < least ? channel.values[i] : least;
     most = channel.values[i] > most ? channel.values[i] : most;
   }
-  if (!(most - least < 1.001 * two_pi)) return false;
+  if (!(most - least < full_turn * two_pi)) return false;
   for (std::size_t i = first + 1; i < last; ++i)
     if (std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * two_pi) return true;
   return false;
@@ -60,7 +65,7 @@ Angles::Axis Angles::axis_of(const Channel& channel, double offset, double begin
   axis.offset = offset;
   const std::size_t first = index_at(channel, begin);
   const std::size_t last = std::min(index_at(channel, end), channel.values.size());
-  if (last < first + 32) {
+  if (last < first + fewest_angles) {
     axis.rate = axis.unsteady = nothing;
     return axis;
   }

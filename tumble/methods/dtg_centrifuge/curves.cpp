@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tumble/core/columns.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/dtg_centrifuge/levels.hpp"
 
@@ -15,7 +16,7 @@ void add_function(const Function& f, double force, std::size_t group, const Ledg
   const Ledger::Gradient gradient{{group, f.gradient}};
   const double v = ledger.variance(gradient);
   add_point(curve, force, f.value,
-            v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0);
+            v > 0.0 ? student_quantile(two_sided_95, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0);
 }
 
 /// Levels of one orientation of the spin axis, from the lowest force to the highest.

@@ -19,6 +19,10 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// Least net rate that has a direction [deg/s], and cosine of its angle to the spin axis from which on that is upright:
+/// 8 deg, more than any error of a mount.
+constexpr double least_net_rate = 0.1, least_upright = 0.99;
+
 constexpr const char* signal_roles[] = {"gyro", "gyro_y", "reference_gyro"};
 
 bool usable(const Channel& channel) {
@@ -89,8 +93,8 @@ Felt felt_at(const Reference& reference, double time) {
 
 /// The net rate is along the vertical: the spin axis has to be so as well.
 void require_upright(const Spin& spin, const Felt& felt) {
-  const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
-  if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
+  const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(least_net_rate, "deg/s"));
+  if (along > least_upright || norm(felt.rate) < si(least_net_rate, "deg/s")) return;
   throw Error(Error::Kind::bad_input,
               say("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
                   "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",

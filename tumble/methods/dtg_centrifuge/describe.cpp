@@ -10,6 +10,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/dtg_centrifuge/curves.hpp"
@@ -21,6 +22,12 @@ namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
+
+/// [sd] below it the size of a level is not significant: noise makes sizes, too.
+constexpr double significant_size = 3.0;
+/// [1] of the variance within power-ups, that the variance between them must exceed: a smaller one is not
+/// distinguished.
+constexpr double least_between = 0.05;
 
 Group group_of(const Quantities& quantities) {
   return {quantities.value.size(), quantities.fit.sources,
@@ -41,7 +48,7 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
                 "vector sum of the first-order specific-force-sensitive drift at " + where},
                {{group, K.gradient}});
     const double sd = std::sqrt(ledger.variance({{group, K.gradient}}));
-    if (!(K.value < 3.0 * sd)) continue;
+    if (!(K.value < significant_size * sd)) continue;
     const Place level(fmt::format("sensitive_term_{}", l + 1));
     if (insignificant.count++ == 0) insignificant.first = level;
     if (K.value / sd < least) least = K.value / sd, insignificant.worst = level;
@@ -207,8 +214,8 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   const double variance = outcome.levels.fit.slow_variance.front();
   const double within = outcome.levels.fit.white_variance / weight, between = variance + within;
   const Unit unit = sensitivity();
-  if (!(variance > 0.05 * within)) {
-    const double limit = std::sqrt(std::max(0.0, within * dof / chi_square_quantile(0.05, dof) - within));
+  if (!(variance > least_between * within)) {
+    const double limit = std::sqrt(std::max(0.0, within * dof / chi_square_quantile(missed_by_95, dof) - within));
     findings.push_back({Severity::info,
                         "repeatability_not_significant",
                         {{"parameter", prefix + "turn_on_repeatability"}, {"limit", limit, unit}}});

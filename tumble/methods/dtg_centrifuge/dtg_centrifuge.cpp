@@ -20,6 +20,14 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+constexpr int most_rounds_of_lag = 6;
+constexpr double lag_settled = 1e-3;  ///< [sd] of a change of the lag, after which no further round follows
+/// [sd] from which on a lag or a sensitivity that the levels show contradicts what is stated: p = 6e-7.
+constexpr double contradicts = 5.0;
+constexpr double least_lag = 1e-5;  ///< [s] chosen: far less than the lag of any loop
+/// [1] of a line, that the rate which remains in it must reach to be a finding.
+constexpr double least_true_rate = 1e-3;
+
 std::vector<Role> roles() {
   return {{"gyro", "deg/h", true, "output X of the gyro under test"},
           {"reference_gyro", "deg/h", true, "fibre-optic gyro on the same fixture, its input axis along X"},
@@ -190,13 +198,13 @@ Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const 
 /// The lag by the levels, found in a few rounds because it turns the lines by a finite angle.
 Lag estimated_lag(const Task& task, const std::vector<Measured>& measured) {
   Lag lag{.stated = false, .quantity = true, .value = 0.0, .sd = usual_lag};
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < most_rounds_of_lag; ++round) {
     Findings unused;
     const Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, unused);
     const LagFit more = lag_of(outcome.levels, outcome.polynomial);
     lag.value += more.value;
     lag.sd = more.sd;
-    if (std::abs(more.value) < 1e-3 * more.sd) break;
+    if (std::abs(more.value) < lag_settled * more.sd) break;
   }
   return lag;
 }
@@ -206,7 +214,7 @@ void check_lag(const Task& task, const std::vector<Measured>& measured, Findings
   Findings unused;
   const Outcome outcome = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
   const LagFit more = lag_of(outcome.levels, outcome.polynomial);
-  if (std::abs(more.value) < 5.0 * more.sd || std::abs(more.value) < 1e-5) return;
+  if (std::abs(more.value) < contradicts * more.sd || std::abs(more.value) < least_lag) return;
   findings.push_back({Finding::Severity::warning,
                       "loop_lag_differs",
                       {{"difference", more.value, "ms"}, {"sd", more.sd, "ms"}},
@@ -233,7 +241,7 @@ void add_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
       findings.push_back({Finding::Severity::warning, "too_few_levels_for_sensitivity", {}, "reference_gyro"});
     return;
   }
-  if (!fitted && std::abs(s.v) < 5.0 * s.sd) return;
+  if (!fitted && std::abs(s.v) < contradicts * s.sd) return;
   const Unit unit = Unit::parse("deg/h/g");
   findings.push_back({fitted ? Finding::Severity::info : Finding::Severity::warning,
                       fitted ? "reference_sensitivity_subtracted" : "reference_sensitive_to_force",
@@ -262,7 +270,7 @@ void add_remaining_rate(const std::vector<Measured>& measured, const Outcome& ou
     const Complex c = std::conj(relation.c(measured[o.measured].stretch->spin_up));
     worst = std::max(worst, std::abs((c - 1.0) * o.true_rate / o.force / o.value));
   }
-  if (!relation.from_earth || worst < 1e-3) return;
+  if (!relation.from_earth || worst < least_true_rate) return;
   findings.push_back({Finding::Severity::warning,
                       "true_rate_remains",
                       {{"gain", std::exp(-relation.log_gain) - 1.0, "%"},
@@ -279,8 +287,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   parallel_for(measured.size(), [&](std::size_t i) { measured[i] = measure(test, test.levels[i], instruments); });
   report(progress, 0.7, "lines");
   Estimate estimate;
-  estimate.method = "dtg_centrifuge";
-  estimate.title = evidence.plan.title;
   estimate.findings = test.findings;
   measured = screened(std::move(measured), test, fourier, estimate.findings);
   add_missing_rests(test, fourier, estimate.findings);

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
@@ -76,7 +77,7 @@ bool negligible(const std::vector<Complex>& shift, const std::vector<Observation
   double size = 0.0, most = 0.0;
   for (const auto& one : observations) size = std::max(size, std::abs(one.value));
   for (const Complex one : shift) most = std::max(most, std::abs(one));
-  return most <= 1e-9 * size;
+  return most <= rounding_share * size;
 }
 
 /// Weight of the Earth's rate [1] in a gain or azimuth that is combined with what was known before.
@@ -111,7 +112,7 @@ void add_shared(Effect effect, std::vector<Effect>& effects) {
   const auto same = std::ranges::find_if(effects, [&](const Effect& other) {
     return !effect.key.empty() && other.key == effect.key && other.source == effect.source;
   });
-  if (same != effects.end() && std::abs(same->sd - effect.sd) <= 1e-9 * same->sd) {
+  if (same != effects.end() && std::abs(same->sd - effect.sd) <= rounding_share * same->sd) {
     for (const auto part : {&Effect::value, &Effect::second, &Effect::third})
       for (std::size_t n = 0; n < effect.value.size(); ++n) ((*same).*part)[n] += (effect.*part)[n];
     return;

@@ -12,6 +12,12 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+constexpr double no_noise = 1e-20;  ///< [1] of the mean square of the parts, below which their variance is rounding
+constexpr double variance_added = 1e-9;  ///< [1] of each variance: levels without noise do not make the matrix singular
+/// [1] of the squares: below it a variance is the rounding of the levels.
+constexpr double variance_of_rounding = 1e-26;
+constexpr double other_force = 1.02;  ///< ratio of two specific forces, from which on they are two levels
+
 Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Complex sum = 0.0;
   double total = 0.0;
@@ -63,7 +69,7 @@ bool only_rounding(const std::vector<Observation>& observations, double variance
       size += one.weight[k] * std::norm(one.part[k]);
       count += 1.0;
     }
-  return variance < 1e-20 * size / count;
+  return variance < no_noise * size / count;
 }
 
 /// Bartlett's test of equal variances, at 0.1 %.
@@ -77,7 +83,7 @@ bool noise_differs(const LevelScatter& scatter) {
     inverse += 1.0 / s.degrees_of_freedom;
     dof += 1.0;
   }
-  return dof >= 1.0 && statistic / (1.0 + inverse / (3.0 * dof)) > chi_square_quantile(0.999, dof);
+  return dof >= 1.0 && statistic / (1.0 + inverse / (3.0 * dof)) > chi_square_quantile(exceeded_in_1000, dof);
 }
 
 /// Factor for the weights of each level: 1 where the noise does not differ significantly between the levels.
@@ -208,10 +214,10 @@ struct White {
   explicit White(const Quantities& levels) {
     const Matrix& covariance = levels.fit.covariance;
     // scaled to unit diagonal; a floor against rounding where there is no noise
-    const double floor = 1e-26 * dot(levels.value, levels.value);
+    const double floor = variance_of_rounding * dot(levels.value, levels.value);
     for (const double variance : diagonal_of(covariance)) scale.push_back(1.0 / std::sqrt(std::max(variance, floor)));
     Matrix correlation = scaled_rows(scale, scaled_columns(covariance, scale));
-    for (std::size_t k = 0; k < scale.size(); ++k) correlation(k, k) += 1e-9;
+    for (std::size_t k = 0; k < scale.size(); ++k) correlation(k, k) += variance_added;
     const Cholesky root = cholesky(correlation);
     if (!root.positive) throw Error(Error::Kind::bad_data, "the noise of the levels could not be determined");
     lower = root.lower;
@@ -226,7 +232,7 @@ std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
   std::size_t count = 0;
   double last = 0.0;
   for (const Level& level : levels) {  // by specific force
-    if (level.spin_up * spin_up < 0.0 || !(level.force > 1.02 * last)) continue;
+    if (level.spin_up * spin_up < 0.0 || !(level.force > other_force * last)) continue;
     last = level.force;
     ++count;
   }

@@ -14,6 +14,19 @@ namespace {
 
 using Columns = std::vector<double>;
 
+/// [1] of the information of a line, that a part may lose to the others: a factor for more is no longer an estimate.
+constexpr double most_information_lost = 0.9;
+constexpr double samples_of_column = 4.0;  ///< that are wanted for each column, so that noise has degrees of freedom
+/// Least eigenvalue of the columns of unit length, by which all lines of a stretch, and of one of its parts, differ.
+constexpr double weakest_of_stretch = 1e-6, weakest_of_part = 1e-4;
+constexpr double suppressed_gain = 0.1;  ///< [1] of a line: its noise is then ten times that of the output
+constexpr int rounds_of_rates = 8;
+constexpr double angle_settled = 1e-6;  ///< [rad] of the whole stretch, by which the rates change in the last round
+/// [1] of the time that a crest takes in a coarse output: half more, where the output ends a step below it.
+constexpr double crest_share = 1.5;
+/// [1] of the samples at the extremes. Chosen: less moves a line by less than 1e-3.
+constexpr double clipped_share = 0.01;
+
 constexpr std::size_t parts = 16;
 constexpr std::size_t chunk = 4096;
 
@@ -128,7 +141,7 @@ Columns inflation_of(const OneClock& group, const Solver& solver) {
   Columns factor(columns, 1.0);
   for (std::size_t j = 2; j + 1 < columns; j += 2) {
     const double h = (of_inverse(j, j) + of_inverse(j + 1, j + 1)) / (inverse(j, j) + inverse(j + 1, j + 1));
-    if (used > 1.0 && h < 0.9) factor[j] = factor[j + 1] = std::sqrt((1.0 - 1.0 / used) / (1.0 - h));
+    if (used > 1.0 && h < most_information_lost) factor[j] = factor[j + 1] = std::sqrt((1.0 - 1.0 / used) / (1.0 - h));
   }
   return factor;
 }
@@ -158,9 +171,9 @@ void solve_signal(const OneClock& group, std::size_t k, const Sums& all, const S
 void solve(const OneClock& group, const Instruments& instruments, Measured& measured, const Channels& channels) {
   Sums all;
   for (const Sums& sums : group.sums) all += sums;
-  const bool enough = all.samples > 4.0 * columns;
+  const bool enough = all.samples > samples_of_column * columns;
   const Solver solver(gram_of(all));
-  if (!enough || !(solver.weakest > 1e-6)) {
+  if (!enough || !(solver.weakest > weakest_of_stretch)) {
     measured.weakest = 0.0;
     return;
   }
@@ -171,7 +184,7 @@ void solve(const OneClock& group, const Instruments& instruments, Measured& meas
     Lines& lines = measured.of[signal];
     lines.step = channels.step[signal];
     const Phasors gain = gains_of(instruments.of[signal], measured, lines.step);
-    if (std::abs(gain.line[0]) < 0.1 && measured.faults.empty())
+    if (std::abs(gain.line[0]) < suppressed_gain && measured.faults.empty())
       measured.faults.push_back({Finding::Severity::error, "line_suppressed", {}, where_of(*measured.stretch)});
     solve_signal(group, k, all, solver, inflation, gain, lines);
   }
@@ -198,16 +211,16 @@ struct Rates {
 Rates rates_from_data(const Channels& channels, const Spin& stretch) {
   Rates rates{stretch.arm_rate, stretch.table_rate};
   const double part = (stretch.end - stretch.begin) / parts;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < rounds_of_rates; ++round) {
     const Angles angles(rates.arm, rates.table, 0.5 * (stretch.begin + stretch.end));
     std::vector<Complex> theta, beta;
     for (OneClock& group : groups_of(channels)) {
       if (std::ranges::find(group.signals, gyro) == group.signals.end()) continue;
       add_up(channels, stretch, angles, group);
       for (const Sums& sums : group.sums) {
-        if (sums.samples < 4.0 * columns) continue;
+        if (sums.samples < samples_of_column * columns) continue;
         const Solver solver(gram_of(sums));
-        if (!(solver.weakest > 1e-4)) continue;
+        if (!(solver.weakest > weakest_of_part)) continue;
         const Phasors part_lines = phasors_of(solver.solve(moment_of(sums, 0)));
         theta.push_back(part_lines.line[0]);
         beta.push_back(part_lines.earth);
@@ -219,7 +232,7 @@ Rates rates_from_data(const Channels& channels, const Spin& stretch) {
     if (std::isnan(of_beta)) of_beta = 0.0;
     rates.table -= of_theta;
     rates.arm += of_theta + of_beta;
-    if ((std::abs(of_theta) + std::abs(of_beta)) * (stretch.end - stretch.begin) < 1e-6) break;
+    if ((std::abs(of_theta) + std::abs(of_beta)) * (stretch.end - stretch.begin) < angle_settled) break;
   }
   return rates;
 }
@@ -239,7 +252,7 @@ double share_at(const Channel& channel, std::size_t first, std::size_t last, dou
   const double share = static_cast<double>(count) / static_cast<double>(last - first);
   const double amplitude = 0.5 * std::abs(end - other), step = std::abs(next - end);
   const double crest = std::acos(std::max(-1.0, 1.0 - step / amplitude)) / pi;
-  return share > 1.5 * crest ? share : 0.0;
+  return share > crest_share * crest ? share : 0.0;
 }
 
 /// Findings where the signal is constant, or at one of its extremes for many samples together.
@@ -255,7 +268,7 @@ Findings faults_of(const Channel& channel, const Spin& spin) {
   if (least > most) return {{Severity::error, "channel_without_samples", {{"channel", channel.name}}, where_of(spin)}};
   if (least == most) return {{Severity::error, "channel_constant", {{"channel", channel.name}}, where_of(spin)}};
   const double share = share_at(channel, first, last, least, most) + share_at(channel, first, last, most, least);
-  if (share < 0.01) return {};
+  if (share < clipped_share) return {};
   return {
       {Severity::error,
        "channel_clipped",

@@ -13,6 +13,8 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+constexpr double least_variance_of_misfit = 1e-24;  ///< [1] of the square of a residual: below it is rounding
+
 /// Levels less the polynomial, by the quantities of the levels: I - X G [2L x n].
 Matrix off_polynomial(const Outcome& outcome, const std::vector<Level>& levels) {
   const Polynomial& p = outcome.polynomial;
@@ -60,7 +62,8 @@ LevelMisfit level_misfit(const Outcome& outcome, const std::vector<Level>& level
   for (std::size_t l = 0; l < levels.size(); ++l) {
     double square = 0.0, size = 0.0;
     for (std::size_t i = l * p.parts; i < (l + 1) * p.parts; ++i) {
-      square += residual[i] * residual[i] / std::max(covariance(i, i), 1e-24 * residual[i] * residual[i]);
+      square +=
+          residual[i] * residual[i] / std::max(covariance(i, i), least_variance_of_misfit * residual[i] * residual[i]);
       size += residual[i] * residual[i];
     }
     if (square <= farthest) continue;

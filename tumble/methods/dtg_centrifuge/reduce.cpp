@@ -14,6 +14,17 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+/// [1] of the square of a line of the reference, below which scatter is rounding.
+constexpr double reference_rounding = 1e-26;
+/// [1] and [rad] of the relation between gyro and reference. Without other evidence the relation counts as known to
+/// this; beyond it the relation is a finding, and contradicts no statement.
+constexpr double poorly_known = 0.1;
+/// [rad] nearer to another axis than to the stated.
+constexpr double other_axis = 0.25 * pi, other_direction = 0.75 * pi;
+constexpr double differs_sd = 5.0;  ///< [sd] beyond the greatest error: p = 6e-7
+/// Least eigenvalue of the columns of unit length, with which rates and specific force of the levels are distinguished.
+constexpr double weakest_of_levels = 1e-8;
+
 double spin_of(const Measured& m) { return m.stretch->spin_up; }
 
 /// Rates are alike that would give the same level in words.
@@ -80,7 +91,7 @@ Ratio ratio_of(const std::vector<Pair>& pairs) {
     for (const Pair& pair : pairs) {
       const Complex e = pair.output / pair.weight, f = pair.reference / pair.weight;
       const double scatter = variance_of_mean(pair, out.c, false), own = 2.0 * variance_of_mean(pair, out.c, true);
-      const double weight = 1.0 / std::max(scatter, 1e-26 * std::norm(f));
+      const double weight = 1.0 / std::max(scatter, reference_rounding * std::norm(f));
       above += weight * e * std::conj(f);
       below += weight * (std::norm(f) - own);
       information += weight * std::norm(e);
@@ -162,9 +173,9 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
     out.azimuth -= two_pi * turns;
     combine(out.azimuth, out.azimuth_sd, known, settings.number("reference_azimuth_sd"));
   }
-  if (!std::isfinite(out.log_gain_sd)) out.log_gain = 0.0, out.log_gain_sd = 0.1;
-  if (!std::isfinite(out.azimuth_sd)) out.azimuth = right_angle, out.azimuth_sd = 0.1;
-  if (std::max(out.log_gain_sd, out.azimuth_sd) > 0.1 || !out.from_earth)
+  if (!std::isfinite(out.log_gain_sd)) out.log_gain = 0.0, out.log_gain_sd = poorly_known;
+  if (!std::isfinite(out.azimuth_sd)) out.azimuth = right_angle, out.azimuth_sd = poorly_known;
+  if (std::max(out.log_gain_sd, out.azimuth_sd) > poorly_known || !out.from_earth)
     if (!gain_known || !azimuth_known)
       findings.push_back({Finding::Severity::warning,
                           "reference_poorly_known",
@@ -174,21 +185,21 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
 }
 
 void check_relation(const Relation& relation, Signal output, const Settings& settings, Findings& findings) {
-  constexpr double poorly = 0.1, greatest_gain_error = 0.2;
-  if (!relation.from_earth || relation.earth_sd > poorly) return;
+  constexpr double greatest_gain_error = 0.2;  // [1] of any gyro and its electronics
+  if (!relation.from_earth || relation.earth_sd > poorly_known) return;
   const char* channel = output == gyro_y ? "gyro_y" : "gyro";
   const double right_angle = output == gyro_y ? -half_pi : 0.0;
   const double stated = settings.number("reference_azimuth"), shown = relation.earth_azimuth - right_angle;
   const double off = std::abs(std::remainder(shown - stated, two_pi));
-  if (off > 0.25 * pi)
+  if (off > other_axis)
     findings.push_back(
         {Finding::Severity::error,
-         off > 0.75 * pi ? "gyro_reversed" : "gyro_axis_is_another",
+         off > other_direction ? "gyro_reversed" : "gyro_axis_is_another",
          {{"output", channel}, {"azimuth", std::remainder(shown, two_pi), "deg"}, {"stated", stated, "deg"}},
          channel});
   const double gain = std::exp(-relation.earth_log_gain);
   if (std::abs(std::log(gain / settings.number("reference_gain"))) >
-      std::log1p(greatest_gain_error) + 5.0 * relation.earth_sd)
+      std::log1p(greatest_gain_error) + differs_sd * relation.earth_sd)
     findings.push_back({Finding::Severity::error,
                         "gyro_gain_far_from_stated",
                         {{"output", channel}, {"gain", gain}, {"stated", settings.number("reference_gain")}},
@@ -215,7 +226,7 @@ Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reductio
   }
   const auto scale = inverses(column_norms(design));
   const Matrix unit = scaled_columns(design, scale), normal = gram(unit);
-  if (eigenvalues_symmetric(normal)[0] < 1e-8) return {};
+  if (eigenvalues_symmetric(normal)[0] < weakest_of_levels) return {};
   const Matrix b = solve_symmetric(normal, transposed_product(unit, lines)), residual = lines - unit * b;
   const double noise = dot(residual.values, residual.values) / static_cast<double>(2 * (n - p));
   const double inverse = solve_symmetric(normal, block(identity(p), 0, p, p - 1, 1)).values.back();

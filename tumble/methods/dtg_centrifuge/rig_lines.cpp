@@ -12,6 +12,10 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
+/// Added to the diagonal of a column of unit size [1]: to all against rounding, and to the other lines so that what
+/// they share with a line of the estimator belongs to the estimator's.
+constexpr double against_rounding = 1e-12, to_other_lines = 1e-6;
+
 constexpr std::size_t points = 192;
 
 /// Lines that errors of the rig give in addition to those of the estimator: multiples of arm and theta.
@@ -76,7 +80,7 @@ RigLines lines_of(const Instants& at) {
   // Other lines may coincide with those of the estimator: what cannot be distinguished then belongs to the estimator's.
   Matrix normal = gram(design);
   for (std::size_t k = 0; k < all; ++k)
-    normal(k, k) += (k < columns ? 1e-12 : 1e-6 + 1e-12) * static_cast<double>(points);
+    normal(k, k) += (k < columns ? against_rounding : to_other_lines + against_rounding) * static_cast<double>(points);
   Matrix b = solve_symmetric(normal, transposed_product(design, at.felt));
   b += solve_symmetric(normal, transposed_product(design, at.felt - design * b));
   const auto phasors = [&](std::size_t c) {

@@ -10,6 +10,7 @@
 #include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/thermal/thermal.hpp"
@@ -17,6 +18,10 @@
 
 namespace tumble::fog_thermal_bias {
 namespace {
+
+/// [1] of the samples and of the readings that an average needs: half of the samples; of the readings what is missing
+/// at one end of an interval.
+constexpr double least_samples = 0.5, least_readings = 0.9;
 
 double mean_of(const Slice& s, double until, const std::string& what) {
   double sum = 0.0;
@@ -78,7 +83,7 @@ std::vector<double> measured_about(const Slice& gyro, const std::vector<double>&
   if (times.empty() || readings.size() < 2) return {};
   const double expected = (times.back() - times.front()) / spacing + 1.0;
   if (static_cast<double>(times.size()) > expected - 0.5) return {};
-  const double half = 0.5 * std::max(spacing, reading_spacing(readings)) * (1.0 + 1e-9);
+  const double half = 0.5 * std::max(spacing, reading_spacing(readings)) * (1.0 + rounding_share);
   std::vector<double> out;
   for (const double time : readings) {
     const auto first = std::ranges::lower_bound(times, time - half),
@@ -124,11 +129,11 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
              readings = add_thermal(run, thermal, measured_about(gyro, thermal.time, spacing), terms, intervals);
   const double full = interval / spacing;
   // Sensors that are slower than the interval have one reading in some intervals and none in others.
-  const double full_readings = std::floor(interval / reading_spacing(thermal.time) + 1e-9);
+  const double full_readings = std::floor(interval / reading_spacing(thermal.time) + rounding_share);
   for (std::size_t k = 0; k < count; ++k) {
     run.time[k] = (static_cast<double>(k) + 0.5) * interval;
-    const bool covered = readings[k] >= 0.9 * std::min(1.0, samples[k] / full) * full_readings;
-    const bool usable = samples[k] >= 0.5 * full && readings[k] > 0.0 && covered;
+    const bool covered = readings[k] >= least_readings * std::min(1.0, samples[k] / full) * full_readings;
+    const bool usable = samples[k] >= least_samples * full && readings[k] > 0.0 && covered;
     run.share[k] = usable ? std::min(1.0, samples[k] / full) : 0.0;
     const double per = readings[k] > 0.0 ? 1.0 / readings[k] : 0.0;
     run.output[k] = usable ? run.output[k] / samples[k] : 0.0;

@@ -12,6 +12,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double greatest_condition = 1e12;  ///< of the normal equations, beyond which the columns are dependent
+
 constexpr double reversal = 1.0, span = 40.0;                   ///< [K]
 constexpr std::array<double, 3> rate_lags{180.0, 900.0, hour};  ///< [s]
 constexpr double gradient_lag = 900.0;                          ///< [s]
@@ -236,7 +238,7 @@ class AllRuns {
     const Matrix placed = sandwich(which_, inverse_symmetric(information));
     const Matrix common = covariance_ * some.matrix * placed;
     return {difference(full_, placed * some.right), covariance_ + placed - common - transposed(common), placed,
-            condition(information) < 1e12};
+            condition(information) < greatest_condition};
   }
 
  private:

@@ -127,7 +127,6 @@ std::vector<ErrorLine> lines_of(const Evidence& evidence, const std::vector<Term
 
 Estimate describe(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer) {
   Estimate estimate;
-  estimate.method = "fog_thermal_bias";
   const auto add = [&](const Term& term, double value, double freedom) {
     estimate.parameters.push_back({term.name, term.symbol, Unit::parse(term.unit), value, term.description, freedom});
   };

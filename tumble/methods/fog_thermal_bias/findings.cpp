@@ -11,6 +11,13 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+/// [1] of the squares of one input that others explain: 5 % remain for its term.
+constexpr double follows_share = 0.95;
+/// Condition of the columns of unit length. At 30 an uncertainty is up to 30 times that of the term by itself; at 1000
+/// a thousandth of model error moves the terms by their size.
+constexpr double correlated = 30.0, nearly_dependent = 1e3;
+constexpr double widened = 1.3;  ///< chi-square over its degrees of freedom, from which on uncertainties are 14 % wider
+
 const Unit& rate_unit() {
   static const Unit unit = Unit::parse("deg/h");
   return unit;
@@ -52,10 +59,10 @@ void add_collinearity(Findings& findings, const std::vector<RunData>& runs, cons
   const auto gradient = [](const Felt& f) { return f.temperature_gradient; };
   const auto rate = [](const Felt& f) { return f.temperature_rate; };
   if (largest.rate == 0) return;
-  if (const double shared = explained(runs, rate, {from_start, square}); shared > 0.95)
+  if (const double shared = explained(runs, rate, {from_start, square}); shared > follows_share)
     findings.push_back({Severity::warning, "rate_follows_temperature", {{"shared", shared, "%"}}, "temperature"});
   if (largest.gradient == 0) return;
-  if (const double shared = explained(runs, gradient, {rate, from_start}); shared > 0.95)
+  if (const double shared = explained(runs, gradient, {rate, from_start}); shared > follows_share)
     findings.push_back({Severity::warning, "gradient_follows_rate", {{"shared", shared, "%"}}, "temperature gradient"});
 }
 
@@ -215,13 +222,13 @@ Findings findings_of(const Answer& answer, const Settings& settings) {
   const LinearFit& fit = answer.fit;
   add_orders(findings, answer);
   add_collinearity(findings, answer.runs, answer.candidates.back());
-  if (fit.condition > 30.0)
-    findings.push_back({fit.condition > 1e3 ? Severity::warning : Severity::info,
+  if (fit.condition > correlated)
+    findings.push_back({fit.condition > nearly_dependent ? Severity::warning : Severity::info,
                         "correlated_coefficients",
                         {{"condition", fit.condition}},
                         "fit"});
   const double misfit = fit.degrees_of_freedom > 0 ? fit.chi_square / fit.degrees_of_freedom : 1.0;
-  if (misfit > 1.3)
+  if (misfit > widened)
     findings.push_back({Severity::warning, "misfit_widens_uncertainties", {{"reduced_chi_square", misfit}}, "fit"});
   add_misfit(findings, answer.misfit);
   add_held_out(findings, answer);

@@ -16,6 +16,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double fewest_steps_of_noise = 3.0;  ///< from average to average
+
 /// [1 | columns | y], rows without data zero.
 Matrix block_of(const RunData& run, const std::vector<std::size_t>& columns) {
   const std::size_t n = run.time.size();
@@ -106,7 +108,7 @@ Likelihood::Likelihood(const std::vector<RunData>& runs, std::vector<std::size_t
         squares += 0.5 * std::pow(run.output[k] - run.output[k - 1], 2);
         count += 1.0;
       }
-  if (count < 3.0 || !(squares > 0.0))
+  if (count < fewest_steps_of_noise || !(squares > 0.0))
     throw Error(Error::Kind::bad_data, "the gyro's output is constant or too short to determine its noise");
   white_ = std::sqrt(squares / count * interval);
 }

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
+
+constexpr double greatest_level_condition = 1e6;  ///< of the polynomial in the levels: beyond it they are too few
 
 /// Independent contrasts between the levels that the polynomial does not explain, with their known variances.
 struct Contrasts {
@@ -36,14 +39,13 @@ double restricted_variance(const Contrasts& contrasts) {
     }
     return sum;
   };
-  const double least = 1e-12 * total, most = 10.0 * total;
+  constexpr double least_share = 1e-12, most_share = 10.0;  // of the sum of squares: of no effect; above any zero
+  constexpr int halvings = 80;                              // of the logarithm of the variance: to rounding
+  const double least = least_share * total, most = most_share * total;
   if (!(least > 0.0) || score(least) <= 0.0) return 0.0;
-  double low = std::log(least), high = std::log(most);
-  for (int step = 0; step < 80; ++step) {
-    const double middle = 0.5 * (low + high);
-    (score(std::exp(middle)) > 0.0 ? low : high) = middle;
-  }
-  return std::exp(high);
+  return std::exp(bisected(std::log(least), std::log(most), halvings, [&](double logarithm) {
+                    return score(std::exp(logarithm)) > 0.0;
+                  }).high);
 }
 
 }  // namespace
@@ -63,7 +65,7 @@ LevelFit fit_levels(const std::vector<RunLevel>& levels, const std::vector<doubl
   }
   const auto unit = inverses(column_norms(polynomial));
   const Matrix scaled_polynomial = scaled_columns(polynomial, unit);
-  if (condition(scaled_polynomial) > 1e6) return out;
+  if (condition(scaled_polynomial) > greatest_level_condition) return out;
   const Matrix known = diagonal(own) + sandwich(regressors, covariance);
   const Contrasts contrasts = contrasts_of(polynomial, values, known);
   out.turn_on_variance = known_turn_on >= 0.0 ? known_turn_on : restricted_variance(contrasts);

@@ -10,6 +10,8 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double beyond_slab = 0.02, slab_rounding = 1e-12;  ///< [1] of the range, and of its end, that count as inside
+
 struct Span {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   void add(double v) {
@@ -76,7 +78,7 @@ std::vector<Covered> covered(const std::vector<RunData>& runs) {
 InRange::InRange(std::vector<Covered> covered) : slabs_(std::move(covered)) {
   for (Covered& slab : slabs_) {
     // Two per cent of the width: unrest of the air moves the extremes of equal runs by about that much.
-    const double slack = 0.02 * (slab.greatest - slab.least) + 1e-12 * std::abs(slab.greatest);
+    const double slack = beyond_slab * (slab.greatest - slab.least) + slab_rounding * std::abs(slab.greatest);
     slab.least -= slack;
     slab.greatest += slack;
   }

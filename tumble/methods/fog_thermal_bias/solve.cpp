@@ -13,6 +13,13 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double most_coarse = 5000.0;  ///< averages for the search of the noise; the solution uses all
+
+constexpr double other_start = 2.0;  ///< [K] from which on two runs start at two temperatures
+
+constexpr double least_temperature_change = 1e-3;   ///< [K] less is the rounding of readings
+constexpr std::size_t fewest_averages_of_run = 10;  ///< of all runs: terms and noise are estimated from them
+
 /// All columns any candidate may use, in groups of one power of the start temperature after the other.
 std::vector<std::size_t> columns_of(const std::vector<Term>& terms, int temperature, int gradient, int rate, int powers,
                                     bool startup) {
@@ -76,7 +83,7 @@ bool temperature_varies(const std::vector<RunData>& runs) {
       lowest = std::min(lowest, run.felt[k].temperature);
       highest = std::max(highest, run.felt[k].temperature);
     }
-    return highest - lowest > 1e-3;
+    return highest - lowest > least_temperature_change;
   });
 }
 
@@ -89,7 +96,7 @@ std::size_t distinct_starts(const std::vector<RunData>& runs) {
   std::size_t count = 0;
   double last = -std::numeric_limits<double>::infinity();
   for (const double start : starts)
-    if (start - last > 2.0) {
+    if (start - last > other_start) {
       ++count;
       last = start;
     }
@@ -118,7 +125,7 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
         lowest = std::min(lowest, run.output[k]);
         highest = std::max(highest, run.output[k]);
       }
-  if (averages < 10)
+  if (averages < fewest_averages_of_run)
     throw Error(Error::Kind::bad_data, say("{} averages of {:.6g} s are too few: the recordings are too short, or "
                                            "averaging is too long",
                                            averages, settings.number("averaging")));
@@ -244,7 +251,7 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   auto factorised = model;
   factorised.insert(factorised.end(), departures.begin(), departures.end());
   // The noise is slow: a few thousand averages determine it as well as all, and its terms hold at any interval.
-  const double coarse = interval * std::ceil(averages_in(answer.runs) / 5000.0);
+  const double coarse = interval * std::ceil(averages_in(answer.runs) / most_coarse);
   const auto coarse_runs = coarse > interval ? run_data(evidence, terms, lag, coarse) : std::vector<RunData>{};
   const auto& noise_runs = coarse > interval ? coarse_runs : answer.runs;
   const Likelihood likelihood(noise_runs, factorised, coarse);

@@ -13,6 +13,9 @@
 namespace tumble::fog_thermal_bias {
 namespace {
 
+constexpr double same_reading = 1e-9;    ///< [K] readings that differ by less are equal: rounding of the conversion
+constexpr double fewest_readings = 8.0;  ///< before the end, whose scatter about a line is compared
+
 constexpr double shortest = 300.0, before = 60.0;  ///< [s]
 constexpr double least_movement = 1.0;             ///< [K]
 constexpr double steps = 8.0;                      ///< of the readings
@@ -32,7 +35,7 @@ Readings readings_of(const Channel& channel, const Run& run) {
     if (std::isnan(channel.values[k])) continue;
     // Readings that differ by rounding alone are equal.
     if (!out.value.empty())
-      if (const double change = std::abs(channel.values[k] - out.value.back()); change > 1e-9)
+      if (const double change = std::abs(channel.values[k] - out.value.back()); change > same_reading)
         step = std::min(step, change);
     out.time.push_back(channel.time(k));
     out.value.push_back(channel.values[k]);
@@ -57,7 +60,8 @@ bool stops_at_once(const Readings& readings, std::size_t end) {
   std::size_t first = end;
   while (first > 0 && readings.time[end] - readings.time[first - 1] <= before) --first;
   const auto n = static_cast<double>(end - first);
-  if (n < 8.0 || std::abs(readings.value[end] - readings.value[first]) < least_change(readings)) return false;
+  if (n < fewest_readings || std::abs(readings.value[end] - readings.value[first]) < least_change(readings))
+    return false;
   double t = 0.0, y = 0.0, tt = 0.0, ty = 0.0, yy = 0.0;
   for (std::size_t k = first; k < end; ++k) {
     t += (readings.time[k] - readings.time[first]) / n;
@@ -80,7 +84,7 @@ struct Stretch {
 std::vector<Stretch> stuck_in(const Readings& own, const Readings* other) {
   std::vector<Stretch> out;
   for (std::size_t first = 0, last = 0; first < own.value.size(); first = last) {
-    while (last < own.value.size() && std::abs(own.value[last] - own.value[first]) <= 1e-9) ++last;
+    while (last < own.value.size() && std::abs(own.value[last] - own.value[first]) <= same_reading) ++last;
     const double begin = own.time[first], end = own.time[last - 1];
     if (end - begin < shortest) continue;
     const bool jumps = last < own.value.size() && std::abs(own.value[last] - own.value[first]) >= least_change(own) &&

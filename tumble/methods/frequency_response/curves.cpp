@@ -5,6 +5,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/units/constants.hpp"
@@ -21,7 +22,7 @@ Deviation deviation_of(const Estimate& estimate, const std::string& name) {
   const Parameter* parameter = find_parameter(estimate, name);
   if (parameter == nullptr) return {};
   const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-  return {sd, sd * student_quantile(0.975, parameter->degrees_of_freedom)};
+  return {sd, sd * student_quantile(two_sided_95, parameter->degrees_of_freedom)};
 }
 
 double base(const Measured& m, const Data& data) { return data.scaling.relative ? m.log_gain.front() : 0.0; }

@@ -13,6 +13,8 @@
 namespace tumble::frequency_response {
 namespace {
 
+constexpr std::size_t fewest_of_recording = 16;  ///< samples, twice the coefficients of a tone with its harmonics
+
 void require_finite(const Channel& channel) {
   constexpr double least = 1e-60, most = 1e60;  // [SI] squares and variances remain numbers
   double size = 0.0;
@@ -226,7 +228,7 @@ void add_recording(const Evidence& evidence, const Recording& recording, const s
   const bool first = data.output_name.empty();
   const Channel* recorded = channel_for(evidence, recording, "reference");
   const Channel& output = output_of(evidence, recording, recorded);
-  if (output.values.size() < 16)
+  if (output.values.size() < fewest_of_recording)
     throw Error(Error::Kind::bad_data,
                 say("'{}' has {} samples: too few for a frequency response", output.name, output.values.size()));
   const Signal of_output = signal_of(output);

@@ -20,6 +20,10 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// [1] of natural frequency and of damping ratio, above which their sd says that the points are far from the resonance.
+constexpr double most_natural_sd = 0.25, most_damping_sd = 0.5;
+constexpr double least_freedom_of_weights = 4.0;  ///< the formula is the beginning of a series in 1/nu
+
 /// Parameters with their gradients over (ln gain, phase).
 struct Builder {
   Estimate estimate;
@@ -62,7 +66,7 @@ void add_second_order(const LoopFit& fit, const Measured& m, Builder& builder) {
   const auto by_natural = through({0.0, 0.0, natural, 0.0}, fit.gain);
   const auto by_zeta = through({0.0, 0.0, 0.0, 1.0}, fit.gain);
   const double sd = noise_sd(by_natural, m), zeta_sd = noise_sd(by_zeta, m);
-  if (sd > 0.25 * natural || zeta_sd > 0.5 * zeta) {
+  if (sd > most_natural_sd * natural || zeta_sd > most_damping_sd * zeta) {
     builder.estimate.findings.push_back({Severity::info, "natural_frequency_too_far", {{"natural", natural, "Hz"}}});
     return;
   }
@@ -299,7 +303,8 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   // Weights that are themselves estimates, nu degrees of freedom each: the variance is 1 + 4/nu of that stated
   // (Meier, Biometrics 9 (1953) 59).
   if (chosen != nullptr)
-    std::ranges::fill(builder.noise_factor, std::sqrt(1.0 + 4.0 / std::max(4.0, m.degrees_of_freedom)));
+    std::ranges::fill(builder.noise_factor,
+                      std::sqrt(1.0 + 4.0 / std::max(least_freedom_of_weights, m.degrees_of_freedom)));
   add_points(points, m, data.scaling.relative, builder);
   propagate(sources, builder);
   Estimate& estimate = builder.estimate;

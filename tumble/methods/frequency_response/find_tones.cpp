@@ -8,6 +8,17 @@
 namespace tumble::frequency_response {
 namespace {
 
+constexpr std::size_t fewest_of_block = 16;  ///< samples, in which a frequency is estimated
+constexpr double pause_swing = 0.05;         ///< [1] of the greatest swing, below which a block is a pause
+/// [1/length of a block] and [1], by which blocks of one tone differ in frequency: the estimate is good to a few
+/// tenths.
+constexpr double steady_bins = 0.3, steady_share = 2e-3;
+/// [1] of the steps from block to block, that go one way in a sweep: of 99 random steps more do with p = 2e-5.
+constexpr std::size_t sweep_of_ten = 7;
+/// [1] of the amplitude, above which a residual is no noise of one tone: that of two equal tones is 0.7.
+constexpr double tone_residual = 0.35;
+constexpr std::size_t fewest_to_explore = 32;  ///< samples
+
 constexpr std::size_t blocks = 100;
 
 /// The strongest frequency of the reference in each block; 0 where it does not move.
@@ -21,7 +32,7 @@ Blocks blocks_of(const Samples& reference) {
   const std::size_t size = reference.value.size() / blocks;
   b.begin = reference.time.front();
   b.length = static_cast<double>(size) / reference.rate;
-  if (size < 16) return b;
+  if (size < fewest_of_block) return b;
   std::vector<double> swing;
   for (std::size_t k = 0; k < blocks; ++k) {
     const std::span<const double> part(reference.value.data() + k * size, size);
@@ -37,7 +48,7 @@ Blocks blocks_of(const Samples& reference) {
   }
   const double greatest = *std::max_element(swing.begin(), swing.end());
   for (std::size_t k = 0; k < blocks; ++k)
-    if (swing[k] < 0.05 * greatest) b.frequency[k] = 0.0;  // a pause
+    if (swing[k] < pause_swing * greatest) b.frequency[k] = 0.0;  // a pause
   return b;
 }
 
@@ -46,8 +57,9 @@ std::vector<std::pair<double, double>> steady_parts(const Blocks& b, std::size_t
   std::vector<std::pair<double, double>> parts;
   covered = 0;
   for (std::size_t first = 0, k = 1; k <= b.frequency.size(); ++k) {
-    const bool steady = k < b.frequency.size() && b.frequency[k] > 0.0 &&
-                        std::abs(b.frequency[k] - b.frequency[first]) < std::max(0.3 / b.length, 2e-3 * b.frequency[k]);
+    const bool steady =
+        k < b.frequency.size() && b.frequency[k] > 0.0 &&
+        std::abs(b.frequency[k] - b.frequency[first]) < std::max(steady_bins / b.length, steady_share * b.frequency[k]);
     if (steady) continue;
     if (k - first >= 3 && b.frequency[first] > 0.0) {
       covered += k - first;
@@ -66,14 +78,14 @@ bool is_sweep(const Blocks& b) {
     up += b.frequency[k] > b.frequency[k - 1];
     down += b.frequency[k] < b.frequency[k - 1];
   }
-  return std::max(up, down) > 7 * b.frequency.size() / 10;
+  return std::max(up, down) > sweep_of_ten * b.frequency.size() / 10;
 }
 
 bool is_tone(const Samples& reference) {
   try {
     const double f = strongest_frequency(reference.value, reference.rate);
     const SineFit fit = fit_sine(reference.time, reference.value, f, {.fit_frequency = true, .rate = reference.rate});
-    return fit.residual_rms < 0.35 * std::abs(fit.line[0]);
+    return fit.residual_rms < tone_residual * std::abs(fit.line[0]);
   } catch (const Error&) {
     return false;
   }
@@ -82,7 +94,7 @@ bool is_tone(const Samples& reference) {
 /// A part without a plan: one tone, several tones in succession, or a sweep.
 void explore(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
   const Samples reference = samples_of(part.reference, part.begin, part.end, scaling.reference_shift);
-  if (reference.time.size() < 32 || is_tone(reference)) {
+  if (reference.time.size() < fewest_to_explore || is_tone(reference)) {
     add_tone(part, part.begin, part.end, scaling, settings, points);
     return;
   }

@@ -16,6 +16,8 @@
 namespace tumble::frequency_response {
 namespace {
 
+constexpr double least_shift = 1e-9;  ///< [1] of the gain and [rad], below which a source has no effect
+
 std::vector<Role> roles() {
   return {{"output", "", false,
            "the instrument under test, in any unit; without it 'gyro', 'accelerometer' or the only such channel"},
@@ -126,7 +128,7 @@ void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::ve
       source.shifts(n + i, each ? n + i : 0) = phase;
       greatest = std::max({greatest, std::abs(gain), std::abs(phase)});
     }
-    if (greatest > 1e-9) sources.push_back(std::move(source));
+    if (greatest > least_shift) sources.push_back(std::move(source));
   }
 }
 
@@ -149,7 +151,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_common(means, settings, data.scaling.relative, sources);
   if (data.from_rig) findings.push_back({Finding::Severity::info, "reference_from_rig", {}});
   report(progress, 1.0, "done");
-  return finished(describe(means, data, sources), "frequency_response", evidence.plan.title, findings);
+  return finished(describe(means, data, sources), findings);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/constants.hpp"
@@ -15,6 +16,16 @@ namespace {
 
 using Complex = std::complex<double>;
 using Vector = std::vector<double>;
+/// Ratios of a loop of second order that are looked for.
+constexpr double least_damping = 1e-4, greatest_damping = 50.0;
+/// Frequencies from which the search starts: from `first_start` of the lowest to `last_start` of the highest point.
+constexpr double first_start = 0.3, last_start = 10.0, ratio_of_starts = 1.25;
+constexpr int most_rounds_of_fit = 100;
+/// [1] of a step: if so short a one raises the cost, the cost is at rounding.
+constexpr double least_step_share = 1e-6;
+constexpr double last_step = 1e-7;  ///< [sd of one point] of the residuals, by which the last step changes them
+constexpr double least_freedom_of_loop = 4.0;  ///< with which a point can be judged by the others
+
 /// A response without noise keeps finite weights: rounding of ln H.
 constexpr double least_variance = 1e-18;
 
@@ -63,7 +74,7 @@ Equations linearise(const Measured& m, LoopKind kind, const Vector& theta) {
 }
 
 double cost(const Measured& m, LoopKind kind, const Vector& theta) {
-  if (kind == LoopKind::second_order && !(theta[3] > 1e-4 && theta[3] < 50.0))
+  if (kind == LoopKind::second_order && !(theta[3] > least_damping && theta[3] < greatest_damping))
     return std::numeric_limits<double>::infinity();
   const Vector residual = linearise(m, kind, theta).residual;
   return dot(residual, residual);
@@ -81,8 +92,8 @@ Vector best_start(const Measured& m, LoopKind kind) {
   Vector best(parameters(kind), 0.0);
   if (kind == LoopKind::delay) return best;
   double least = std::numeric_limits<double>::infinity();
-  const double low = 0.3 * m.frequency.front(), high = 10.0 * m.frequency.back();
-  for (double f = low; f <= high; f *= 1.25) {
+  const double low = first_start * m.frequency.front(), high = last_start * m.frequency.back();
+  for (double f = low; f <= high; f *= ratio_of_starts) {
     for (const double zeta : {0.05, 0.15, 0.3, 0.5, 0.7, 1.0, 2.0}) {
       Vector theta(parameters(kind), 0.0);
       theta[2] = std::log(f);
@@ -103,17 +114,17 @@ Vector best_start(const Measured& m, LoopKind kind) {
 /// whether they come to that.
 bool refine(const Measured& m, LoopKind kind, Vector& theta) {
   double least = cost(m, kind, theta);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < most_rounds_of_fit; ++round) {
     const Equations e = linearise(m, kind, theta);
     const Vector lengths = column_norms(e.jacobian), weights = inverses(lengths, 1e-300);
     const Vector scaled_step = solve(scaled_columns(e.jacobian, weights), e.residual);
     const Vector step = scaled(weights, scaled_step);
     double share = 1.0;
-    while (share > 1e-6 && !(cost(m, kind, scaled_sum(theta, share, step)) <= least)) share *= 0.5;
-    if (share <= 1e-6) return true;
+    while (share > least_step_share && !(cost(m, kind, scaled_sum(theta, share, step)) <= least)) share *= 0.5;
+    if (share <= least_step_share) return true;
     theta = scaled_sum(theta, share, step);
     const double reached = cost(m, kind, theta);
-    if (reached == least || share * norm(scaled_step) < 1e-7) return true;
+    if (reached == least || share * norm(scaled_step) < last_step) return true;
     least = reached;
   }
   return false;
@@ -171,7 +182,7 @@ LoopFit fit_loop(const Measured& m, LoopKind kind) {
   fit.degrees_of_freedom = static_cast<double>(2 * n - p);
   const double k = static_cast<double>(p);
   fit.aicc = fit.chi_square + 2.0 * k + 2.0 * k * (k + 1.0) / std::max(1.0, static_cast<double>(2 * n) - k - 1.0);
-  fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(0.9999, fit.degrees_of_freedom);
+  fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(exceeded_in_10000, fit.degrees_of_freedom);
   fit.gain = pseudo_inverse(e.jacobian);
   for (std::size_t i = 0; i < 2 * n; ++i) {
     const double variance = i < n ? m.log_gain_variance[i] : m.phase_variance[i - n];
@@ -203,7 +214,7 @@ std::optional<Apart> point_apart(const Measured& m) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < m.frequency.size(); ++k)
     for (const LoopFit& fit : fits_of(without(m, k))) {
-      if (!fit.accepted || fit.degrees_of_freedom < 4.0 || !(fit.chi_square < least)) continue;
+      if (!fit.accepted || fit.degrees_of_freedom < least_freedom_of_loop || !(fit.chi_square < least)) continue;
       least = fit.chi_square;
       Complex derivative[4];
       const Complex value = log_response(fit.kind, fit.theta, m.frequency[k], derivative);
@@ -247,14 +258,14 @@ Crossing crossing_of(const std::vector<double>& frequency, const std::vector<dou
     const double chord = (y1 - y0) / h;
     const double m0 = std::clamp(k > 0 ? slope(k - 1, k + 1) : chord, 3.0 * chord, 0.0);
     const double m1 = std::clamp(k + 2 < frequency.size() ? slope(k, k + 2) : chord, 3.0 * chord, 0.0);
-    double low = 0.0, high = 1.0;
-    for (int step = 0; step < 60; ++step) {
-      const double s = 0.5 * (low + high), t = 1.0 - s;
-      const double y =
-          y0 * (1.0 + 2.0 * s) * t * t + h * m0 * s * t * t + y1 * s * s * (3.0 - 2.0 * s) - h * m1 * s * s * t;
-      (y > level ? low : high) = s;
-    }
-    const double cubic = std::exp(x0 + h * low), straight = std::exp(x0 + (level - y0) / chord);
+    constexpr int halvings = 60;  // to rounding
+    const auto is_above = [&](double s) {
+      const double t = 1.0 - s;
+      return y0 * (1.0 + 2.0 * s) * t * t + h * m0 * s * t * t + y1 * s * s * (3.0 - 2.0 * s) - h * m1 * s * s * t >
+             level;
+    };
+    const double cubic = std::exp(x0 + h * bisected(0.0, 1.0, halvings, is_above).low),
+                 straight = std::exp(x0 + (level - y0) / chord);
     return {true, cubic, std::abs(cubic - straight) / std::sqrt(3.0)};
   }
   return {};

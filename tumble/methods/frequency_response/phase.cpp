@@ -14,8 +14,17 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// Nu below which nu/(nu - 2) is no size, and its value there.
+constexpr double few_freedom = 2.5, variance_of_few = 5.0;
+constexpr double least_phase_variance = 1e-18;  ///< [rad^2] rounding
+constexpr double nearly_reversed = 0.75 * pi;   ///< [rad] of one point alone, beyond which half a turn may be wrong
+constexpr double most_lead = 0.5 * pi, most_delay = 3.0 * pi;  ///< [rad] at the lowest frequency
+constexpr double better_turn = 0.1;  ///< [1] of chi-square as measured, that other turns must leave at most
+
 /// A variance estimated with nu degrees of freedom: that of Student's t is nu/(nu - 2) of it.
-double with_few(double variance, double nu) { return variance * (nu > 2.5 ? nu / (nu - 2.0) : 5.0); }
+double with_few(double variance, double nu) {
+  return variance * (nu > few_freedom ? nu / (nu - 2.0) : variance_of_few);
+}
 
 /// All but the phases.
 Measured without_phases(const std::vector<Point>& points) {
@@ -75,7 +84,7 @@ std::optional<OddFit> odd_fit(const Measured& m, std::size_t terms) {
   for (std::size_t i = 0; i < n; ++i) {
     const double r = m.frequency[i] / m.frequency.back();
     for (std::size_t k = 0; k < terms; ++k) x(i, k) = std::pow(r, static_cast<double>(2 * k + 1));
-    weight[i] = 1.0 / std::max(m.phase_variance[i], 1e-18);
+    weight[i] = 1.0 / std::max(m.phase_variance[i], least_phase_variance);
   }
   const Matrix g = solve_symmetric(gram(x, weight), transposed(scaled_rows(weight, x)));
   OddFit fit;
@@ -97,24 +106,24 @@ Measured measured_of(const std::vector<Point>& points) {
   const double measured = std::arg(points.front().response);
   m.phase = continued(points, measured, 0.0);
   if (points.size() < 2) {
-    m.turn_unknown = std::abs(measured) > 0.75 * pi;
+    m.turn_unknown = std::abs(measured) > nearly_reversed;
     return m;
   }
   const double as_measured = least_chi_square(m);
-  if (!(as_measured > chi_square_quantile(0.9999, 2.0 * static_cast<double>(points.size())))) return m;
+  if (!(as_measured > chi_square_quantile(exceeded_in_10000, 2.0 * static_cast<double>(points.size())))) return m;
   double least = as_measured;
   Measured best = m;
   // Odd numbers of half turns: against the reference. A lead of more than a quarter of a turn is no instrument's.
   for (int half_turns = -4; half_turns <= 1; ++half_turns) {
     const double first = measured + half_turns * pi;
-    if (half_turns == 0 || first > 0.5 * pi || first < -3.0 * pi) continue;
+    if (half_turns == 0 || first > most_lead || first < -most_delay) continue;
     Measured other = m;
     other.turn = half_turns % 2 == 0 ? 0.0 : pi;
     other.phase = continued(points, first, other.turn);
     const double now = least_chi_square(other);
     if (now < least) least = now, best = std::move(other);
   }
-  return least < 0.1 * as_measured ? best : m;
+  return least < better_turn * as_measured ? best : m;
 }
 
 void report_sign(const Measured& m, bool relative, Findings& findings) {
@@ -141,7 +150,7 @@ PhaseSlope slope_at_rest(const Measured& m) {
   for (std::size_t terms = 1; terms <= most; ++terms) {
     const auto fit = odd_fit(m, terms);
     if (!fit) return slope;
-    if (fit->chi_square > chi_square_quantile(0.9999, fit->freedom)) continue;
+    if (fit->chi_square > chi_square_quantile(exceeded_in_10000, fit->freedom)) continue;
     const auto next = odd_fit(m, terms + 1);
     slope.found = true;
     slope.delay = fit->slope;

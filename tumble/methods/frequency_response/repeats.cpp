@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -12,6 +13,9 @@ namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
+
+constexpr double rare_scatter = 5e-5;  ///< p-value on each side: once in ten thousand groups
+constexpr double other_tone = 1.001;   ///< ratio of two frequencies that are two tones although their labels are equal
 
 /// Measurements at one frequency, of ln gain or of phase about the first.
 struct Group {
@@ -43,13 +47,11 @@ double scatter_of(const std::vector<const Group*>& groups) {
     return sum;
   };
   if (!(excess(0.0) > 0.0)) return 0.0;
-  double low = 0.0, high = 1e-20;
-  while (excess(high) > 0.0 && high < 1e6) high *= 4.0;
-  for (int step = 0; step < 100; ++step) {
-    const double middle = 0.5 * (low + high);
-    (excess(middle) > 0.0 ? low : high) = middle;
-  }
-  return high;
+  constexpr double least = 1e-20, most = 1e6;  // [rad^2] or of a logarithm: beneath any noise; beyond any response
+  constexpr int halvings = 100;                // to rounding
+  double high = least;
+  while (excess(high) > 0.0 && high < most) high *= 4.0;
+  return bisected(0.0, high, halvings, [&](double scatter) { return excess(scatter) > 0.0; }).high;
 }
 
 /// Whether a group scatters by more than all the others [over 1]: one in ten thousand does by chance, their scatter
@@ -58,8 +60,8 @@ double share_of_limit(const Group& group, const std::vector<const Group*>& other
   double freedom = 0.0;
   for (const Group* other : others) freedom += other->freedom();
   const double scatter = scatter_of(others);
-  const double least = scatter > 0.0 ? chi_square_quantile(5e-5, freedom) / freedom : 1.0;
-  return group.squares(scatter) * least / chi_square_quantile(1.0 - 5e-5, group.freedom());
+  const double least = scatter > 0.0 ? chi_square_quantile(rare_scatter, freedom) / freedom : 1.0;
+  return group.squares(scatter) * least / chi_square_quantile(1.0 - rare_scatter, group.freedom());
 }
 
 /// Scatter [1] of each group: in common, or its own where it stands out of it.
@@ -84,7 +86,7 @@ Scatter scatter_of(const std::vector<Group>& groups) {
       }
     if (together.empty()) break;
     scatter.common = scatter_of(together);
-    scatter.significant = squares > chi_square_quantile(0.999, scatter.freedom);
+    scatter.significant = squares > chi_square_quantile(exceeded_in_1000, scatter.freedom);
     std::size_t worst = groups.size();
     double most = 1.0;
     for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -179,7 +181,7 @@ void report(const std::vector<std::vector<Point>>& repeats, const Scatter& gain,
 std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
   // Different tones with equal labels of three digits get five.
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
-    if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > 1.001 * points[i].frequency)
+    if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > other_tone * points[i].frequency)
       for (Point* p : {&points[i], &points[i + 1]}) p->nominal = rounded_to_digits(p->frequency, 5);
   std::vector<std::vector<Point>> repeats;
   for (Point& p : points) {

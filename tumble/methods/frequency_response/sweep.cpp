@@ -8,6 +8,7 @@
 
 #include "tumble/clocks/clock.hpp"
 #include "tumble/math/regression/local_polynomial.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -18,12 +19,25 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double inside_range = 1.02;  ///< ratio of the ends to the frequencies that are evaluated
+
+constexpr int most_decades = 20;
+/// Multiples of a sample of the output that are tried for a whole number of samples of the reference, and [1] of that
+/// number, within which it is whole.
+constexpr std::size_t most_multiples = 1000;
+constexpr double whole_within = 1e-7, whole_floor = 1e-6;
+constexpr double least_used = 0.98;  ///< [1] of the samples that a length for the Fourier transform must keep
+/// [1] of the sampling rates: below the half by the slope of an anti-aliasing filter; [1] of the window's first null.
+constexpr double highest_of_rate = 0.45, highest_of_null = 0.95;
+constexpr std::size_t fewest_of_sweep = 64;  ///< samples
+constexpr double low_coherence = 0.99;       ///< 1 % of the output's power is not explained: 10 % of its amplitude
+
 /// Frequencies at which a sweep is evaluated: the preferred numbers R10 for ten in a decade.
 std::vector<double> frequencies_between(double low, double high, int per_decade) {
   static const double r10[]{1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0};
   std::vector<double> frequencies;
   const int first = static_cast<int>(std::floor(std::log10(low))) * per_decade;
-  for (int k = first; k < first + 20 * per_decade; ++k) {
+  for (int k = first; k < first + most_decades * per_decade; ++k) {
     const int within = ((k % per_decade) + per_decade) % per_decade;
     double f = rounded_to_digits(std::pow(10.0, static_cast<double>(k) / per_decade), 3);
     if (per_decade == 10) f = rounded_to_digits(r10[within] * std::pow(10.0, (k - within) / per_decade), 3);
@@ -47,12 +61,12 @@ std::optional<Finding> fault_of(const Signal& signal, const Samples& samples, co
 std::pair<std::size_t, std::size_t> lengths(std::size_t output, double output_rate, std::size_t reference,
                                             double reference_rate) {
   const double ratio = reference_rate / output_rate;
-  for (std::size_t multiple = 1; multiple <= 1000; ++multiple) {
+  for (std::size_t multiple = 1; multiple <= most_multiples; ++multiple) {
     const double other = static_cast<double>(multiple) * ratio;
-    if (std::round(other) < 1.0 || std::abs(other - std::round(other)) > 1e-7 * other) continue;
-    const auto most = std::min(output, static_cast<std::size_t>(static_cast<double>(reference) / ratio + 1e-6));
+    if (std::round(other) < 1.0 || std::abs(other - std::round(other)) > whole_within * other) continue;
+    const auto most = std::min(output, static_cast<std::size_t>(static_cast<double>(reference) / ratio + whole_floor));
     std::size_t n = smooth_length(most, multiple);
-    if (static_cast<double>(n) < 0.98 * static_cast<double>(most)) n = most / multiple * multiple;
+    if (static_cast<double>(n) < least_used * static_cast<double>(most)) n = most / multiple * multiple;
     if (n == 0) break;
     return {n, static_cast<std::size_t>(std::llround(static_cast<double>(n) * ratio))};
   }
@@ -89,10 +103,10 @@ Range range_of(const Part& part, const Samples& reference, double output_rate, c
                                part.label});
     range.high = to;
   };
-  limit(0.45 * output_rate, Phrase{"sweep_is_aliased"});
-  limit(0.45 * reference.rate, Phrase{"sweep_exceeds_reference_rate"});
+  limit(highest_of_rate * output_rate, Phrase{"sweep_is_aliased"});
+  limit(highest_of_rate * reference.rate, Phrase{"sweep_exceeds_reference_rate"});
   if (settings.has("reference_maximum")) limit(settings.number("reference_maximum"), Phrase{"sweep_exceeds_reference"});
-  if (scaling.output_window > 0.0) limit(0.95 / scaling.output_window, Phrase{"sweep_exceeds_null"});
+  if (scaling.output_window > 0.0) limit(highest_of_null / scaling.output_window, Phrase{"sweep_exceeds_null"});
   return range;
 }
 
@@ -115,7 +129,7 @@ bool prepare(const Part& part, Samples& output, Samples& reference, Findings& fi
       findings.push_back(*fault);
       return false;
     }
-  if (output.time.size() < 64 || reference.time.size() < 64) {
+  if (output.time.size() < fewest_of_sweep || reference.time.size() < fewest_of_sweep) {
     findings.push_back({Severity::error, "too_few_samples_for_sweep", {}, part.label});
     return false;
   }
@@ -139,14 +153,14 @@ void measure(const Part& part, const Scaling& scaling, const Settings& settings,
   if (!prepare(part, output, reference, points.findings)) return;
   const Range range = range_of(part, reference, output.rate, scaling, settings, points);
   const int per_decade = settings.integer("points_per_decade");
-  const auto frequencies = frequencies_between(range.low * 1.02, range.high / 1.02, per_decade);
+  const auto frequencies = frequencies_between(range.low * inside_range, range.high / inside_range, per_decade);
   const double late = output.time.front() - reference.time.front();
   std::vector<double> weak;
   double least = 1.0;
   for (const BandResponse& band :
        local_polynomial_response(reference.value, reference.rate, output.value, output.rate, frequencies, range.low,
                                  range.high, 0.5 * std::log(10.0) / per_decade)) {
-    if (!band.found || !(band.variance < 0.04)) {
+    if (!band.found || !(band.variance < tone_below_noise)) {
       weak.push_back(band.frequency);
       continue;
     }
@@ -159,7 +173,7 @@ void measure(const Part& part, const Scaling& scaling, const Settings& settings,
          "sweep_frequencies_skipped",
          {{"skipped", weak.size()}, {"frequencies", frequencies.size()}, {"lowest", weak.front(), "Hz"}},
          part.label});
-  if (least < 0.99)
+  if (least < low_coherence)
     points.findings.push_back(
         {Severity::warning, "low_coherence", {{"coherence", least}, {"loss", 1.0 - least, "%"}}, part.label});
 }

@@ -15,6 +15,24 @@ namespace {
 using Severity = Finding::Severity;
 using vibration::sinc;
 
+/// Settling where none is stated: a tenth of the tone or two cycles, at most half of the tone.
+constexpr double settling_share = 0.1, settling_cycles = 2.0, most_settling = 0.5;
+/// Samples, more than the coefficients of a fit.
+constexpr std::size_t fewest_after_settling = 12, fewest_of_tone = 16;
+constexpr double highest_harmonic = 0.48;  ///< [1] of the sampling rate: below the half, where sine and cosine are one
+/// [1] of the planned frequency, and [1/span], by which the frequency differs from the plan.
+constexpr double other_frequency = 0.02, other_frequency_bins = 2.0;
+constexpr double least_third = 0.005;        ///< [1] of the fundamental: of a tone that is cut by 2.6 %
+constexpr double reference_residual = 0.35;  ///< [1] of the amplitude: two equal tones leave 0.7
+constexpr double reference_noise = 0.01;     ///< variance of the logarithm of its amplitude: sd 10 %
+constexpr double most_cycles_sd = 0.02;      ///< [cycles] over the tone, 0.06 rad at the ends
+/// Variance of the logarithm of the output's amplitude, above which its own frequency is not looked for: sd 5 %.
+constexpr double noise_for_frequency = 0.0025;
+/// [cycles] over the tone, and [sd] that clocks differ by.
+constexpr double least_cycles_apart = 0.02, frequency_apart_sd = 5.0;
+/// [1] of the amplitude by flat tops; and its sd, below which noise hides it.
+constexpr double least_loss = 1e-3, loss_sd = 3.0;
+
 /// Samples of both channels over the time that they share.
 struct Pair {
   Samples output, reference;
@@ -44,9 +62,11 @@ std::optional<Finding> settle(Pair& pair, double frequency, const Settings& sett
   if (!(end > begin)) return Finding{Severity::error, "no_time_in_common", {}, where};
   const double wait = settings.has("settling")
                           ? settings.number("settling")
-                          : std::min(0.5 * (end - begin), std::max(0.1 * (end - begin), 2.0 / frequency));
+                          : std::min(most_settling * (end - begin),
+                                     std::max(settling_share * (end - begin), settling_cycles / frequency));
   for (Samples* s : {&pair.output, &pair.reference}) cut(*s, begin + wait, end);
-  if (pair.output.time.size() >= 12 && pair.reference.time.size() >= 12) return {};
+  if (pair.output.time.size() >= fewest_after_settling && pair.reference.time.size() >= fewest_after_settling)
+    return {};
   return Finding{
       Severity::error,
       "too_short_after_settling",
@@ -56,7 +76,7 @@ std::optional<Finding> settle(Pair& pair, double frequency, const Settings& sett
 
 /// Harmonics that are distinct from the fundamental: those below half of the sampling rate.
 int harmonics_of(double frequency, double rate) {
-  return 3.0 * frequency < 0.48 * rate ? 3 : 2.0 * frequency < 0.48 * rate ? 2 : 1;
+  return 3.0 * frequency < highest_harmonic * rate ? 3 : 2.0 * frequency < highest_harmonic * rate ? 2 : 1;
 }
 
 /// Where the search for the reference's frequency begins: its own strongest line, unfolded to the plan's frequency.
@@ -73,7 +93,7 @@ double start_frequency(const Part& part, const Samples& reference, Findings& fin
                         {{"rate", reference.rate, "Hz"}, {"planned", planned, "Hz"}},
                         part.label});
   }
-  if (std::abs(best - planned) > std::max(0.02 * planned, 2.0 / span))
+  if (std::abs(best - planned) > std::max(other_frequency * planned, other_frequency_bins / span))
     findings.push_back({Severity::warning,
                         "frequency_differs_from_plan",
                         {{"planned", planned, "Hz"}, {"measured", best, "Hz"}, {"rate", reference.rate, "Hz"}},
@@ -83,7 +103,7 @@ double start_frequency(const Part& part, const Samples& reference, Findings& fin
 
 /// Flat tops: one extreme in three samples in succession, again and again, and a third harmonic to match.
 bool clipped(const Samples& s, const SineFit& fit) {
-  if (fit.line.size() < 3 || std::abs(fit.line[2]) < 0.005 * std::abs(fit.line[0])) return false;
+  if (fit.line.size() < 3 || std::abs(fit.line[2]) < least_third * std::abs(fit.line[0])) return false;
   double low = INFINITY, high = -INFINITY;
   for (const double v : s.value) {
     if (std::isnan(v)) continue;
@@ -113,19 +133,19 @@ std::optional<SineFit> fit_reference(const Part& part, const Pair& pair, double 
   SineFit fit = fit_sine(s.time, s.value, start,
                          {.harmonics = harmonics_of(start, s.rate), .fit_frequency = true, .rate = s.rate});
   const double amplitude = std::abs(fit.line[0]);
-  if (fit.residual_rms > 0.35 * amplitude) {
+  if (fit.residual_rms > reference_residual * amplitude) {
     findings.push_back({Severity::error,
                         "reference_not_one_tone",
                         {{"frequency", fit.frequency, "Hz"}, {"residual", fit.residual_rms / amplitude, "%"}},
                         part.label});
     return {};
   }
-  if (fit.log_gain_variance() > 0.01) {
+  if (fit.log_gain_variance() > reference_noise) {
     findings.push_back({Severity::error, "reference_below_noise", {}, part.label});
     return {};
   }
   const double cycles = fit.frequency_sd * fit.span;
-  if (cycles > 0.02)
+  if (cycles > most_cycles_sd)
     findings.push_back({Severity::warning,
                         "frequency_uncertain",
                         {{"cycles", cycles}, {"loss", 1.0 - sinc(cycles), "%"}},
@@ -138,11 +158,12 @@ SineFit fit_output(const Part& part, const Samples& s, const SineFit& reference,
   const double f = reference.frequency;
   SineFitOptions how{.harmonics = f < 0.5 * s.rate ? harmonics_of(f, s.rate) : 1, .rate = s.rate};
   SineFit fit = fit_sine(s.time, s.value, f, how);
-  if (fit.log_gain_variance() > 0.0025) return fit;
+  if (fit.log_gain_variance() > noise_for_frequency) return fit;
   how.fit_frequency = true;
   const SineFit free = fit_sine(s.time, s.value, f, how);
   const double difference = std::abs(free.frequency - f);
-  if (difference * fit.span < 0.02 || difference < 5.0 * std::hypot(free.frequency_sd, reference.frequency_sd))
+  if (difference * fit.span < least_cycles_apart ||
+      difference < frequency_apart_sd * std::hypot(free.frequency_sd, reference.frequency_sd))
     return fit;
   findings.push_back({Severity::warning,
                       "clocks_disagree",
@@ -193,7 +214,7 @@ Point point_of(const Part& part, const SineFit& output, const SineFit& reference
 /// Why the fitted output cannot be used; none: it can.
 std::optional<Finding> fault_of(const Part& part, const Samples& samples, const SineFit& output, double frequency) {
   const double amplitude = std::abs(output.line[0]);
-  if (!(amplitude > 0.0) || output.log_gain_variance() > 0.04)
+  if (!(amplitude > 0.0) || output.log_gain_variance() > tone_below_noise)
     return Finding{Severity::error, "tone_below_noise", {{"frequency", frequency, "Hz"}}, part.label};
   if (clipped(samples, output))
     return Finding{Severity::error,
@@ -201,7 +222,7 @@ std::optional<Finding> fault_of(const Part& part, const Samples& samples, const 
                    {{"frequency", frequency, "Hz"}, {"harmonics", std::abs(output.line[2]) / amplitude, "%"}},
                    part.label};
   const FlatTops tops = flat_tops_of(samples, output);
-  if (tops.found && tops.loss > std::max(1e-3, 3.0 * std::sqrt(output.log_gain_variance())))
+  if (tops.found && tops.loss > std::max(least_loss, loss_sd * std::sqrt(output.log_gain_variance())))
     return Finding{Severity::error,
                    "tone_clipped_in_noise",
                    {{"frequency", frequency, "Hz"}, {"loss", tops.loss, "%"}},
@@ -217,7 +238,7 @@ void measure(const Part& part, double begin, double end, const Scaling& scaling,
     return fault.has_value();
   };
   Pair pair = pair_of(part, begin, end, scaling);
-  if (pair.output.time.size() < 16 || pair.reference.time.size() < 16) {
+  if (pair.output.time.size() < fewest_of_tone || pair.reference.time.size() < fewest_of_tone) {
     findings.push_back({Severity::error, "too_few_samples_for_tone", {}, part.label});
     return;
   }

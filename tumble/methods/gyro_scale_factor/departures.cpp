@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -16,6 +17,17 @@ namespace tumble::gyro_scale_factor {
 namespace {
 
 using linear::SegmentSummary;
+
+constexpr double one_rate = 1e-4, one_rate_floor = 1e-12;  ///< [1] of the range and [rad/s], within which rates are one
+constexpr double least_freedom_of_repeats = 4.0;  ///< with which the scatter of repeats replaces that about the line
+constexpr double most_share_sd = 0.2;             ///< [1] of the output due, above which its share is not known
+constexpr double half_of_due = 0.5;               ///< [1] of the output due: the threshold, by IEEE Std 528
+constexpr std::size_t fewest_shares = 3;          ///< inputs that were tried
+constexpr double least_freedom_of_drift = 5.0;
+constexpr double least_determinant = 1e-6;  ///< [1] of the product of the squares: the two drifts are distinct
+/// [1] of the range: rates below it, and steps below it at rates above `resolution_from`, are small.
+constexpr double small_input = 0.01, resolution_from = 0.05;
+constexpr double least_spread_of_rates = 0.01;  ///< [1] of the square of the range: a run has a line of its own
 
 /// Offset and slope by least squares of segment means.
 std::pair<double, double> straight(const std::vector<const SegmentSummary*>& segments) {
@@ -43,7 +55,7 @@ std::vector<std::vector<const SegmentSummary*>> groups_of(std::vector<const Segm
   std::ranges::stable_sort(segments, {}, [](const SegmentSummary* s) { return s->felt.rate.x; });
   std::vector<std::vector<const SegmentSummary*>> groups;
   for (const auto* s : segments) {
-    if (groups.empty() || s->felt.rate.x - groups.back().back()->felt.rate.x > 1e-4 * range + 1e-12)
+    if (groups.empty() || s->felt.rate.x - groups.back().back()->felt.rate.x > one_rate * range + one_rate_floor)
       groups.emplace_back();
     groups.back().push_back(s);
   }
@@ -64,7 +76,7 @@ void find_scatter(const linear::Solution& solution, std::size_t parameters,
     dof += static_cast<double>(group.size()) - 1.0;
   }
   line.scatter_from = "repeated rates";
-  if (dof < 4.0) {
+  if (dof < least_freedom_of_repeats) {
     squares = 0.0;
     dof = 0.0;
     for (const auto& group : groups)
@@ -162,7 +174,7 @@ double scatter_of(const Sides& sides, const std::vector<std::vector<const Segmen
       for (const auto* s : same) squares += std::pow(s->measured - mean_of(same), 2);
       dof += same.empty() ? 0.0 : static_cast<double>(same.size()) - 1.0;
     }
-  return dof >= 4.0 ? std::sqrt(squares / dof) : line.scatter;
+  return dof >= least_freedom_of_repeats ? std::sqrt(squares / dof) : line.scatter;
 }
 
 void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
@@ -184,7 +196,7 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
   }
   line.both_ways = differences.size();
   if (line.both_ways < 3) return;
-  const double limit = chi_square_quantile(0.99, static_cast<double>(sds.size()));
+  const double limit = chi_square_quantile(exceeded_in_100, static_cast<double>(sds.size()));
   line.hysteresis = size_of(differences, greatest, chi > limit, [&](const RandomStream& random) {
     std::vector<double> errors;
     for (std::size_t i = 0; i < sds.size(); ++i) errors.push_back(sds[i] * random.normal(i));
@@ -195,13 +207,13 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
 /// The input at which the share falls below a half. Given: pairs of input, and share of the output due with its sd.
 Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   Bracket bracket;
-  std::erase_if(tried, [](const auto& pair) { return pair.second.second > 0.2; });
-  bracket.tried = tried.size() >= 3;
+  std::erase_if(tried, [](const auto& pair) { return pair.second.second > most_share_sd; });
+  bracket.tried = tried.size() >= fewest_shares;
   if (!bracket.tried) return bracket;
   bracket.smallest = tried.begin()->first;
   double below = 0.0;
   for (const auto& [input, share] : tried)
-    if (share.first < 0.5) below = input;
+    if (share.first < half_of_due) below = input;
   if (below == 0.0) return bracket;
   const auto above = tried.upper_bound(below);
   if (above == tried.end()) return bracket;
@@ -253,7 +265,7 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
   const double dof = static_cast<double>(groups.size()) - 2.0;
   if (dof >= 1.0) {
     // F of dof and nu degrees of freedom, by the chi-square it tends to, widened for few nu.
-    const double limit = chi_square_quantile(0.99, dof) * (1.0 + 4.0 / line.degrees_of_freedom);
+    const double limit = chi_square_quantile(exceeded_in_100, dof) * (1.0 + 4.0 / line.degrees_of_freedom);
     const auto draw = [&](const RandomStream& random) {
       auto errors = drawn_departures(groups, line.scatter, random);
       for (double& e : errors) e /= unit;
@@ -304,11 +316,11 @@ Repeats repeats_of(const linear::Solution& solution, const Line& line) {
 Findings about_drift(const linear::Solution& solution, const Line& line) {
   constexpr double rare = 1e-9;  // by white noise: flicker noise seems to drift much more often
   const Repeats repeats = repeats_of(solution, line);
-  if (!(repeats.freedom >= 5.0)) return {};
+  if (!(repeats.freedom >= least_freedom_of_drift)) return {};
   const double tt = dot(repeats.time, repeats.time), tw = dot(repeats.time, repeats.time_by_rate);
   const double ww = dot(repeats.time_by_rate, repeats.time_by_rate), ty = dot(repeats.time, repeats.measured);
   const double wy = dot(repeats.time_by_rate, repeats.measured), determinant = tt * ww - tw * tw;
-  if (!(determinant > 1e-6 * tt * ww)) return {};
+  if (!(determinant > least_determinant * tt * ww)) return {};
   const double bias = (ww * ty - tw * wy) / determinant, scale = (tt * wy - tw * ty) / determinant;
   const double rest = std::max(dot(repeats.measured, repeats.measured) - bias * ty - scale * wy, 0.0);
   const double freedom = repeats.freedom - 2.0, variance = rest / freedom / determinant;
@@ -330,7 +342,7 @@ Bracket threshold_of(const linear::Solution& solution, const Line& line) {
   std::map<double, std::pair<double, double>> tried;
   for (const auto* s : all_of(solution)) {
     const double w = s->felt.rate.x;
-    if (w == 0.0 || std::abs(w) > 0.01 * line.range) continue;
+    if (w == 0.0 || std::abs(w) > small_input * line.range) continue;
     const double due = line.slope * w;
     tried[std::abs(w)] = {(s->measured - line.offset) / due, s->sd / std::abs(due)};
   }
@@ -342,8 +354,8 @@ Bracket resolution_of(const linear::Solution& solution, const Line& line) {
   const auto all = all_of(solution);
   for (std::size_t i = 1; i < all.size(); ++i) {
     const double step = all[i]->felt.rate.x - all[i - 1]->felt.rate.x;
-    if (all[i]->run != all[i - 1]->run || step == 0.0 || std::abs(all[i]->felt.rate.x) < 0.05 * line.range ||
-        std::abs(step) > 0.01 * line.range)
+    if (all[i]->run != all[i - 1]->run || step == 0.0 || std::abs(all[i]->felt.rate.x) < resolution_from * line.range ||
+        std::abs(step) > small_input * line.range)
       continue;
     const double due = line.slope * step;
     tried[std::abs(step)] = {(all[i]->measured - all[i - 1]->measured) / due,
@@ -362,7 +374,7 @@ Repeatability repeatability_of(const linear::Solution& solution, const Line& lin
     const auto n = static_cast<double>(segments.size());
     for (const auto* s : segments) mean += s->felt.rate.x / n;
     for (const auto* s : segments) ww += std::pow(s->felt.rate.x - mean, 2);
-    if (segments.size() < 3 || ww < 0.01 * n * line.range * line.range) continue;
+    if (segments.size() < 3 || ww < least_spread_of_rates * n * line.range * line.range) continue;
     const auto [c, k] = straight(segments);
     for (const auto* s : segments) misfit += std::pow(s->measured - c - k * s->felt.rate.x, 2) / (n - 2.0);
     bias.push_back(c / k);
@@ -380,8 +392,8 @@ Repeatability repeatability_of(const linear::Solution& solution, const Line& lin
     for (const double v : values) between += (v - mean) * (v - mean) / dof;
     Size size;
     const double variance = between - within / n;
-    size.limit = std::sqrt(std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within / n));
-    size.significant = variance > 0.0 && between > within / n * chi_square_quantile(0.95, dof) / dof;
+    size.limit = std::sqrt(std::max(0.0, between * dof / chi_square_quantile(missed_by_95, dof) - within / n));
+    size.significant = variance > 0.0 && between > within / n * chi_square_quantile(one_sided_95, dof) / dof;
     if (size.significant)
       size.value = std::sqrt(variance), size.sd = between * std::sqrt(2.0 / dof) / (2.0 * size.value);
     return size;

@@ -5,6 +5,7 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/core/columns.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
@@ -22,6 +23,12 @@
 namespace tumble::gyro_scale_factor {
 namespace {
 using Severity = Finding::Severity;
+
+constexpr double follows_rate = 5.0;  ///< [sd] of the scale factor, below which the output does not follow the rate
+/// [1] of the greatest rate, from which on the ratio of output and rate is compared; [1] that it may differ from the
+/// middle of all by. Chosen: 2 % is beyond the nonlinearity of any gyro that is calibrated; a doubling misses wrong
+/// rates of 3 %.
+constexpr double large_rate = 0.1, unexpected_share = 0.02;
 
 std::vector<Role> roles() {
   return {{"gyro", "", true, "output of the gyro: a rate, a current, a voltage, counts or angle increments"}};
@@ -138,7 +145,7 @@ Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
     throw Error(Error::Kind::bad_data,
                 "one rate only: it cannot distinguish scale factor and bias; add the opposite rate, or rest");
   const double k = b[slope];
-  if (!(std::abs(k) > 5.0 * std::sqrt(solution.fit.covariance(slope, slope))) || !std::isfinite(k))
+  if (!(std::abs(k) > follows_rate * std::sqrt(solution.fit.covariance(slope, slope))) || !std::isfinite(k))
     throw Error(Error::Kind::bad_data,
                 "the output does not follow the rate: the method cannot determine a scale factor");
   std::vector<std::size_t> sequence{slope, offset};
@@ -239,7 +246,7 @@ void judge_segments(const linear::Solution& solution, const Line& line, Estimate
   std::vector<double> ratios;
   const auto ratio_of = [&](const linear::SegmentSummary& s) { return (s.measured - line.offset) / s.felt.rate.x; };
   const auto large = [&](const linear::SegmentSummary& s) {
-    return std::abs(s.felt.rate.x) > 0.1 * line.range && !std::isnan(s.measured);
+    return std::abs(s.felt.rate.x) > large_rate * line.range && !std::isnan(s.measured);
   };
   for (const auto& s : solution.segments)
     if (large(s)) ratios.push_back(ratio_of(s));
@@ -247,7 +254,7 @@ void judge_segments(const linear::Solution& solution, const Line& line, Estimate
   std::ranges::sort(ratios);
   const double middle = ratios[ratios.size() / 2];
   for (const auto& s : solution.segments) {
-    if (!large(s) || std::abs(ratio_of(s) / middle - 1.0) < 0.02) continue;
+    if (!large(s) || std::abs(ratio_of(s) / middle - 1.0) < unexpected_share) continue;
     estimate.findings.push_back(
         {Severity::error, "unexpected_output", {{"share", ratio_of(s) / middle, "%"}}, s.label});
   }
@@ -270,7 +277,7 @@ Curve residuals_curve(const Line& line) {
               .y = {"departure from the line, over full range", Unit::parse("ppm")},
               .band = "95 % confidence",
               .points = true};
-  const double t = student_quantile(0.975, line.degrees_of_freedom);
+  const double t = student_quantile(two_sided_95, line.degrees_of_freedom);
   for (const Departure& d : line.departures) add_point(curve, d.rate, d.value, t * d.sd);
   return curve;
 }
@@ -311,8 +318,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.tables = {residuals_table(line)};
   estimate.curves = {residuals_curve(line)};
   estimate.models = {model_of(estimate, solution, line)};
-  estimate.method = "gyro_scale_factor";
-  estimate.title = evidence.plan.title;
   report(progress, 1.0, "done");
   return std::move(answer.estimate);
 }
@@ -327,8 +332,6 @@ Estimate predict(const Plan& plan) {
   Answer answer = answer_of(solution, Unit());
   propagate(solution, answer);
   answer.estimate.findings = solution.findings;
-  answer.estimate.method = "gyro_scale_factor";
-  answer.estimate.title = plan.title;
   return std::move(answer.estimate);
 }
 

@@ -10,6 +10,14 @@
 namespace tumble::gyro_scale_factor {
 namespace {
 
+/// [range of the medians] beyond the medians of all segments, where a value is a jump.
+constexpr double jump_beyond = 3.0;
+/// [1] of the samples of a segment at one extreme: from the first on the segment may be clipped; below the second it is
+/// in part, so that noise carries it there.
+constexpr double at_extreme_share = 0.2, whole_share = 0.999;
+constexpr double one_value_share = 0.5;  ///< [1] of the samples at the median: a segment without noise
+constexpr double two_rates = 1.01;       ///< ratio of two rates with one output, which is therefore clipped
+
 /// Part of a channel between two marks.
 struct Part {
   std::string label;
@@ -42,7 +50,7 @@ void remove_jumps(const std::vector<Part>& parts, Channel& channel, Findings& fi
   std::size_t jumps = 0, first = 0;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
     double& v = channel.values[i];
-    if (std::isnan(v) || (v > low - 3.0 * (high - low) && v < high + 3.0 * (high - low))) continue;
+    if (std::isnan(v) || (v > low - jump_beyond * (high - low) && v < high + jump_beyond * (high - low))) continue;
     if (jumps++ == 0) first = i;
     v = std::nan("");
   }
@@ -70,18 +78,18 @@ void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& 
     bool partly = false;
     for (const Part& part : parts) {
       const double s = share(channel, part, extreme);
-      if (s < 0.2 || std::isnan(part.rate)) continue;
+      if (s < at_extreme_share || std::isnan(part.rate)) continue;
       at_extreme.push_back(&part);
-      partly = partly || (s < 0.999 && channel.kind != QuantityKind::count);
+      partly = partly || (s < whole_share && channel.kind != QuantityKind::count);
     }
     if (at_extreme.empty()) continue;
     const auto [least, most] =
         std::ranges::minmax(at_extreme, {}, [](const Part* part) { return std::abs(part->rate); });
     // Without noise every segment is one value: then only two rates with the same one are clipped.
-    const auto noisy =
-        std::ranges::count_if(parts, [&](const Part& part) { return share(channel, part, part.median) < 0.5; });
+    const auto noisy = std::ranges::count_if(
+        parts, [&](const Part& part) { return share(channel, part, part.median) < one_value_share; });
     partly = partly || 2 * noisy > std::ssize(parts);
-    if (!partly && std::abs(most->rate) <= 1.01 * std::abs(least->rate)) continue;
+    if (!partly && std::abs(most->rate) <= two_rates * std::abs(least->rate)) continue;
     for (const Part* part : at_extreme)
       findings.push_back({Finding::Severity::error,
                           "segment_clipped",

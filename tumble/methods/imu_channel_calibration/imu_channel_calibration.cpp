@@ -70,7 +70,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const Sorted all = sorted(evidence);
   Estimate estimate;
-  estimate.method = "imu_channel_calibration";
   std::vector<Pair> pairs;
   for (const Kind kind : kinds) {
     if (kind == Kind::gyro && !all.gyros) continue;

@@ -12,6 +12,8 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
+constexpr double greatest_condition = 1e3;  ///< axes known to 1e-3: a weaker combination is made of their errors
+
 /// y = u_i + b + k u_i + m_j u_j + m_l u_l, in the order bias, scale factor, misalignments; accelerometers also have
 /// K_2, which (3.4) does not contain.
 linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const Channel& channel) {
@@ -29,7 +31,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   if (kind == Kind::accelerometer) names.push_back(role + "_second_order_coefficient");
   problem.columns = linear::terms_of("imu", defaults(find_model("imu").constants()), names);
   problem.leave_out_first = {role + "_second_order_coefficient"};
-  problem.condition_limit = 1e3;
+  problem.condition_limit = greatest_condition;
   return problem;
 }
 

@@ -8,6 +8,8 @@
 namespace tumble::imu_ferraris {
 namespace {
 
+constexpr double least_reciprocal_condition = 1e-3;  ///< of the accelerometers: axes 0.06 deg apart, or one silent
+
 /// The poses of that sign as columns.
 Matrix3 columns(const std::array<Vector3, poses>& means, std::size_t first) {
   Matrix3 m;
@@ -40,7 +42,7 @@ Calibration closed_form(const Means& means) {
   out.b_a = 0.5 * diagonal_of(up + down);
   split(accelerometers, out.k_a, out.r_a);
   const double reciprocal_condition = 1.0 / (column_norm(accelerometers) * column_norm(force_of));
-  if (!(reciprocal_condition >= 1e-3))
+  if (!(reciprocal_condition >= least_reciprocal_condition))
     throw Error(Error::Kind::bad_data,
                 "the six poses do not show three axes of the accelerometers: two outputs are equal, or one is silent");
   if (!means.gyros) return out;

@@ -18,6 +18,10 @@
 namespace tumble::imu_ferraris {
 namespace {
 
+/// [1] of half the range of an output, beyond which its axis is vertical: 37 deg.
+constexpr double nearly_greatest = 0.8;
+constexpr double least_turn = 10.0;  ///< [deg] of the rotations: a smaller one shows scale factors ten times worse
+
 std::vector<Role> roles() {
   std::vector<Role> all;
   for (const char* letter : {"x", "y", "z"})
@@ -82,7 +86,7 @@ std::string pose_shown(Vector3 force, Vector3 middle, Vector3 half) {
   std::string shown;
   for (std::size_t i = 0; i < 3; ++i) {
     const double share = (force[i] - middle[i]) / half[i];
-    if (std::abs(share) > 0.8) shown += fmt::format("{}_{}", imu::letters[i], share > 0.0 ? "p" : "a");
+    if (std::abs(share) > nearly_greatest) shown += fmt::format("{}_{}", imu::letters[i], share > 0.0 ? "p" : "a");
   }
   return shown.size() == 3 ? shown : "";
 }
@@ -118,7 +122,7 @@ Calibration calibrated(const Means& means) {
 }
 
 void check_settings(const Settings& settings) {
-  if (std::abs(settings.number("rotation_angle")) < si(10.0, "deg"))
+  if (std::abs(settings.number("rotation_angle")) < si(least_turn, "deg"))
     throw Error(Error::Kind::bad_input, "[settings] rotation_angle must be at least 10 deg, of either sign");
 }
 
@@ -147,7 +151,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Means means = means_of(plan, data);
   const Calibration calibration = calibrated(means);
   Estimate estimate;
-  estimate.method = "imu_ferraris";
   estimate.findings = faults(plan, means, calibration, data);
   for (auto& finding : data.findings) estimate.findings.push_back(std::move(finding));
   const auto known = gravity_of(plan);

@@ -25,6 +25,8 @@ const std::array<std::string, sections>& labels() {
 
 namespace {
 
+constexpr std::size_t fewest_of_block_mean = 8;  ///< samples in each block, where there are enough
+
 constexpr std::size_t fewest_samples = 16;
 constexpr std::size_t most_blocks = 16;
 
@@ -68,7 +70,8 @@ double width(const Channel& channel, std::size_t i) {
 /// Variance of block means times their length: that of a mean of n samples is this over n where blocks are longer than
 /// the noise remembers.
 void add_density(const Channel& channel, std::size_t begin, std::size_t end, std::size_t output, Section& section) {
-  const std::size_t n = end - begin, blocks = std::clamp<std::size_t>(n / 8, 2, most_blocks), length = n / blocks;
+  const std::size_t n = end - begin, blocks = std::clamp<std::size_t>(n / fewest_of_block_mean, 2, most_blocks),
+                    length = n / blocks;
   std::vector<double> means;
   for (std::size_t b = 0; b < blocks; ++b) {
     double sum = 0.0, count = 0.0;

@@ -230,7 +230,7 @@ void add_accelerometer_instability(const Settings& settings, const Calibration& 
 }
 
 /// The ratio of a variance to that of the noise which the noise alone exceeds in 1 % of all cases.
-double significant_ratio(double freedom) { return chi_square_quantile(0.99, freedom) / freedom; }
+double significant_ratio(double freedom) { return chi_square_quantile(exceeded_in_100, freedom) / freedom; }
 
 /// Variance of the means of pairs of poses about the mean of the three pairs, by flicker of unit bias instability.
 double variance_of_pairs(const Recorded& recorded) {
@@ -259,7 +259,7 @@ void add_gyro_noise(const Settings& settings, const Means& means, const Calibrat
   for (std::size_t p = 0; p < poses; ++p) freedom += recorded.section[p].freedom[3];
   all.push_back(instability_of(recorded, "bias instability of the gyros, as stated", true, {stated}, calibration.k_g));
   const double ratio = excess(means, recorded, slow);
-  const bool more = ratio > chi_square_quantile(0.999, 6.0) / 6.0;
+  const bool more = ratio > chi_square_quantile(exceeded_in_1000, 6.0) / 6.0;
   if (more)
     findings.push_back({Finding::Severity::warning, "more_drift_than_stated", {{"times", std::sqrt(ratio)}}, "gyros"});
   all.push_back(more ? gyro_noise(means, recorded, excess(means, recorded), 6.0)

@@ -19,6 +19,8 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr std::size_t wanted_rests = 18;  ///< twice the nine coefficients of the accelerometers; the faces and edges
+
 /// A parameter of the result with its derivative by those of the fit.
 struct Entry {
   Parameter parameter;
@@ -266,7 +268,7 @@ void add_rejections(const Rests& rests, const Fit& fit, Findings& findings) {
     add(rests.all[k].rejection, fmt::format("rest {} at {}", k + 1, say_instant(rests.all[k].begin)));
   for (const Move& move : fit.moves)
     add(move.rejection, fmt::format("move from rest {} to rest {}", move.from + 1, move.to + 1));
-  if (used_rests < 18) findings.push_back({Severity::warning, "few_rests", {{"used", used_rests}}});
+  if (used_rests < wanted_rests) findings.push_back({Severity::warning, "few_rests", {{"used", used_rests}}});
 }
 
 void add_scatter(const Fit& fit, Findings& findings) {
@@ -304,7 +306,6 @@ void add_surroundings(const Fit& fit, const Surroundings& surroundings, Findings
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
                   const Surroundings& surroundings) {
   Estimate estimate;
-  estimate.method = "imu_multi_position";
   const auto all = entries_of(sessions, fit);
   add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, estimate);
   estimate.fit.observations = fit.observations;

@@ -12,6 +12,13 @@
 namespace tumble::imu_multi_position {
 namespace {
 
+/// Scales [1] of outputs whose unit is right: no instrument is so far off; the mistaken units are 9.8 times off and
+/// more.
+constexpr double least_scale = 0.6, greatest_scale = 1.6;
+constexpr double looks_like = 0.2;  ///< [1] in the logarithm, within which a scale is that of a mistaken unit
+/// Cosine of the angle between shown and stated direction up, below which it is opposite.
+constexpr double opposite_up = -0.8;
+
 struct Mistaken {
   const char* is;     ///< unit that the numbers probably have
   const char* taken;  ///< unit in which they were read
@@ -25,16 +32,16 @@ constexpr Mistaken rates[] = {{"deg/s", "rad/s"}, {"rad/s", "deg/s"},  {"deg/h",
 /// Refuses outputs of this scale [1], shown by felt, that is far from 1. Given: step [s] between samples, the ratio of
 /// increments to rates.
 void check_unit(std::span<const Mistaken> units, const char* what, const char* shown, double scale, double step) {
-  if (scale > 0.6 && scale < 1.6) return;
+  if (scale > least_scale && scale < greatest_scale) return;
   Sentence like = ": check their unit, or give them as counts, unit LSB";
   for (const auto& m : units) {
     const double ratio = Unit::parse(m.taken).factor() / Unit::parse(m.is).factor();
-    if (std::abs(std::log(scale / ratio)) < 0.2)
+    if (std::abs(std::log(scale / ratio)) < looks_like)
       like = say(": they look like {} taken for {}; state the unit of the columns", Name{m.is}, Name{m.taken});
   }
-  if (std::abs(std::log(scale / step)) < 0.2)
+  if (std::abs(std::log(scale / step)) < looks_like)
     like = ": they look like increments taken for rates; state the unit of the increments (deg, m/s) for the columns";
-  if (std::abs(std::log(scale * step)) < 0.2)
+  if (std::abs(std::log(scale * step)) < looks_like)
     like = ": they look like rates taken for increments; state the unit of the rates (deg/s, m/s^2) for the columns";
   throw Error(Error::Kind::bad_data, say("the {} show {:.4g} times {}{}", what, scale, shown, like));
 }
@@ -123,7 +130,7 @@ std::optional<Vector3> planned_up(const Plan& plan) {
 }
 
 void check_up(Vector3 first, Vector3 planned) {
-  if (dot(first, planned) > -0.8) return;
+  if (dot(first, planned) > opposite_up) return;
   throw Error(
       Error::Kind::bad_data,
       say("at the first rest ({:+.2f}, {:+.2f}, {:+.2f}) shows up, the opposite of the stated direction: the "

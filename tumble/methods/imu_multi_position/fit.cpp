@@ -13,6 +13,15 @@ namespace {
 
 using Basis = std::array<Vector3, 2>;
 
+constexpr double least_vertical_sd = 1e-3;  ///< [Earth's rate] below it the known part would only burden the solution
+constexpr double least_path = 1e-4;         ///< [rad^2] of a move, for its errors that grow with its path
+constexpr int passes_of_bias = 5;           ///< with weights that make the sum of lengths smallest
+constexpr double start_of_turns = 1e-4;     ///< [1] first value of the variance that grows with the path
+constexpr std::size_t fewest_of_part = 8, most_rejected = 4;  ///< groups of a part; one in so many may be rejected
+constexpr double near_farthest = 0.6;    ///< [1] of the farthest: nearer ones may be far because of it, and wait a pass
+constexpr double least_distance = 1e-3;  ///< [sd] of the median, against data without noise
+constexpr int first_iterations = 8, most_passes = 10, iterations_of_pass = 3, last_iterations = 6;
+
 /// Two directions across n.
 Basis across(Vector3 n) {
   const Vector3 size = absolute(n);
@@ -67,7 +76,7 @@ double earth_sd(const FitOptions& options) {
 
 /// The sd of the known part, by the latitude; small parts of it would only burden the solution.
 double vertical_sd(const FitOptions& options) {
-  return earth_rate * std::max(1e-3, std::cos(*options.latitude) * options.latitude_sd);
+  return earth_rate * std::max(least_vertical_sd, std::cos(*options.latitude) * options.latitude_sd);
 }
 
 /// The Earth's rotation [rad/s] in the axes of a rest: by the moves since the first rest, else its part about the
@@ -139,7 +148,7 @@ void set_turn(const Work& work, Group& group) {
     row.chain[2 + i] = -1.0;
     row.white = density * move.duration + floor_of_noise * floor_of_noise;
     row.earth = from_first ? 0.0 : std::pow(earth_sd(work.options) * move.duration, 2);
-    row.unit = std::max(turn.path * turn.path, 1e-4);
+    row.unit = std::max(turn.path * turn.path, least_path);
   }
 }
 
@@ -223,7 +232,7 @@ void start_rates(const Work& work) {
       means(k, j) = work.rests.all[fit.chain[k]].rate[j];
     }
   std::vector<double> weights(n, 1.0);
-  for (int pass = 0; pass < 5; ++pass) {
+  for (int pass = 0; pass < passes_of_bias; ++pass) {
     solution = solve(scaled_rows(weights, design), scaled_rows(weights, means));
     const Matrix residual = means - design * solution;
     std::vector<double> sizes;
@@ -267,7 +276,7 @@ void start_gyros(const Work& work) {
   double mean_square = 0.0;
   for (std::size_t i = 0; i < 3; ++i) mean_square += dot((*gyro)[i], (*gyro)[i]) / 3.0;
   fit.scatter[1] /= mean_square;
-  fit.scatter[2] = 1e-4;
+  fit.scatter[2] = start_of_turns;
   fit.parameters = work.options.sensitivity ? with_sensitivity : with_gyros;
 }
 
@@ -301,11 +310,11 @@ bool reject_outliers(const Work& work) {
       rejected += group.used ? 0 : 1;
       if (group.used) distances.push_back(group.distance);
     }
-    if (distances.size() < 8 || rejected > distances.size() / 4) continue;
+    if (distances.size() < fewest_of_part || rejected > distances.size() / most_rejected) continue;
     const double middle = median(distances), farthest = *std::ranges::max_element(distances);
     for (Group& group : work.fit.groups) {
-      if (group.part != part || !group.used || group.distance < 0.6 * farthest) continue;
-      if (group.distance <= beyond[static_cast<std::size_t>(part)] * std::max(middle, 1e-3)) continue;
+      if (group.part != part || !group.used || group.distance < near_farthest * farthest) continue;
+      if (group.distance <= beyond[static_cast<std::size_t>(part)] * std::max(middle, least_distance)) continue;
       group.used = false, any = true;
     }
   }
@@ -334,15 +343,15 @@ Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions
   start(work);
   fit.earth = earth_up(options) * fit.direction[0];
   linearise(work);
-  iterate(work, 8, roughly);
-  for (int pass = 0; pass < 10; ++pass) {
+  iterate(work, first_iterations, roughly);
+  for (int pass = 0; pass < most_passes; ++pass) {
     find_scatter(1, fit);
-    iterate(work, 3, roughly);
+    iterate(work, iterations_of_pass, roughly);
     if (!reject_outliers(work)) break;
-    iterate(work, 3, roughly);
+    iterate(work, iterations_of_pass, roughly);
   }
   find_scatter(2, fit);
-  iterate(work, 6, finely);
+  iterate(work, last_iterations, finely);
   explain_rejections(work);
   add_uncertainty(rests.noise.degrees_of_freedom, fit);
   return fit;

@@ -6,11 +6,15 @@
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/rotation.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
+
+/// [rad] 26 deg about a direction: less than halfway to the next of a cube, 45 deg.
+constexpr double near_direction = pi / 7.0;
 
 /// Faces, edges, corners, in this order.
 std::vector<Vector3> cube() {
@@ -27,7 +31,7 @@ std::vector<Vector3> cube() {
 std::string named(Vector3 v) {
   std::string text;
   for (std::size_t i = 0; i < 3; ++i)
-    if (std::abs(v[i]) > 1e-9)
+    if (std::abs(v[i]) > rounding_share)
       text += fmt::format("{}{}{}", text.empty() ? "" : " ", v[i] < 0.0 ? '-' : '+', letters[i]);
   return text;
 }
@@ -87,7 +91,7 @@ Gain gain_of(const Matrix& before, const Matrix& after, const std::vector<std::s
   Gain gain;
   for (std::size_t i = 0; i < before.rows; ++i) {
     const double share = 1.0 - std::sqrt(std::max(after(i, i), 0.0) / before(i, i));
-    if (share > gain.share + 1e-9) gain = {share, names[i]};
+    if (share > gain.share + rounding_share) gain = {share, names[i]};
   }
   gain.share = std::round(1e3 * gain.share) / 1e3;  // a tenth of a percent is more than anybody needs
   return gain;
@@ -146,7 +150,7 @@ void add_poses(const Fit& fit, const std::vector<std::string>& names, double gra
     double most = -1.0;
     for (std::size_t i = 0; i < poses.up.size(); ++i) {
       const double value = worth(covariance, poses.rows[i]);
-      if (value > most * (1.0 + 1e-9)) best = i, most = value;
+      if (value > most * (1.0 + rounding_share)) best = i, most = value;
     }
     chosen.push_back(named(poses.up[best]));
     covariance = with(covariance, poses.rows[best]);
@@ -210,7 +214,7 @@ std::string missing(const std::vector<Vector3>& directions) {
   std::string list;
   int listed = 0;
   for (std::size_t i = 0; i < 18 && listed < 9; ++i)
-    if (std::ranges::none_of(directions, [&](Vector3 up) { return dot(up, all[i]) > std::cos(pi / 7.0); }))
+    if (std::ranges::none_of(directions, [&](Vector3 up) { return dot(up, all[i]) > std::cos(near_direction); }))
       list += (listed++ > 0 ? ", " : "") + named(all[i]);
   return list;
 }

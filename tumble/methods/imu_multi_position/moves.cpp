@@ -9,6 +9,11 @@
 namespace tumble::imu_multi_position {
 namespace {
 
+constexpr double least_part = 0.01;      ///< [1] of the largest column, below which the moves do not show another
+constexpr std::size_t fewest_moves = 5;  ///< of three components each, for nine coefficients
+constexpr int passes_of_start = 3;
+constexpr double least_residual = 0.2;  ///< below it a residual has full weight: the start needs no more
+
 /// Why a move with gyro samples [first, last) is not used; null: it is.
 std::optional<Finding> rejection_of(const Triad& gyro, std::size_t first, std::size_t last) {
   using enum Finding::Severity;
@@ -79,7 +84,7 @@ std::optional<Matrix3> fit_of(const std::vector<Observed>& observed, const std::
       for (std::size_t j = 0; j < 9; ++j) design(right.size(), j) = weights[m] * observed[m].of[j / 3](i, j % 3);
       right.push_back(weights[m] * observed[m].change[i]);
     }
-  const QrFit fit = qr_fit(design, right, 0.01);
+  const QrFit fit = qr_fit(design, right, least_part);
   if (fit.rank < 9) return {};
   Matrix3 to_rate;
   for (std::size_t j = 0; j < 3; ++j) set_column(to_rate, j, {fit.x[3 * j], fit.x[3 * j + 1], fit.x[3 * j + 2]});
@@ -150,15 +155,16 @@ std::optional<Matrix3> start_of_gyro(const std::vector<Session>& sessions, const
     if (move.used())
       observed.push_back({sensitivity_of(sessions[rests.all[move.from].session].gyro, move, calibration),
                           direction(move.to) - direction(move.from)});
-  if (observed.size() < 5) return {};
+  if (observed.size() < fewest_moves) return {};
   Matrix3 to_rate;
   std::vector<double> weights(observed.size(), 1.0);
-  for (int pass = 0; pass < 3; ++pass) {
+  for (int pass = 0; pass < passes_of_start; ++pass) {
     const auto fit = fit_of(observed, weights);
     if (!fit) return {};
     to_rate = *fit;
     for (std::size_t m = 0; m < observed.size(); ++m)
-      weights[m] = 1.0 / std::max(0.2, norm(observed[m].residual(to_rate)));  // sum of lengths, not of squares
+      weights[m] =
+          1.0 / std::max(least_residual, norm(observed[m].residual(to_rate)));  // sum of lengths, not of squares
   }
   if (!(std::abs(determinant(to_rate)) > 0.0)) return {};
   return inverse(to_rate);

@@ -9,6 +9,16 @@
 namespace tumble::imu_multi_position {
 namespace {
 
+constexpr std::size_t least_window = 16, windows_of_record = 8;  ///< samples; windows that a record must have at least
+constexpr double other_step = 1e-9;                            ///< [1] of the largest change: a smaller one is rounding
+constexpr std::size_t quiet_of_rest = 2, quiet_of_record = 5;  ///< the level is exceeded by half, or by four in five
+constexpr double least_level = 1e-12;                          ///< [1] of the greatest variance: for data without noise
+constexpr std::size_t fewest_of_rest = 8;                      ///< samples
+constexpr double longest_pause = 2.0, same_direction = 0.02;   ///< [s] and [rad] between two rests that are one: 1 deg
+/// [sd of white noise], and [1] of the median of all, of a drift during a rest; noise by itself gives sqrt(3).
+constexpr double drift_sd = 8.0, drift_beyond = 8.0;
+constexpr double block_of_rest = 0.25, samples_of_block = 8.0;  ///< [1] of the shortest rest; at least so many samples
+
 struct Span {
   double begin, end;
 };
@@ -21,7 +31,8 @@ struct Quiet {
 
 std::size_t window_of(const Triad& triad, double seconds) {
   const auto n = static_cast<std::size_t>(std::llround(seconds / triad.step));
-  return std::clamp<std::size_t>(n, 16, std::max<std::size_t>(16, triad.value.size() / 8));
+  return std::clamp<std::size_t>(n, least_window,
+                                 std::max<std::size_t>(least_window, triad.value.size() / windows_of_record));
 }
 
 std::vector<double> window_variance(const Triad& triad, std::size_t window) {
@@ -65,7 +76,7 @@ double variance_of_step(const Triad& triad) {
       if (triad.filled[i] || triad.filled[i - 1]) continue;
       const double change = std::abs(triad.value[i][axis] - triad.value[i - 1][axis]);
       size = std::max(size, change);
-      if (change > 1e-9 * size && change < step) step = change;
+      if (change > other_step * size && change < step) step = change;
     }
     if (std::isfinite(step)) sum += 0.25 * step * step;
   }
@@ -84,9 +95,10 @@ Quiet quiet_of(const std::vector<Session>& sessions, std::size_t s, bool gyro, c
   for (const double v : quiet.variance)
     if (std::isfinite(v)) scale = std::max(scale, v);
   if (blocks.empty()) return quiet;
-  const std::size_t fifth = options.initial_rest > 0.0 ? blocks.size() / 2 : blocks.size() / 5;
+  const std::size_t fifth =
+      options.initial_rest > 0.0 ? blocks.size() / quiet_of_rest : blocks.size() / quiet_of_record;
   std::nth_element(blocks.begin(), blocks.begin() + static_cast<long>(fifth), blocks.end());
-  quiet.level = std::max({blocks[fifth], 1e-12 * scale, variance_of_step(triad)});
+  quiet.level = std::max({blocks[fifth], least_level * scale, variance_of_step(triad)});
   return quiet;
 }
 
@@ -135,16 +147,16 @@ std::vector<Rest> rests_at(const std::vector<Session>& sessions, const Quiets& q
       Rest rest{.session = s, .begin = span.begin, .end = span.end};
       rest.force = mean_of(session.accelerometer, span.begin, span.end, rest.samples);
       if (!session.gyro.empty()) rest.rate = mean_of(session.gyro, span.begin, span.end, rest.gyro_samples);
-      if (rest.samples >= 8) rests.push_back(std::move(rest));
+      if (rest.samples >= fewest_of_rest) rests.push_back(std::move(rest));
     }
   }
   return rests;
 }
 
 bool same_pose(const Rest& a, const Rest& b, const Linear& of) {
-  if (a.session != b.session || b.begin - a.end > 2.0) return false;
+  if (a.session != b.session || b.begin - a.end > longest_pause) return false;
   const Inverse felt(of);
-  return norm(normalised(felt(a.force)) - normalised(felt(b.force))) < 0.02;  // 1 deg: nobody intends a smaller turn
+  return norm(normalised(felt(a.force)) - normalised(felt(b.force))) < same_direction;  // nobody intends a smaller turn
 }
 
 void reject_parts(std::vector<Rest>& rests, const Linear& of) {
@@ -168,7 +180,7 @@ void reject_drifting(const std::vector<Session>& sessions, const Densities& nois
       drift[i] /= std::max(std::sqrt(4.0 * noise.force[i] / (rest.end - rest.begin)), 1e-300);
     sizes.push_back(norm(drift));
   }
-  const double bound = std::max(8.0, 8.0 * median(sizes));  // sqrt(3) for noise alone
+  const double bound = std::max(drift_sd, drift_beyond * median(sizes));
   for (std::size_t k = 0; k < rests.size(); ++k)
     if (rests[k].used() && sizes[k] > bound)
       rests[k].rejection = Finding(Finding::Severity::warning, "rest_drifts", {});
@@ -196,7 +208,7 @@ double block_of(const std::vector<Session>& sessions, const RestOptions& options
   double step = sessions[0].accelerometer.step;
   for (const auto& session : sessions)
     step = std::max({step, session.accelerometer.step, session.gyro.empty() ? 0.0 : session.gyro.step});
-  return std::max(0.25 * options.least, 8.0 * step);
+  return std::max(block_of_rest * options.least, samples_of_block * step);
 }
 
 Densities densities_of(const std::vector<Session>& sessions, const std::vector<Rest>& rests,

@@ -6,9 +6,16 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
+
+constexpr double outside_sd = 3.0;  ///< [sd] of the start, beyond which a rest is not used in it
+constexpr int most_iterations = 12;
+constexpr double last_step = 1e-13;           ///< [1] of a coefficient: rounding
+constexpr std::size_t fewest_of_sphere = 12;  ///< rests, for nine coefficients
+constexpr double least_scatter = 1e-12;       ///< [1] of gravity: for data without noise
 
 double greatest(Vector3 v) { return std::max({v.x, v.y, v.z}); }
 
@@ -44,7 +51,7 @@ std::optional<Linear> ellipsoid(const std::vector<Vector3>& means, double gravit
 std::vector<double> robust_weights(const std::vector<double>& residual) {
   std::vector<double> size, weights;
   for (const double r : residual) size.push_back(std::abs(r));
-  const double bound = 3.0 * 1.4826 * median(size);
+  const double bound = outside_sd * sd_of_median_size * median(size);
   for (const double r : residual) weights.push_back(std::abs(r) <= bound ? 1.0 : bound * bound / (r * r));
   return weights;
 }
@@ -84,12 +91,12 @@ Coefficients sizes(double gravity) { return {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, gravi
 bool iterate(Search& search) {
   const Coefficients size = sizes(search.gravity);
   search.find_residuals();
-  for (int iteration = 0; iteration < 12; ++iteration) {
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const auto step = search.step();
     bool small = true;
     for (std::size_t i = 0; i < step.size(); ++i) {
       if (!std::isfinite(step[i])) return false;
-      small = small && std::abs(step[i]) < 1e-13 * search.scale * size[i];
+      small = small && std::abs(step[i]) < last_step * search.scale * size[i];
     }
     add(step, search.sphere.accelerometer);
     if (small) break;
@@ -120,7 +127,7 @@ void add(std::span<const double> step, Linear& to) {
 
 std::optional<Sphere> fit_sphere(const std::vector<Vector3>& means, double gravity) {
   const auto start = ellipsoid(means, gravity);
-  if (!start || means.size() < 12) return {};
+  if (!start || means.size() < fewest_of_sphere) return {};
   Search search{means, gravity, greatest(diagonal_of(start->matrix)), {*start, std::vector<double>(means.size())}};
   if (!iterate(search)) return {};
   Sphere& out = search.sphere;
@@ -132,7 +139,8 @@ std::optional<Sphere> fit_sphere(const std::vector<Vector3>& means, double gravi
   const Coefficients size = sizes(gravity);
   const double relative = determinant(scaled_rows(size, scaled_columns(search.normal, size)));
   out.log_determinant = 9.0 * std::log(degrees / (degrees - 2.0)) +  // few degrees: the scatter itself is uncertain
-                        18.0 * std::log(std::max(out.scatter, 1e-12 * gravity)) - std::log(std::max(relative, 1e-300));
+                        18.0 * std::log(std::max(out.scatter, least_scatter * gravity)) -
+                        std::log(std::max(relative, 1e-300));
   return out;
 }
 

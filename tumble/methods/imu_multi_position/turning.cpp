@@ -8,6 +8,8 @@
 namespace tumble::imu_multi_position {
 namespace {
 
+constexpr std::size_t fewest_turning = 9;  ///< rests: 15 degrees of freedom remain after bias and sensitivities
+
 /// Rate [rad/s] that the rests share, and how far from zero it is.
 struct SharedTurn {
   Vector3 rate;
@@ -40,7 +42,7 @@ SharedTurn shared_turn(const std::vector<Session>& sessions, const Rests& rests,
 
 Findings turning_rests(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit) {
   constexpr double certain = 14.0;  // chance 1e-5 or less of F with 3 and 15 or more degrees of freedom
-  if (fit.parameters == of_accelerometers || fit.chain.size() < 9) return {};
+  if (fit.parameters == of_accelerometers || fit.chain.size() < fewest_turning) return {};
   const SharedTurn turn = shared_turn(sessions, rests, fit);
   if (!(turn.ratio > certain)) return {};
   const Vector3 shift = fit.calibration.gyro.matrix * turn.rate;

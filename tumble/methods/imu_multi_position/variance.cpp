@@ -10,6 +10,14 @@
 namespace tumble::imu_multi_position {
 namespace {
 
+/// Of the deviance by the logarithm of a variance: 40 times its own variance at most.
+constexpr double least_curvature = 0.05;
+/// [1] of the last scatter and of the noise, the upper end.
+constexpr double search_by_fit = 1e3, search_by_noise = 1e2;
+constexpr double beyond_least = 2.0;  ///< in the logarithm above the lower end, from which on a scatter is not zero
+constexpr int bits_of_scatter = 8;    ///< to which its logarithm is found
+constexpr std::uintmax_t most_evaluations = 30;
+
 /// Variance of an observation [unit of the residual squared]: noise, Earth and scatter.
 double variance_of(const Row& row, Part part, const Scatter& scatter) {
   return row.white + row.earth + scatter[static_cast<std::size_t>(part)] * row.unit;
@@ -115,7 +123,7 @@ Matrix covariance_of_scatter(const Fit& fit, const std::vector<std::size_t>& whi
           (shifted(i, h, j, h) - shifted(i, h, j, -h) - shifted(i, -h, j, h) + shifted(i, -h, j, -h)) / (4.0 * h * h);
   }
   auto eigen = eigen_symmetric(second);
-  for (double& value : eigen.values) value = 2.0 / std::max(value, 0.05);
+  for (double& value : eigen.values) value = 2.0 / std::max(value, least_curvature);
   return sandwich(eigen.vectors, eigen.values);
 }
 
@@ -189,12 +197,13 @@ void find_scatter(int rounds, Fit& fit) {
       const double noise = noise_of(fit, part);
       if (!(noise > 0.0)) continue;
       const double low = std::log(least_ratio * noise);
-      const double high = std::log(std::clamp(1e3 * fit.scatter[i], 1e2 * noise, greatest_ratio * noise));
+      const double high =
+          std::log(std::clamp(search_by_fit * fit.scatter[i], search_by_noise * noise, greatest_ratio * noise));
       const Deviance deviance(fit, {i});
       const auto value = [&](double x) { return deviance({x}); };
-      std::uintmax_t most = 30;
-      const auto best = boost::math::tools::brent_find_minima(value, low, high, 8, most);
-      fit.scatter_significant[i] = best.first > low + 2.0;  // below, it adds nothing
+      std::uintmax_t most = most_evaluations;
+      const auto best = boost::math::tools::brent_find_minima(value, low, high, bits_of_scatter, most);
+      fit.scatter_significant[i] = best.first > low + beyond_least;  // below, it adds nothing
       fit.scatter[i] = fit.scatter_significant[i] ? std::exp(best.first) : least_ratio * noise;
     }
   }

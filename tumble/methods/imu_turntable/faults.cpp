@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/reduce/linear/rows.hpp"
@@ -14,6 +15,12 @@ namespace tumble::imu_turntable {
 namespace {
 
 using SegmentPlace = std::array<std::size_t, 3>;
+
+constexpr std::size_t parts_of_beginning = 10;  ///< the first tenth of a segment is compared with its second half
+constexpr double fewest_steps = 3.0;            ///< of the second half, that show noise
+constexpr double least_turning_rate = 1.0, least_turning_share = 0.05;  ///< [deg/s]; [1] of the fastest: turning gyros
+/// [sd of the beginning], and [1] of the usual change of the segments at rest, beyond which one is not at rest.
+constexpr double change_by_noise = 10.0, change_by_others = 10.0;
 
 /// One output in one segment.
 struct Summary {
@@ -33,7 +40,7 @@ double mean_of(const EvenValues& values, std::size_t begin, std::size_t end) {
 }
 
 Summary summary_of(const EvenValues& values) {
-  const std::size_t n = values.size(), first = std::max<std::size_t>(1, n / 10), half = n / 2;
+  const std::size_t n = values.size(), first = std::max<std::size_t>(1, n / parts_of_beginning), half = n / 2;
   Summary summary{mean_of(values, 0, n), mean_of(values, 0, first) - mean_of(values, half, n), 0.0};
   double sum = 0.0, count = 0.0;
   for (std::size_t i = half + 1; i < n; ++i)
@@ -41,7 +48,7 @@ Summary summary_of(const EvenValues& values) {
       sum += d * d;
       count += 1.0;
     }
-  summary.noise = count > 3.0 ? std::sqrt(0.5 * sum / count / static_cast<double>(first)) : INFINITY;
+  summary.noise = count > fewest_steps ? std::sqrt(0.5 * sum / count / static_cast<double>(first)) : INFINITY;
   return summary;
 }
 
@@ -61,7 +68,7 @@ Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, cons
   const bool gyro = kind == Kind::gyro;
   constexpr double slow = 1.0;  // [rad/s]
   double least = 0.0;
-  if (gyro) least = std::max(si(1.0, "deg/s"), 0.05 * norm(look.fastest));
+  if (gyro) least = std::max(si(least_turning_rate, "deg/s"), least_turning_share * norm(look.fastest));
   std::vector<Vector3> felt, shown;
   std::vector<std::string> labels;
   for (std::size_t g = 0; g < look.labels.size(); ++g) {
@@ -92,12 +99,13 @@ void add_unsettled(Kind kind, const Look& look, const std::map<SegmentPlace, Sum
     if (const auto summary = summaries.find(look.places[g]); summary != summaries.end() && look.at_rest[g])
       changes.push_back(std::abs(summary->second.change));
   if (changes.empty()) return;
-  const double usual = 1.4826 * median(changes);
+  const double usual = sd_of_median_size * median(changes);
   for (std::size_t g = 0; g < look.labels.size(); ++g) {
     const auto summary = summaries.find(look.places[g]);
     if (summary == summaries.end() || !look.at_rest[g]) continue;
     const double change = std::abs(summary->second.change);
-    if (change > little && change > 10.0 * summary->second.noise && (change > 10.0 * usual || change > much) &&
+    if (change > little && change > change_by_noise * summary->second.noise &&
+        (change > change_by_others * usual || change > much) &&
         std::ranges::find(labels, look.labels[g]) == labels.end())
       labels.push_back(look.labels[g]);
   }

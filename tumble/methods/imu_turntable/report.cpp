@@ -243,7 +243,6 @@ std::vector<OutputModel> models_of(const Task& task, const JointSolution& soluti
 
 Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
-  estimate.method = "imu_turntable";
   add_second_order(task.look, estimate);
   gather_small(estimate);
   for (std::size_t o = 0; o < task.problems.size(); ++o) {

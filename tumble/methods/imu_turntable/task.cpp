@@ -15,6 +15,10 @@ namespace {
 using imu::letters;
 using imu::role_of;
 
+constexpr double greatest_condition = 1e4;  ///< axes known to 1e-4: a weaker combination is made of their errors
+
+constexpr double even_within = 0.1;  ///< [1] of the mean, that the input of an even segment stays within
+
 /// |w|^2 + |dw/dt| below which a lever of 1 m gives less than 0.1 mg.
 constexpr double least_turning = 1e-3;
 constexpr std::size_t instants = 24;  ///< in a segment that moves
@@ -60,7 +64,7 @@ void look_at(const PowerUp& power_up, const Stretch& stretch, Look& look) {
   force = 1.0 / static_cast<double>(count) * force;
   const auto even = [&](Vector3 Felt::*field, Vector3 mean) {
     return std::ranges::all_of(std::span(all).first(count),
-                               [&](const Felt& felt) { return norm(felt.*field - mean) <= 0.1 * norm(mean); });
+                               [&](const Felt& felt) { return norm(felt.*field - mean) <= even_within * norm(mean); });
   };
   look.even_rate.push_back(even(&Felt::rate, rate));
   look.even_force.push_back(even(&Felt::specific_force, force));
@@ -103,7 +107,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   problem.scale = reading.scale;
   problem.pulse = reading.pulse;
   problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
-  problem.condition_limit = 1e4;
+  problem.condition_limit = greatest_condition;
   problem.even_averages = true;
   linear::set_options(settings, problem, imu::prefix_of(kind));
   return problem;

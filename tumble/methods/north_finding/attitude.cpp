@@ -8,12 +8,15 @@
 #include <set>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
 namespace {
+
+constexpr double least_vertical = 0.5;  ///< cosine of the tilt of the axis: 60 deg
 
 Felt felt_at(const Reference& reference, double time) {
   Felt felt;
@@ -106,7 +109,7 @@ Index index_of(const Plan& plan) {
   const Rotation turned = Attitude(power_up, {}).body_from_level(0.5) * inverse(base);
   // a passive turn by 1 rad about n has the antisymmetric part sin(1) n
   const Vector3 n{turned.y.z - turned.z.y, turned.z.x - turned.x.z, turned.x.y - turned.y.x};
-  if (n.z < 2.0 * std::sin(1.0) * (1.0 - 1e-9) || (base * Vector3{0.0, 0.0, 1.0}).z < 0.5)
+  if (n.z < 2.0 * std::sin(1.0) * (1.0 - rounding_share) || (base * Vector3{0.0, 0.0, 1.0}).z < least_vertical)
     throw Error(Error::Kind::bad_input,
                 say("axis '{}' must be vertical, upwards (up to 60 deg of tilt), and turn the instrument about "
                     "its own z axis: the method counts index angles so. Correct [rig] or the mounting",

@@ -17,6 +17,8 @@
 namespace tumble::north_finding {
 namespace {
 
+constexpr double whole_block = 1e-6;  ///< [1] of its length, within which a block has all of its samples
+
 constexpr std::size_t most_revolutions = 40;  ///< of one segment, that have slow noise of their own
 
 /// Four points of Gauss and Legendre: exact to 1e-10 over a tenth of a turn.
@@ -118,7 +120,8 @@ class Reader {
       const std::size_t begin = blocks.block[b] * per_block;
       const std::size_t size = std::min(per_block, stretch.samples - begin);
       const double length = static_cast<double>(size) * stretch.step;
-      if (std::abs(blocks.weights[b] - length) > 1e-6 * length) continue;  // where samples are missing it is no mean
+      if (std::abs(blocks.weights[b] - length) > whole_block * length)
+        continue;  // where samples are missing it is no mean
       const double from = stretch.first + static_cast<double>(begin) * stretch.step;
       if (const std::size_t part = revolution_of(stretch, per_block, blocks.block[b], rate); part != last) {
         open_position(g, from, 0.0);

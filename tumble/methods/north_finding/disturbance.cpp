@@ -2,12 +2,16 @@
 #include <cmath>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
 
 namespace tumble::north_finding {
 namespace {
+
+constexpr double turn_rounding = 1e-13;  ///< [1] and [rad] rounding of a rotation
+constexpr double same_turn = 1e-5;       ///< [1] of the largest, within which the turns by one disturbance are equal
 
 /// Rotation vector [rad] of a small passive rotation.
 Vector3 vector_of(const Rotation& r) { return {0.5 * (r.y.z - r.z.y), 0.5 * (r.z.x - r.x.z), 0.5 * (r.x.y - r.y.x)}; }
@@ -18,7 +22,7 @@ Rotation small_rotation(Vector3 v) {
 }
 
 bool same(const View& a, const View& b) {
-  const auto near = [](Vector3 p, Vector3 q, double scale) { return norm(p - q) <= 1e-13 * scale; };
+  const auto near = [](Vector3 p, Vector3 q, double scale) { return norm(p - q) <= turn_rounding * scale; };
   return near(a.turn.x, b.turn.x, 1.0) && near(a.turn.y, b.turn.y, 1.0) && near(a.turn.z, b.turn.z, 1.0) &&
          near(a.force, b.force, 10.0) && near(a.spin, b.spin, 1e-3);
 }
@@ -48,11 +52,11 @@ void remove_turn_of_base(const std::vector<bool>& estimated, std::size_t rows, D
       turns.push_back(vector_of(inverse(move.before.turn) * move.after.turn));
       largest = std::max(largest, norm(turns.back()));
     }
-  if (turns.size() != rows || largest < 1e-13) return;
+  if (turns.size() != rows || largest < turn_rounding) return;
   for (const auto& turn : turns)
-    if (norm(turn - turns.front()) > 1e-5 * largest + 1e-13) return;
+    if (norm(turn - turns.front()) > same_turn * largest + turn_rounding) return;
   const Vector3 remaining{estimated[0] ? 0.0 : turns.front().x, estimated[1] ? 0.0 : turns.front().y, 0.0};
-  const bool any = norm(remaining) > 1e-9 * largest;
+  const bool any = norm(remaining) > rounding_share * largest;
   for (auto& moves : out.moves) {
     if (!any) moves.clear();
     for (auto& move : moves) {

@@ -13,6 +13,27 @@ namespace {
 
 using Severity = Finding::Severity;
 
+/// Ratios [1] of measured and expected rate that suspect a fault: no rate at all; a unit of time within 10 %; radians
+/// for degrees within 5 %, degrees for radians within 6 %.
+constexpr double no_earth_rate = 0.1, wrong_time_unit = 0.1, degrees_taken = 3.0, radians_taken = 1e-3;
+constexpr double rate_differs_sd = 6.0;  ///< [sd] p = 2e-9
+/// [1] where nothing is stated of the scale factor. Chosen: beyond usual errors.
+constexpr double rate_differs_share = 0.02;
+/// Two tilts differ by [sd], by [rad] 20 arcsec of levels and mounts, and by [1] of the tilt; opposite within [1] of
+/// it.
+constexpr double tilts_differ_sd = 10.0, tilts_differ_angle = 1e-4, tilts_differ_share = 0.02, tilts_opposite = 0.2;
+/// Positions: with fewer any order fits; all pairs are tried.
+constexpr std::size_t fewest_to_order = 5, most_to_order = 200;
+/// Positions that do not follow the circle: [1] of the white variance, ten times its sd, and [1] of the Earth's rate,
+/// rms.
+constexpr double off_circle = 100.0, off_circle_rate = 1e-3;
+constexpr double mended_by_exchange = 0.02;  ///< [1] of the squares that may remain after two positions are exchanged
+constexpr double noisy_stay = 30.0;  ///< [1] of the usual density: five times its deviation, a shock or work nearby
+constexpr double usual_drift = 0.01, moves_azimuth = 0.05;  ///< [deg/h/h] of a gyro, and [arcsec] by it that matter
+constexpr double far_from_rough = 0.25 * two_pi;            ///< [rad] the other azimuth would be nearer
+constexpr double north_not_found = 0.2;                     ///< [rad] sd, 11 deg: linear propagation ends there
+constexpr double near_pole = 0.17;  ///< cosine of the latitude: beyond 80 deg the azimuth is six times less certain
+
 std::vector<double> modelled(const Signal& signal, const State& state) {
   std::vector<double> out;
   for (const auto& row : signal.rows) out.push_back(output_of(state, row));
@@ -35,11 +56,11 @@ void say_scheme(const Bench& bench, Findings& out) {
 
 /// Fault that makes a rate that many times too large.
 Phrase suspicion(double ratio) {
-  if (ratio < 0.1) return Phrase{"gyro_misses_earth_rate"};
+  if (ratio < no_earth_rate) return Phrase{"gyro_misses_earth_rate"};
   for (const double factor : {minute, hour})
     for (const double power : {factor, 1.0 / factor})
-      if (std::abs(ratio / power - 1.0) < 0.1) return Phrase{"rate_in_wrong_time_unit"};
-  if (std::abs(ratio - degrees_per_radian) < 3.0 || std::abs(ratio - degree) < 1e-3)
+      if (std::abs(ratio / power - 1.0) < wrong_time_unit) return Phrase{"rate_in_wrong_time_unit"};
+  if (std::abs(ratio - degrees_per_radian) < degrees_taken || std::abs(ratio - degree) < radians_taken)
     return Phrase{"rate_in_wrong_angle_unit"};
   return Phrase{"wrong_scale_factor_or_latitude"};
 }
@@ -74,7 +95,7 @@ void check_size(const Bench& bench, const Reduction& reduction, Findings& out) {
   const double size = std::hypot(measured.x, measured.y), expected = std::hypot(model.x, model.y);
   const auto stated = stated_size_sd(reduction);
   const double sd = expected * std::hypot(std::sqrt(reduction.solution.covariance(0, 0)), stated.value_or(0.0));
-  if (std::abs(size - expected) < std::max(6.0 * sd, stated ? 0.0 : 0.02 * expected)) return;
+  if (std::abs(size - expected) < std::max(rate_differs_sd * sd, stated ? 0.0 : rate_differs_share * expected)) return;
   out.push_back({Severity::error,
                  "wrong_horizontal_rate",
                  {{"measured", size / s[gyro_scale], "deg/h"},
@@ -99,8 +120,8 @@ void check_accelerometers(const Bench& bench, const Reduction& reduction, Findin
   for (std::size_t k = 0; k < reduction.solution.free.size(); ++k)
     if (reduction.solution.free[k] == pitch) sd = std::sqrt(reduction.solution.covariance(k, k));
   const double difference = norm(a - b);
-  if (difference < std::max({10.0 * sd, 1e-4, 0.02 * norm(a)})) return;
-  const bool opposite = norm(a + b) < 0.2 * difference;
+  if (difference < std::max({tilts_differ_sd * sd, tilts_differ_angle, tilts_differ_share * norm(a)})) return;
+  const bool opposite = norm(a + b) < tilts_opposite * difference;
   out.push_back({Severity::error,
                  opposite ? "opposite_tilts" : "different_tilts",
                  {{"x_along_x", a.x, "arcsec"},
@@ -139,18 +160,18 @@ void check_order(const Bench& bench, const Reduction& reduction, Findings& out) 
   const Signal& signal = bench.signals.front();
   const auto& setup = reduction.setup;
   const bool stays = std::ranges::all_of(signal.positions, &Position::steady);
-  if (!stays || !setup.shown.both || signal.rows.size() < 5 || signal.rows.size() > 200) return;
+  if (!stays || !setup.shown.both || signal.rows.size() < fewest_to_order || signal.rows.size() > most_to_order) return;
   const double squares = sum_of_squares(harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift).residuals);
   double white = 0.0;
   for (const auto& row : signal.rows)
     white += reduction.noise.front().white / row.seconds + row.rounding_sd * row.rounding_sd;
   const double scale = reduction.solution.state[gyro_scale];
   const auto n = static_cast<double>(signal.rows.size());
-  if (squares < 100.0 * white || squares < n * std::pow(1e-3 * scale * earth_rate, 2)) return;
+  if (squares < off_circle * white || squares < n * std::pow(off_circle_rate * scale * earth_rate, 2)) return;
   const Exchange exchange = best_exchange(signal, setup, squares);
   const FindingValue rms{"rms", std::sqrt(squares / n) / scale, "deg/h"}, ratio{"ratio", std::sqrt(squares / white)};
   const auto label = [&](std::size_t row) { return signal.positions[signal.rows[row].position].label; };
-  if (exchange.squares < 0.02 * squares)
+  if (exchange.squares < mended_by_exchange * squares)
     out.push_back({Severity::error,
                    "positions_exchanged",
                    {rms, ratio, {"position", label(exchange.first)}, {"other", label(exchange.second)}}});
@@ -185,7 +206,7 @@ void check_rest(const Bench& bench, Findings& out) {
     Occurrences stays{0, {}, {}};
     double worst = 0.0;
     for (std::size_t p = 0; p < densities.size(); ++p) {
-      if (!(usual > 0.0 && densities[p] > 30.0 * usual)) continue;
+      if (!(usual > 0.0 && densities[p] > noisy_stay * usual)) continue;
       const Place stay(signal.positions[p].label + ", run " + std::to_string(signal.positions[p].run));
       if (stays.count++ == 0) stays.first = stay;
       if (densities[p] > worst) stays.worst = stay, worst = densities[p];
@@ -203,9 +224,9 @@ void say_drift(const Bench& bench, const Reduction& reduction, Findings& out) {
   const Matrix& gain = reduction.solution.gain;
   for (std::size_t r = 0; r < signal.rows.size(); ++r)
     shift += gain(0, r) * reduction.solution.state[gyro_scale] * signal.rows[r].time;
-  const double drift = si(0.01, "deg/h/h");
+  const double drift = si(usual_drift, "deg/h/h");
   shift *= drift;
-  if (std::abs(shift) < si(0.05, "arcsec")) return;
+  if (std::abs(shift) < si(moves_azimuth, "arcsec")) return;
   out.push_back({Severity::info, "drift_moves_azimuth", {{"drift", drift, "deg/h/h"}, {"shift", shift, "arcsec"}}});
 }
 
@@ -231,7 +252,7 @@ void say_ambiguity(const Bench& bench, const Reduction& reduction, Findings& out
                    {{"azimuth", value, "deg"}, {"other", wrapped(*setup.other_azimuth), "deg"}}});
   if (!settings.has("azimuth_about")) return;
   const double difference = std::remainder(value - settings.number("azimuth_about"), two_pi);
-  if (std::abs(difference) > 0.25 * two_pi)
+  if (std::abs(difference) > far_from_rough)
     out.push_back({Severity::warning, "azimuth_far_from_rough_azimuth", {{"difference", difference, "deg"}}});
 }
 
@@ -239,11 +260,11 @@ void say_uncertain(const Bench& bench, const Reduction& reduction, bool predicte
   const auto& solution = reduction.solution;
   const auto& settings = bench.plan->settings;
   const double sd = std::sqrt(solution.covariance(0, 0));
-  if (sd > 0.2)
+  if (sd > north_not_found)
     out.push_back({Severity::error,
                    reduction.setup.shown.both ? "north_not_found" : "north_not_found_by_two_positions",
                    {{"sd", sd, "deg"}}});
-  if (const double c = std::cos(solution.state[latitude]); c < 0.17)
+  if (const double c = std::cos(solution.state[latitude]); c < near_pole)
     out.push_back({Severity::warning, "near_pole", {{"horizontal", c}, {"factor", 1.0 / c}}});
   if (predicted) return;
   const Noise& noise = reduction.noise.front();

@@ -11,6 +11,9 @@
 namespace tumble::north_finding {
 namespace {
 
+constexpr double other_spin = 1e-6;        ///< [rad/s] between two spins, from which on they are several
+constexpr double least_with_drift = 1e-3;  ///< [1] squared: 3 % of a full turn's share, which a drift must leave
+
 double spin_of(const Row& row) {
   double sum = 0.0;
   for (const auto& view : row.views) sum += view.weight * view.spin.z;
@@ -24,7 +27,7 @@ bool several_spins(const Signal& signal) {
     low = std::min(low, spin_of(row));
     high = std::max(high, spin_of(row));
   }
-  return high - low > 1e-6;
+  return high - low > other_spin;
 }
 
 /// Columns of the straight model: the field along x and y of the base, 1, of a gyro t and the turn of the table; each
@@ -141,7 +144,7 @@ Shown shown_by(const Signal& signal) {
   shown.along = std::atan2(eigen.vectors(1, 1), eigen.vectors(0, 1));
   const bool time_varies = norm(beyond(basis, times).values) > 0.0;
   const auto with_time = strength(beside(basis, times)).values;
-  shown.drift = time_varies && (shown.both ? with_time[0] : with_time[1]) > 1e-3;
+  shown.drift = time_varies && (shown.both ? with_time[0] : with_time[1]) > least_with_drift;
   return shown;
 }
 

@@ -14,6 +14,8 @@
 namespace tumble::north_finding {
 namespace {
 
+constexpr double least_shown = 1e-6;  ///< [1] of the variance: a thousandth of the uncertainty is the least line
+
 /// Name, unit and description of a quantity in the result.
 struct Face {
   std::string name, symbol, unit, description;
@@ -67,7 +69,7 @@ Table budget_of(const Estimate& estimate) {
   const double total = estimate.covariance(0, 0);
   std::vector<Line> rows;
   for (const auto& line : estimate.budget)
-    if (line.variance(0) > 1e-6 * total) rows.push_back({line.source, line.variance(0)});
+    if (line.variance(0) > least_shown * total) rows.push_back({line.source, line.variance(0)});
   std::ranges::stable_sort(rows, std::greater{}, &Line::variance);
   rows.push_back({"all together", total});
   return tabulate("azimuth_budget", "what the uncertainty of the azimuth is made of", rows,
@@ -184,7 +186,6 @@ ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
 
 Estimate described(const Bench& bench, const Reduction& reduction, const Reduction* nominal, bool predicted) {
   Estimate estimate;
-  estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
   for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})

@@ -13,6 +13,13 @@
 namespace tumble::north_finding {
 namespace {
 
+/// Of tilts and biases: a weaker combination is made of errors of the angles.
+constexpr double greatest_condition = 1e3;
+
+/// [rad/s] between the rates of positions, from which on they show a bias by rate.
+constexpr double turning_apart = 1e-6;
+constexpr double greatest_tilt = 0.75;  ///< square of its sine: 60 deg
+
 constexpr std::size_t least_positions_for_drift = 6;
 
 /// Which of (u_x, u_y, b_x, b_y) the accelerometers show.
@@ -45,7 +52,7 @@ Level level_of(const Bench& bench, const Instrument& instrument, Findings& findi
   for (std::size_t k = 2; k < design.columns; ++k) preference.push_back(k);
   preference.push_back(1);
   const auto dropped = unobservable_columns(design, std::vector<double>(design.rows, 1.0),
-                                            std::vector<double>(design.columns, 1.0), preference, 1e3);
+                                            std::vector<double>(design.columns, 1.0), preference, greatest_condition);
   const auto observable = [&](std::size_t column) {
     return std::ranges::find(dropped, column, &Dropped::column) == dropped.end();
   };
@@ -104,7 +111,7 @@ void choose_free(const Bench& bench, const Instrument& instrument, Setup& setup)
     low = std::min(low, position.rate);
     high = std::max(high, position.rate);
   }
-  if (high - low > 1e-6) setup.free.push_back(gyro_z);
+  if (high - low > turning_apart) setup.free.push_back(gyro_z);
   setup.free.insert(setup.free.end(), level.biases.begin(), level.biases.end());
 }
 
@@ -133,7 +140,7 @@ void start_tilt(const Bench& bench, Setup& setup) {
   if (count == 0.0) return;
   x /= count;
   y /= count;
-  if (const double square = x * x + y * y; square > 0.75)
+  if (const double square = x * x + y * y; square > greatest_tilt)
     throw Error(Error::Kind::bad_data,
                 say("the accelerometers show a tilt of {:.3g} g: their scale factor or unit (g or m/s^2) is "
                     "wrong, or their axes are not level",

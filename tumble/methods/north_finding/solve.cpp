@@ -11,6 +11,11 @@
 namespace tumble::north_finding {
 namespace {
 
+constexpr double least_row = 1e-18, least_of_known = 1e-10;  ///< [1] of the slopes, rounding; [1] of all variances
+constexpr double most_condition = 1e10;       ///< of the azimuth with its columns, beyond which nothing is determined
+constexpr double azimuth_settled = 1e-13;     ///< [rad] rounding
+constexpr double longest_azimuth_step = 0.5;  ///< [rad] of a step, over which the sine is nearly a line
+
 /// Effects of one source, each by one standard deviation of its own.
 struct Source {
   std::string name;
@@ -111,8 +116,8 @@ std::vector<double> deviations_of(const System& system) {
     double total = system.scatter[i], size = 0.0;
     for (const auto& source : system.sources)
       for (std::size_t j = 0; j < source.columns.columns; ++j) total += std::pow(source.columns(i, j), 2);
-    for (std::size_t k = 0; k < quantities; ++k) size = std::max(size, 1e-18 * std::abs(system.slopes(i, k)));
-    out.push_back(std::sqrt(std::max({system.scatter[i], 1e-10 * total, size * size, 1e-300})));
+    for (std::size_t k = 0; k < quantities; ++k) size = std::max(size, least_row * std::abs(system.slopes(i, k)));
+    out.push_back(std::sqrt(std::max({system.scatter[i], least_of_known * total, size * size, 1e-300})));
   }
   return out;
 }
@@ -164,7 +169,7 @@ Estimator estimator_of(const System& system, const std::vector<Quantity>& free) 
 
 void check_gain(const Estimator& estimator) {
   if (!std::ranges::all_of(estimator.gain.values, [](double v) { return std::isfinite(v); }) ||
-      !(estimator.condition < 1e10))
+      !(estimator.condition < most_condition))
     throw Error(Error::Kind::bad_data,
                 "the index angles do not show the azimuth: near this heading the rate does not change with it (two "
                 "positions near north and south), or angles are missing; add positions 90 deg apart");
@@ -245,11 +250,11 @@ Solution solve(const Bench& bench, const Instrument& instrument, const Setup& se
     check_gain(estimator);
     const auto change = estimator.gain * system.residual;
     const double turn = std::abs(change[0]);
-    if (predicted || (step >= least && turn < 1e-13) || step == most) {
+    if (predicted || (step >= least && turn < azimuth_settled) || step == most) {
       fill(bench, noise, system, estimator, out);
       return out;
     }
-    const double share = std::min(1.0, 0.5 / std::max(turn, 1e-300));
+    const double share = std::min(1.0, longest_azimuth_step / std::max(turn, 1e-300));
     for (std::size_t k = 0; k < setup.free.size(); ++k) out.state[setup.free[k]] += share * change[k];
   }
 }

@@ -11,6 +11,8 @@
 namespace tumble::polar_axis_tumble {
 namespace {
 
+constexpr double most_inclined = 0.003;  ///< [1] of the Earth's rate across the axis: 0.17 deg off the Earth's
+
 /// One sense of the output axis: specific force along it and in the plane of I and S [m/s^2].
 struct Sense {
   double along = 0.0, across = 0.0;
@@ -100,7 +102,7 @@ void warn_of_another_axis(const linear::Solution& solution, Estimate& estimate) 
     worst = std::max(worst, std::hypot(segment.felt.rate.x, segment.felt.rate.z));
     earth = std::max(earth, std::abs(segment.felt.rate.y));
   }
-  if (worst > 0.003 * earth)
+  if (worst > most_inclined * earth)
     estimate.findings.push_back(
         {Finding::Severity::warning, "axis_not_the_earths", {{"angle", std::atan2(worst, earth), "deg"}}});
 }

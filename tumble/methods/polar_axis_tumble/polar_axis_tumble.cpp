@@ -20,7 +20,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings&) {
-  Estimate estimate = linear::answer_of(solution, "polar_axis_tumble", "deg/h", {"I", "O", "S"});
+  Estimate estimate = linear::answer_of(solution, "deg/h", {"I", "O", "S"});
   name_combinations(solution, estimate);
   estimate.models.clear();  // its sums of coefficients hold for turns about the Earth's axis alone
   add_harmonics(solution, estimate);

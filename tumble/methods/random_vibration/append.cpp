@@ -8,6 +8,11 @@
 namespace tumble::random_vibration {
 namespace {
 
+constexpr double agrees_sd = 2.5;  ///< [sd] within which density and expected density agree
+/// Degrees of freedom of the expected density: it is half a factor of two uncertain.
+constexpr double most_expected = 8.0;
+constexpr double fixed_freedom = 1e6;  ///< of what is known
+
 /// Key of the errors that the vibrations of a test share; no other result has it, so it is removed in the end.
 constexpr const char* this_test = "this test";
 
@@ -23,9 +28,9 @@ struct Source {
 DensityAtZero joined(DensityAtZero density, double expected, double freedom) {
   if (expected < 0.0) return density;
   const double of_expected = 2.0 * expected * expected / std::max(1.0, freedom), of_density = density.covariance(0, 0);
-  if (density.white - expected > 2.5 * std::sqrt(of_density + of_expected)) return density;
+  if (density.white - expected > agrees_sd * std::sqrt(of_density + of_expected)) return density;
   // It is a model (no K_3, no noise that the vibration raises), less reliable than its own evidence suggests.
-  freedom = std::min(freedom, 8.0);
+  freedom = std::min(freedom, most_expected);
   const double own = of_density > 0.0 ? 2.0 * density.white * density.white / of_density : 0.0;
   const double all = own + freedom;
   density.white = std::max(expected, (own * density.white + freedom * expected) / all);
@@ -112,7 +117,7 @@ Source of_units(const std::string& name, const std::vector<Statistic>& statistic
   }
   for (std::size_t i = 0; i < m; ++i) {
     const double v = source.covariance(i, i);
-    source.freedom[i] = source.freedom[i] > 0.0 ? v * v / source.freedom[i] : 1e6;
+    source.freedom[i] = source.freedom[i] > 0.0 ? v * v / source.freedom[i] : fixed_freedom;
   }
   return source;
 }

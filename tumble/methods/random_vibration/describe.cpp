@@ -14,6 +14,16 @@ namespace {
 using Severity = Finding::Severity;
 using vibration::Data;
 
+/// Change of the rest over a vibration: [sd] p = 2e-9, and [1] of the shift under vibration.
+constexpr double rest_changes_sd = 6.0, rest_changes_share = 0.5;
+/// [sd of an extreme] by which peaks are higher or lower than those of a normal process. Higher: the distribution of
+/// extremes has its longer tail there.
+constexpr double peaks_high_sd = 5.0, peaks_low_sd = 4.0, peaks_apart_sd = 6.0;
+/// Clipping: [1] of the shift's own uncertainty, 0.1 % of the shift added, and [1] of the time, below which it has no
+/// effect.
+constexpr double clip_of_own = 0.3, own_of_shift = 1e-3, clipped_time = 1e-5;
+constexpr double size_differs = 0.03, size_differs_sd = 4.0;  ///< [1] of the rms, and [sd]
+
 constexpr std::size_t most_points = 2000;
 
 std::string name_of(const Data& data, const Measured& unit) { return data.units[unit.unit].name; }
@@ -66,8 +76,8 @@ void report_rest(const std::string& where, const Measured& unit, Findings& findi
     findings.push_back(
         {Severity::warning, std::isnan(unit.rest.before) ? "rest_only_after" : "rest_only_before", {}, where});
   const double change = unit.rest.after - unit.rest.before;
-  if (std::abs(change) > 6.0 * std::sqrt(unit.rest.variance + unit.rest.slow_variance) &&
-      std::abs(change) > 0.5 * std::abs(unit.mean))
+  if (std::abs(change) > rest_changes_sd * std::sqrt(unit.rest.variance + unit.rest.slow_variance) &&
+      std::abs(change) > rest_changes_share * std::abs(unit.mean))
     findings.push_back(
         {Severity::warning, "rest_changes", {{"change", change, "mg"}, {"shift", unit.mean, "mg"}}, where});
 }
@@ -77,12 +87,12 @@ void report_peaks(const std::string& where, const Measured& unit, Findings& find
   const Extreme extreme = greatest_of(static_cast<double>(unit.windows));
   const double middle = 0.5 * (unit.highest + unit.lowest), half = 0.5 * (unit.highest - unit.lowest);
   const double expected = extreme.mean * unit.sd, sd = extreme.sd * unit.sd / std::numbers::sqrt2;
-  if (half > expected + 5.0 * sd || half < expected - 4.0 * sd)
+  if (half > expected + peaks_high_sd * sd || half < expected - peaks_low_sd * sd)
     findings.push_back({Severity::warning,
                         half > expected ? "peaks_too_high" : "peaks_too_low",
                         {{"ratio", 2.0 * half / unit.sd}, {"normal", 2.0 * extreme.mean}, {"windows", unit.windows}},
                         where});
-  if (std::abs(middle) > 6.0 * sd)
+  if (std::abs(middle) > peaks_apart_sd * sd)
     findings.push_back({Severity::warning,
                         "peaks_not_symmetric",
                         {{"highest", unit.highest / unit.sd}, {"lowest", unit.lowest / unit.sd}},
@@ -92,8 +102,8 @@ void report_peaks(const std::string& where, const Measured& unit, Findings& find
 void report_clipping(const Exposure& exposure, const Data& data, const Measured& unit, Findings& findings) {
   if (!data.range) return;
   const Clipping clip = clipping(unit.rest.value, exposure.rms, *data.range);
-  const double own = std::sqrt(unit.rest.variance) + 1e-3 * std::abs(unit.mean);
-  if (std::abs(clip.shift) < 0.3 * own && clip.share < 1e-5) return;
+  const double own = std::sqrt(unit.rest.variance) + own_of_shift * std::abs(unit.mean);
+  if (std::abs(clip.shift) < clip_of_own * own && clip.share < clipped_time) return;
   findings.push_back({Severity::warning,
                       "unit_clips",
                       {{"rms", exposure.rms, "g"},
@@ -127,7 +137,7 @@ Size size_of(const Exposure& exposure, const Data& data, const Measured& unit, c
 void report_size(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate,
                  Findings& findings) {
   const Size size = size_of(exposure, data, unit, estimate);
-  if (std::abs(size.ratio - 1.0) > std::max(0.03, 4.0 * size.uncertainty))
+  if (std::abs(size.ratio - 1.0) > std::max(size_differs, size_differs_sd * size.uncertainty))
     findings.push_back({Severity::warning,
                         size.by_reference ? "vibration_differs_from_reference" : "vibration_differs_from_plan",
                         {{"ratio", size.ratio}, {"uncertainty", size.uncertainty, "%"}},

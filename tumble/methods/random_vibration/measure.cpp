@@ -22,6 +22,11 @@ using Severity = Finding::Severity;
 using vibration::Data;
 using vibration::Series;
 
+constexpr std::size_t fewest_for_density = 64;    ///< windows of a rest, with which its mean has noise by frequency
+constexpr double exact_freedom = 1e6;             ///< of a rest without scatter
+constexpr double level_differs_sd = 3.0;          ///< [sd] p = 0.3 %
+constexpr std::ptrdiff_t fewest_vibrating = 512;  ///< windows; statistics of fewer are not normal
+
 constexpr double highest_share = 0.02;  ///< of the sampling rate, to which densities are white + blue f^2 + slow/f
 constexpr double fading = 0.1;          ///< of the vibration, at either end
 
@@ -57,7 +62,7 @@ struct RestMean {
 
 RestMean rest_mean(const Series& series, double pulse) {
   RestMean mean;
-  if (series.force.size() < 64) {
+  if (series.force.size() < fewest_for_density) {
     const vibration::Mean blocks = vibration::mean_of(series, pulse);
     mean.variance = blocks.variance;
     mean.freedom = blocks.degrees_of_freedom;
@@ -97,7 +102,7 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
     rest.slow_variance = slow / windows * slow_gain(spans_of(data, parts, vibrating));
   }
   rest.white_freedom = std::max(1.0, white_freedom);
-  rest.degrees_of_freedom = squares > 0.0 ? std::max(1.0, rest.variance * rest.variance / squares) : 1e6;
+  rest.degrees_of_freedom = squares > 0.0 ? std::max(1.0, rest.variance * rest.variance / squares) : exact_freedom;
   rest.both_sides = parts.both_sides;
   if (parts.parts.size() == 2) {
     const Series &first = data.series[parts.parts[0].series], &last = data.series[parts.parts[1].series];
@@ -160,7 +165,7 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   const double difference = measured / exposure.rms - 1.0;
   const double uncertainty =
       std::hypot(exposure.rms_sd, gain_sd, 1.0 / std::sqrt(static_cast<double>(exposure.reference.size())));
-  if (std::abs(difference) > 3.0 * uncertainty)
+  if (std::abs(difference) > level_differs_sd * uncertainty)
     findings.push_back({Severity::warning,
                         "level_differs_from_reference",
                         {{"reference", measured, "g"},
@@ -199,7 +204,7 @@ Groups groups_of(const Data& data) {
     if (series.shake.kind != Motion::Kind::random) continue;
     if (vibration::at_rest(data, series).parts.empty()) {
       if (std::ranges::find(without, series.label) == without.end()) without.push_back(series.label);
-    } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512) {
+    } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < fewest_vibrating) {
       problems.push_back(
           say("{}: fewer than 512 windows, too few for statistics: vibrate for longer", Name{place_of(data, series)}));
     } else {

@@ -42,7 +42,7 @@ Outliers skip_each(double least, std::size_t windows, MakeResidual residual, Ski
   Outliers all;
   for (int round = 0; round < rounds; ++round) {
     const Outliers more = vibration::outliers_of(residual(), least);
-    if (more.index.empty() || 20 * (all.index.size() + more.index.size()) > windows) break;
+    if (more.index.empty() || vibration::windows_of_outlier * (all.index.size() + more.index.size()) > windows) break;
     for (const std::size_t j : more.index) skip(j);
     all.index.insert(all.index.end(), more.index.begin(), more.index.end());
     all.sum += more.sum;

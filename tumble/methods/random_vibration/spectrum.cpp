@@ -12,6 +12,11 @@
 namespace tumble::random_vibration {
 namespace {
 
+/// Steps of Simpson's rule for a lobe of the window and for a doubling of the frequency, at least twice as many in a
+/// part of the spectrum, and at most.
+constexpr double steps_of_lobe = 100.0, least_steps = 200.0, most_steps = 5e5;
+constexpr double least_value = -9.0, greatest_value = 12.0;  ///< [sd] beyond which the distribution function is 0 and 1
+
 double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * pi); }
 
 }  // namespace
@@ -26,8 +31,9 @@ double window_variance(const SpectralDensity& psd, double window) {
       return psd.density[i] * std::pow(f / low, slope) * s * s;
     };
     // Simpson's rule, at least 100 steps for a lobe of the window and for a doubling of the frequency.
-    const double steps = std::max({200.0, 100.0 * (high - low) * window, 100.0 * (high - low) / low});
-    const auto n = 2 * static_cast<std::size_t>(std::min(5e5, steps));
+    const double steps =
+        std::max({least_steps, steps_of_lobe * (high - low) * window, steps_of_lobe * (high - low) / low});
+    const auto n = 2 * static_cast<std::size_t>(std::min(most_steps, steps));
     const double h = (high - low) / static_cast<double>(n);
     double part = at(low) + at(high);
     for (std::size_t k = 1; k < n; ++k) part += (k % 2 == 1 ? 4.0 : 2.0) * at(low + static_cast<double>(k) * h);
@@ -54,7 +60,7 @@ Extreme greatest_of(double n) {
   Extreme out;
   double before = 0.0, square = 0.0;
   constexpr double step = 0.002;
-  for (double x = -9.0; x < 12.0; x += step) {
+  for (double x = least_value; x < greatest_value; x += step) {
     const double now = std::exp(n * std::log1p(-normal_above(x + 0.5 * step)));
     out.mean += x * (now - before);
     square += x * x * (now - before);

@@ -15,6 +15,8 @@ namespace {
 using Severity = Finding::Severity;
 using vibration::Data;
 
+constexpr double shift_shown_sd = 4.0;  ///< [sd] p = 6e-5
+
 constexpr std::size_t blocks = 64;           ///< of which the ranges are taken
 constexpr std::size_t fewest_windows = 512;  ///< that units have in common
 
@@ -258,7 +260,7 @@ bool can_divide(const Exposure& exposure, const Statistic& mean, const Units& un
                 (unit.rest.variance + unit.rest.slow_variance +
                  expected_white(exposure, unit) / static_cast<double>(unit.windows));
   }
-  return std::abs(mean.parameter.value) > 4.0 * std::sqrt(variance);
+  return std::abs(mean.parameter.value) > shift_shown_sd * std::sqrt(variance);
 }
 
 /// One type over another, in specific force.

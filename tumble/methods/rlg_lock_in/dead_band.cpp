@@ -15,6 +15,12 @@
 namespace tumble::rlg_lock_in {
 namespace {
 
+constexpr double fast_share = 0.3;        ///< [1] of the fastest rate, from which on a point gives a first scale factor
+constexpr double clear_of_lock = 0.3;     ///< [1] of the beat without lock-in: from 1.05 times the edge on
+constexpr double most_spread = 0.02;      ///< [1] of the distance to the edge, that the rate of a point may vary by
+constexpr double settled_within = 1e-10;  ///< [1] of the parameters, by which the last round moves them
+constexpr double band_shown_sd = 3.0;     ///< [sd] of the lock-in rate, below which there is no dead band
+
 [[noreturn]] void refuse(const Sentence& why) { throw Error(Error::Kind::bad_data, why); }
 
 constexpr const char* no_dead_band =
@@ -53,7 +59,7 @@ void start_slope(const Sweep& sweep, const std::vector<std::size_t>& among, Dead
   for (const std::size_t i : among) fastest = std::max(fastest, std::abs(sweep.points[i].rate));
   for (const std::size_t i : among) {
     const Point& point = sweep.points[i];
-    if (std::abs(point.rate) < 0.3 * fastest || point.rate == 0.0) continue;
+    if (std::abs(point.rate) < fast_share * fastest || point.rate == 0.0) continue;
     slope = std::max(slope, point.beat / point.rate);
     against = std::max(against, -point.beat / point.rate);
   }
@@ -70,7 +76,8 @@ void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
   if (!locked) return;
   std::vector<std::size_t> clear;
   for (const std::size_t i : among)
-    if (std::abs(sweep.points[i].beat) > 0.3 * band.scale_factor * std::abs(sweep.points[i].rate)) clear.push_back(i);
+    if (std::abs(sweep.points[i].beat) > clear_of_lock * band.scale_factor * std::abs(sweep.points[i].rate))
+      clear.push_back(i);
   refuse_too_few(sweep, clear, locked, 0.0);
   Matrix design(clear.size(), 3);
   std::vector<double> squares, weights;
@@ -117,7 +124,7 @@ void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, Dea
       band.why_not[i] = "in the dead band";
     else if (locked && off < margin * band.lock_in_rate)
       band.why_not[i] = "at the edge";
-    else if (locked && point.spread > 0.02 * off)
+    else if (locked && point.spread > most_spread * off)
       band.why_not[i] = "rate not constant";
     else
       band.used[i] = true;
@@ -195,9 +202,9 @@ DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
     if (locked) band.lock_in_rate = std::abs(fitted[2]);
     if (!std::isfinite(moved) || !(band.scale_factor > 0.0))
       refuse("the beats of the sweep do not follow f^2 = K^2 (W^2 - W_L^2)");
-    if (moved < 1e-10) break;
+    if (moved < settled_within) break;
   }
-  if (locked && band.lock_in_rate < 3.0 * std::sqrt(band.fit.covariance(2, 2))) refuse(no_dead_band);
+  if (locked && band.lock_in_rate < band_shown_sd * std::sqrt(band.fit.covariance(2, 2))) refuse(no_dead_band);
   find_residuals(sweep, band);
   return band;
 }

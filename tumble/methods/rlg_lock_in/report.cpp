@@ -15,6 +15,8 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double agrees_within_sd = 3.0;  ///< [sd] p = 0.3 %
+
 double dof_of(const MixedFit& fit, std::size_t index) {
   if (fit.component_covariance.empty()) return std::numeric_limits<double>::infinity();
   std::vector<double> unit(fit.parameters.size(), 0.0);
@@ -93,7 +95,7 @@ void compare(const Walk& walk, const LockIn& lock, double lock_sd, const Setting
   const double formula = angle_random_walk_from_lock_in(lock, {W_A, 1.0, 0.0}), ratio = walk.value / formula;
   const double relative = std::sqrt(walk.variance / (walk.value * walk.value) + std::pow(lock_sd / lock.rate, 2) +
                                     std::pow(0.5 * settings.number("dither_rate_sd"), 2));
-  const bool agrees = std::abs(ratio - 1.0) < 3.0 * ratio * relative;
+  const bool agrees = std::abs(ratio - 1.0) < agrees_within_sd * ratio * relative;
   findings.push_back({agrees ? Severity::info : Severity::warning,
                       agrees ? "random_walk_agrees_with_lock_in" : "random_walk_differs_from_lock_in",
                       {{"ratio", ratio}, {"sd", ratio * relative}}});
@@ -103,7 +105,6 @@ void compare(const Walk& walk, const LockIn& lock, double lock_sd, const Setting
 
 Estimate estimate_of(const Answer& answer, const Settings& settings) {
   Estimate estimate;
-  estimate.method = "rlg_lock_in";
   estimate.findings = answer.findings;
   const double K = answer.band ? answer.band->scale_factor : settings.number("scale_factor");
   const bool locked = answer.band && answer.band->lock_in_rate > 0.0;

@@ -13,6 +13,9 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
+constexpr double upright_cosine = 0.9;  ///< cosine of the angle of an axis to the vertical: 26 deg
+constexpr double most_beside = 0.5;     ///< [1] of the specific force beside that of the upright axis: none is upright
+
 double mean_of(const std::vector<double>& values, const std::vector<std::size_t>& which) {
   double sum = 0.0;
   for (const std::size_t s : which) sum += values[s];
@@ -90,8 +93,8 @@ Means as_if_upright(Means means, const Summaries& segments, const std::vector<do
       const Vector3 force = segments[output][s].felt.specific_force;
       Vector3 beside = force;
       for (std::size_t i = 0; i < 3; ++i)
-        if (std::abs(force[i]) > 0.9 * norm(force)) beside[i] -= std::copysign(norm(force), force[i]);
-      if (norm(beside) > 0.5 * norm(force)) continue;  // no axis is upright
+        if (std::abs(force[i]) > upright_cosine * norm(force)) beside[i] -= std::copysign(norm(force), force[i]);
+      if (norm(beside) > most_beside * norm(force)) continue;  // no axis is upright
       const double own = output == accelerometer_x ? beside.x : beside.y;
       const double other = output == accelerometer_x ? beside.y : beside.x;
       means[output][s] -= of[0] * (own + of[2] * other + of[3] * beside.z);

@@ -18,6 +18,12 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr double one_pulse = 1.5;          ///< [pulse] a gyro that shows no more in a stay does not count
+constexpr double fewest_counts = 30.0;     ///< readings, by whose correlation a dither is found
+constexpr double dither_sd = 6.0;          ///< [sd] of the correlation of white readings: p = 2e-9
+constexpr double expected_readings = 2.0;  ///< [1] of the variance of a reading by the rounding of pulses
+constexpr double far_off = 8.0;            ///< [1] of the usual difference of a stay, at least of one pulse
+
 /// The counts of one stay.
 struct Counts {
   std::string label;
@@ -66,7 +72,7 @@ void find_lock_in(const std::vector<Counts>& stays, Findings& findings) {
   for (const auto& stay : stays) {
     const double total = std::accumulate(stay.values.begin(), stay.values.end(), 0.0);
     const double most = std::ranges::max(stay.values, {}, [](double v) { return std::abs(v); });
-    if (std::abs(stay.expected) > enough && std::abs(most) < 1.5 && std::abs(total) < 1.5)
+    if (std::abs(stay.expected) > enough && std::abs(most) < one_pulse && std::abs(total) < one_pulse)
       demanding.push_back(stay.label);
     if (most == 0.0) silent.push_back(stay.label);
   }
@@ -92,9 +98,9 @@ void find_cut_dither(const std::vector<Counts>& stays, double scale, Findings& f
     count += static_cast<double>(stay.values.size());
     shortest = std::min(shortest, stay.step * static_cast<double>(stay.values.size()));
   }
-  if (count < 30.0) return;
+  if (count < fewest_counts) return;
   const double reading = -product / count;  // variance of one reading [pulse^2]
-  if (reading < 2.0 * pulses::reading_variance + 6.0 * square / count / std::sqrt(count)) return;
+  if (reading < expected_readings * pulses::reading_variance + dither_sd * square / count / std::sqrt(count)) return;
   const double amplitude = std::sqrt(2.0 * reading) / std::abs(scale);
   findings.push_back(
       {Severity::warning,
@@ -135,7 +141,7 @@ void find_unrest(const std::vector<Counts>& stays, Which output, Findings& findi
   Occurrences often{0, {}, {}};
   double worst = 0.0;
   for (std::size_t s = 0; s < stays.size(); ++s) {
-    if (!(off[s] > 8.0 * usual)) continue;
+    if (!(off[s] > far_off * usual)) continue;
     labels.push_back(stays[s].label);
     if (off[s] > worst) worst = off[s], often.worst = stays[s].label;
   }

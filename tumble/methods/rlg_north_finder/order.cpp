@@ -9,6 +9,8 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
+constexpr double seen_within = 0.3;  ///< [1] of the planned change, within which the Earth's rate is seen
+
 /// Axis that is upright at a stay, as an accelerometer pair shows it.
 enum class Upright { x_up, x_down, y_up, y_down, z };
 
@@ -112,7 +114,7 @@ int sense_of(std::span<const linear::SegmentSummary> segments, const Path& path,
   add(path.up[axis], 1.0);
   add(path.down[axis], -1.0);
   const double ratio = measured / (scale * planned);  // 1 or -1 where the Earth's rate is seen
-  return std::abs(std::abs(ratio) - 1.0) > 0.3 ? 0 : ratio > 0.0 ? 1 : -1;
+  return std::abs(std::abs(ratio) - 1.0) > seen_within ? 0 : ratio > 0.0 ? 1 : -1;
 }
 
 ByGyro by_gyro(std::span<const linear::SegmentSummary> segments) {

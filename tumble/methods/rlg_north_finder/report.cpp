@@ -11,6 +11,8 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
+constexpr double tilt_beyond_sd = 4.0;  ///< [sd] of tilt and prior: p = 6e-5
+
 /// Axes of the rig that the schedule turns.
 std::vector<std::string> axes_of(const Plan& plan) {
   std::vector<std::string> axes;
@@ -124,7 +126,7 @@ Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
   Findings findings;
   if (!tilts.known) return findings;
   for (const auto& tilt : list_of(tilts, rig))
-    if (std::abs(tilt.value) > 4.0 * std::hypot(tilt.prior, tilts.sd) && tilt.prior > 0.0)
+    if (std::abs(tilt.value) > tilt_beyond_sd * std::hypot(tilt.prior, tilts.sd) && tilt.prior > 0.0)
       findings.push_back({Finding::Severity::error,
                           "tilt_beyond_rig",
                           {{"tilt", tilt.name}, {"value", tilt.value, "arcsec"}, {"stated", tilt.prior, "arcsec"}}});

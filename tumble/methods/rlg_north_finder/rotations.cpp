@@ -9,6 +9,11 @@ namespace {
 
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
+constexpr double fewest_stays = 4.0;        ///< for scale factor and bias at rest, and degrees of freedom
+constexpr double turns_apart = 0.2;         ///< [turns] a wrong number of turns is at least a half off
+constexpr double least_angle_apart = 0.05;  ///< [deg] between two rotations: stops and clocks of any table are better
+constexpr double unequal_time = 1e-3;       ///< [1] of the time of a rotation
+
 constexpr double significant = 6.0;  ///< standard deviations
 
 /// Scale factor by the Earth's rate at rest, and its standard deviation by the scatter of the rests.
@@ -20,7 +25,7 @@ AtRest at_rest(Segments segments) {
   double n = 0.0, w = 0.0, y = 0.0, ww = 0.0, wy = 0.0;
   for (const auto& segment : segments)
     if (segment.steady) n += 1.0, w += segment.felt.rate.x, y += segment.measured;
-  if (n < 4.0) return {};
+  if (n < fewest_stays) return {};
   for (const auto& segment : segments)
     if (segment.steady) {
       ww += (segment.felt.rate.x - w / n) * (segment.felt.rate.x - w / n);
@@ -49,7 +54,7 @@ void against_earth(Segments segments, const Path& path, double scale, Findings& 
   }
   const double turns = std::round(std::abs(forward->turns)), counted = turns * scale / rest.scale;
   const double sd = counted * rest.sd / std::abs(rest.scale);
-  if (std::abs(counted - turns) > significant * sd && std::abs(counted - turns) > 0.2)
+  if (std::abs(counted - turns) > significant * sd && std::abs(counted - turns) > turns_apart)
     findings.push_back({Severity::error,
                         "turns_do_not_fit_earth_rate",
                         {{"planned", turns}, {"counted", counted}, {"sd", sd}},
@@ -68,8 +73,9 @@ void both_ways(Segments segments, const Path& path, const Estimate& estimate, Fi
     return segment.measured * segment.duration / scale - bias * segment.duration - earth;
   };
   const double difference = std::abs(turned(*forward)) - std::abs(turned(*reverse));
-  const double least = std::max(si(0.05, "deg"), significant * segments[forward->segment].sd *
-                                                     segments[forward->segment].duration / std::abs(scale));
+  const double least =
+      std::max(si(least_angle_apart, "deg"),
+               significant * segments[forward->segment].sd * segments[forward->segment].duration / std::abs(scale));
   if (std::abs(difference) > least)
     findings.push_back({Severity::error,
                         "forward_and_reverse_differ",
@@ -83,7 +89,7 @@ void unequal_times(Segments segments, const Path& path, const Estimate& estimate
     const Turning *forward = path.rotation(axis, true), *reverse = path.rotation(axis, false);
     if (!forward || !reverse) continue;
     const double apart = forward->seconds - reverse->seconds;
-    if (std::abs(apart) < 1e-3 * forward->seconds) continue;
+    if (std::abs(apart) < unequal_time * forward->seconds) continue;
     // output of the gyro without the rotation, on average over it
     const auto &f = segments[forward->segment], &r = segments[reverse->segment];
     const double rest = estimate.parameters[1].value + 0.5 * (f.felt.rate.x + r.felt.rate.x);

@@ -13,6 +13,8 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
+constexpr double follows_sd = 5.0;  ///< [sd] of a scale factor, below which the output does not follow its input
+
 constexpr std::size_t count = outputs * per_output;
 
 /// Index of each coefficient in the solution. Throws for those that the solution lacks.
@@ -42,7 +44,6 @@ double freedom_of(const MixedFit& fit, std::size_t index) {
 Estimate estimate_from(const std::vector<double>& values, const std::vector<double>& freedom,
                        const std::vector<ErrorLine>& lines) {
   Estimate estimate;
-  estimate.method = "rlg_north_finder";
   for (std::size_t p = 0; p < count; ++p) {
     const Wanted& parameter = wanted()[p];
     estimate.parameters.push_back(
@@ -63,7 +64,7 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
     const std::size_t scale = places[p - p % per_output];
     const double k = fit.parameters[scale], b = fit.parameters[places[p]];
     const double sd = std::sqrt(fit.covariance(scale, scale));
-    if (!std::isfinite(k) || !(std::abs(k) > 5.0 * sd))
+    if (!std::isfinite(k) || !(std::abs(k) > follows_sd * sd))
       throw Error(Error::Kind::bad_data, say("{} does not follow what it should measure: its scale factor is zero "
                                              "within its uncertainty",
                                              Name{role_of(wanted()[p].output)}));

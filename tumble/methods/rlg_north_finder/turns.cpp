@@ -17,6 +17,17 @@ namespace {
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
 
+constexpr double stamp_rounding = 1e-6;  ///< [s] of the ends of a segment
+constexpr double level_axis = 0.3;       ///< sine of its elevation, 17 deg: from level on the output begins as the sine
+constexpr double turns_off = 0.9;        ///< [turns] a swing may be missed at either end
+constexpr std::size_t fewest_of_turn = 16;  ///< samples
+/// Correlations of the gyro's output with the mirrored turn, and how much it must exceed that with the planned one.
+constexpr double mirrored_correlation = 0.7, mirrored_by = 0.4;
+constexpr double least_turns = 0.9, whole_turns = 0.1;  ///< [turns] of a rotation that is judged: whole ones
+constexpr double upright_axis = 0.95;                   ///< cosine: 18 deg off the vertical
+/// Samples are short enough where at this many times the mean speed the angle between two stays at a quarter turn.
+constexpr double over_mean_speed = 3.0, longest_step = 1.6;  ///< [1] and [rad]
+
 /// The samples of one rotation: which, and its place in the plan.
 struct Samples {
   const Recording* recording = nullptr;
@@ -42,8 +53,8 @@ Series series_of(const Evidence& evidence, const Samples& samples, Which output)
   const Channel& channel = require_channel(evidence, *samples.recording, role_of(output));
   const double half = 0.5 / sampling_rate(channel);
   Series series;
-  for (std::size_t i = index_at(channel, samples.begin - 1e-6); i < channel.values.size(); ++i) {
-    if (channel.time(i) >= samples.end - 1e-6) break;
+  for (std::size_t i = index_at(channel, samples.begin - stamp_rounding); i < channel.values.size(); ++i) {
+    if (channel.time(i) >= samples.end - stamp_rounding) break;
     if (std::isnan(channel.values[i])) continue;
     series.times.push_back(channel.time(i) + half);
     series.values.push_back(channel.values[i]);
@@ -99,7 +110,7 @@ void judge_level(const Turning& turning, const linear::SegmentSummary& segment, 
       return;
     }
   for (std::size_t i = 0; i < 2; ++i) {
-    if (i == about || std::abs(up[i]) > 0.3) continue;  // from level on it begins as the sine of the angle
+    if (i == about || std::abs(up[i]) > level_axis) continue;  // from level on it begins as the sine of the angle
     const std::size_t other = 3 - i - about;
     const double turned = (i + 1) % 3 == about ? -1.0 : 1.0;  // d f_i/d angle = -(axis x f)_i
     const int sense = turned * up[other] * turning.turns > 0.0 ? 1 : -1;
@@ -110,7 +121,7 @@ void judge_level(const Turning& turning, const linear::SegmentSummary& segment, 
                           {channel, {"force", standard_gravity * swings[i].first, "g"}},
                           segment.label});
     const double turns = 0.5 * swings[i].count;
-    if (std::abs(turns - std::abs(turning.turns)) > 0.9)
+    if (std::abs(turns - std::abs(turning.turns)) > turns_off)
       findings.push_back({Severity::error,
                           "turns_do_not_fit_gravity",
                           {{"turns", turns}, channel, {"planned", std::abs(turning.turns)}},
@@ -164,11 +175,11 @@ void judge_upright(const Evidence& evidence, const linear::SegmentSummary& segme
                    double scale, Findings& findings) {
   const Series series = series_of(evidence, samples, gyro);
   const Profiles profiles = profiles_of(evidence.plan, segment, samples, series.times);
-  if (series.values.size() < 16 || profiles.planned.size() != series.values.size()) return;
+  if (series.values.size() < fewest_of_turn || profiles.planned.size() != series.values.size()) return;
   const double sign = scale < 0.0 ? -1.0 : 1.0;
   const double planned = sign * correlation(series.values, profiles.planned);
   const double mirrored = sign * correlation(series.values, profiles.mirrored);
-  if (mirrored > 0.7 && mirrored > planned + 0.4)
+  if (mirrored > mirrored_correlation && mirrored > planned + mirrored_by)
     findings.push_back({Severity::error, "rotation_reversed_by_earth_rate", {}, segment.label});
 }
 
@@ -185,14 +196,15 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments) {
     const auto* before = stay_before(of_gyro, turning.segment);
     const Samples samples = samples_of(evidence, segment);
     const double turns = std::abs(turning.turns);
-    if (before == nullptr || samples.recording == nullptr || turns < 0.9 || std::abs(turns - std::round(turns)) > 0.1)
+    if (before == nullptr || samples.recording == nullptr || turns < least_turns ||
+        std::abs(turns - std::round(turns)) > whole_turns)
       continue;
     const double step = 1.0 / sampling_rate(require_channel(evidence, *samples.recording, role_of(accelerometer_x)));
     const Vector3 up = (1.0 / norm(before->felt.specific_force)) * before->felt.specific_force;
     const double upright = std::abs(up[static_cast<std::size_t>(turning.axis)]);
-    if (upright > 0.95) judge_upright(evidence, segment, samples, scale, findings);
+    if (upright > upright_axis) judge_upright(evidence, segment, samples, scale, findings);
     // the turn may take a part of the time only: samples short enough for three times its mean speed
-    if (upright > 0.3 || step * 3.0 * turns * two_pi / turning.seconds > 1.6) continue;
+    if (upright > level_axis || step * over_mean_speed * turns * two_pi / turning.seconds > longest_step) continue;
     const Swings swings[2] = {swings_of(evidence, samples, segments, accelerometer_x),
                               swings_of(evidence, samples, segments, accelerometer_y)};
     judge_level(turning, segment, up, swings, findings);

@@ -40,7 +40,8 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
                                  "misalignment_S"};
   for (auto& name : static_terms(settings.word("static_terms"))) names.push_back(std::move(name));
   problem.columns = sdof_gyro_support::terms(names);
-  problem.condition_limit = 1e3;  // on a table with two axes w_O' w_S is w_I w_S^2, except for the Earth rate
+  problem.condition_limit =
+      linear::weakest_in_motion;  // on a table with two axes w_O' w_S is w_I w_S^2, except for the Earth rate
   problem.leave_out_first = {"D_OO", "tilt_coupling", "misalignment_S", "misalignment_O"};
   problem.advice = {"distinguish_by_rates_and_oscillations"};
   return problem;
@@ -61,7 +62,7 @@ void add_findings(const Settings& settings, Estimate& estimate) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::answer_of(solution, "sdof_gyro_dynamic", "deg/h", {"I", "O", "S"}, "deg/s");
+  Estimate estimate = linear::answer_of(solution, "deg/h", {"I", "O", "S"}, "deg/s");
   add_findings(settings, estimate);
   return estimate;
 }

@@ -37,7 +37,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings&) {
-  Estimate estimate = linear::answer_of(solution, "sdof_gyro_static", "deg/h", {"I", "O", "S"});
+  Estimate estimate = linear::answer_of(solution, "deg/h", {"I", "O", "S"});
   sdof_gyro_support::add_repeats(solution, estimate);
   return estimate;
 }

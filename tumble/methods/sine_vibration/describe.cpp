@@ -17,6 +17,8 @@
 namespace tumble::sine_vibration {
 namespace {
 
+constexpr double most_freedom = 1e5;  ///< more are infinite: the quantiles agree to 1e-5
+
 namespace names = error_names;
 
 constexpr double forever = std::numeric_limits<double>::infinity();
@@ -341,7 +343,7 @@ void propagate(Builder& builder) {
     for (const auto& [group, part] : groups[i]) fourth += part.first * part.first / part.second;
     const double total = estimate.covariance(i, i);
     const double dof = fourth > 0.0 ? total * total / fourth : forever;
-    estimate.parameters[i].degrees_of_freedom = dof < 1e5 ? std::max(1.0, dof) : forever;
+    estimate.parameters[i].degrees_of_freedom = dof < most_freedom ? std::max(1.0, dof) : forever;
   }
 }
 

@@ -18,6 +18,20 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr std::size_t fewest_of_line = 32;    ///< windows, for a tone with its harmonics and their noise
+constexpr std::size_t longest_run = 64;       ///< windows whose waves are products: their rounding is less than 1e-14
+constexpr double even_windows_within = 1e-9;  ///< [windows] by which even windows may differ
+constexpr double alternates_within = 1.6;     ///< [1/span] from half the rate: the harmonic is no line of its own there
+/// Search for the frequency: the greatest step and the greatest way [1/span], within the main lobe, and the last step.
+constexpr int most_rounds_of_search = 12;
+constexpr double longest_search_step = 0.4, farthest_search = 1.2, last_search_step = 1e-6;
+/// Neighbours of a tone [1/span] where its noise is measured; clear of the tone's image by one more than of other
+/// lines.
+constexpr int nearest_neighbour = 3, farthest_neighbour = 12;
+constexpr double clear_of_image = 2.4;
+constexpr std::size_t parts_of_tone = 400;        ///< of the demodulated tone: short against 1/(12/span)
+constexpr double fewest_neighbour_squares = 8.0;  ///< of two each: with fewer the residual gives the noise
+
 struct Samples {
   std::vector<double> time, value;  ///< time from the middle
   double span = 0.0, interval = 0.0;
@@ -31,7 +45,8 @@ Samples usable(std::span<const double> time, std::span<const double> value, doub
     s.time.push_back(time[i]);
     s.value.push_back(value[i]);
   }
-  if (s.time.size() < 32) throw Error(Error::Kind::bad_data, say("{} windows are too few for a tone", s.time.size()));
+  if (s.time.size() < fewest_of_line)
+    throw Error(Error::Kind::bad_data, say("{} windows are too few for a tone", s.time.size()));
   const double first = s.time.front(), slack = stamp_slack(s.time.back(), interval);
   for (double& t : s.time) {  // of even windows without the rounding of their stamps
     const double even = std::round((t - first) / interval) * interval;
@@ -48,7 +63,8 @@ void waves(const Samples& s, double frequency, std::vector<Complex>& out) {
   out.resize(s.time.size());
   const Complex turn = std::polar(1.0, two_pi * frequency * s.interval);
   for (std::size_t i = 0; i < s.time.size(); ++i) {
-    const bool next = i % 64 != 0 && std::abs(s.time[i] - s.time[i - 1] - s.interval) < 1e-9 * s.interval;
+    const bool next =
+        i % longest_run != 0 && std::abs(s.time[i] - s.time[i - 1] - s.interval) < even_windows_within * s.interval;
     out[i] = next ? out[i - 1] * turn : std::polar(1.0, std::fmod(frequency * s.time[i], 1.0) * two_pi);
   }
 }
@@ -95,8 +111,9 @@ std::vector<int> harmonics_of(const Samples& s, double frequency) {
 /// window to window. In the residuals it would be c/n of the mean over an odd number of windows.
 bool alternates(const Samples& s, double frequency) {
   const double rate = 1.0 / s.interval;
-  return std::ranges::any_of(std::array{2, 3},
-                             [&](int k) { return aliased_frequency(k * frequency, rate) > 0.5 * rate - 1.6 / s.span; });
+  return std::ranges::any_of(std::array{2, 3}, [&](int k) {
+    return aliased_frequency(k * frequency, rate) > 0.5 * rate - alternates_within / s.span;
+  });
 }
 
 /// 1, -1, 1, ...
@@ -139,13 +156,14 @@ Complex coefficient(const Model& m, std::size_t line) {
 
 double search(const Samples& s, double start, std::vector<Complex>& wave) {
   double f = start;
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < most_rounds_of_search; ++round) {
     waves(s, f, wave);
-    const double step = std::clamp(step_of_frequency(s, wave, {}, false), -0.4 / s.span, 0.4 / s.span);
+    const double step =
+        std::clamp(step_of_frequency(s, wave, {}, false), -longest_search_step / s.span, longest_search_step / s.span);
     f += step;
-    if (!(std::abs(f - start) * s.span < 1.2))
+    if (!(std::abs(f - start) * s.span < farthest_search))
       throw Error(Error::Kind::bad_data, say("no steady tone near {:.6g} Hz", start));
-    if (std::abs(step) * s.span < 1e-6) break;
+    if (std::abs(step) * s.span < last_search_step) break;
   }
   return f;
 }
@@ -189,11 +207,13 @@ double predicted(const Samples& s, const Model& m, std::size_t i) {
 std::vector<double> neighbours(const Samples& s, double frequency, const std::vector<int>& harmonics) {
   const double rate = 1.0 / s.interval, bin = 1.0 / s.span, here = aliased_frequency(frequency, rate);
   std::vector<double> offsets;
-  for (int m = 3; m <= 12; ++m)
+  for (int m = nearest_neighbour; m <= farthest_neighbour; ++m)
     for (const double side : {-1.0, 1.0}) {
       const double g = aliased_frequency(frequency + side * m * bin, rate);
-      bool clear = g > 1.4 * bin && g < 0.5 * rate - 1.4 * bin && std::abs(g - here) > 2.4 * bin;
-      for (const int k : harmonics) clear = clear && std::abs(g - aliased_frequency(k * frequency, rate)) > 1.4 * bin;
+      bool clear =
+          g > clear_of_line * bin && g < 0.5 * rate - clear_of_line * bin && std::abs(g - here) > clear_of_image * bin;
+      for (const int k : harmonics)
+        clear = clear && std::abs(g - aliased_frequency(k * frequency, rate)) > clear_of_line * bin;
       if (clear) offsets.push_back(side * m * bin);
     }
   return offsets;
@@ -201,7 +221,7 @@ std::vector<double> neighbours(const Samples& s, double frequency, const std::ve
 
 /// Variance of a sample of white noise with the density about the line; demodulated in parts short against 1/(12/T).
 void set_noise(const Samples& s, const Model& m, const std::vector<double>& residual, Line& line) {
-  const std::size_t n = residual.size(), parts = std::min<std::size_t>(400, n);
+  const std::size_t n = residual.size(), parts = std::min<std::size_t>(parts_of_tone, n);
   std::vector<Complex> sum(parts);
   std::vector<double> middle(parts);
   for (std::size_t p = 0; p < parts; ++p) {
@@ -218,7 +238,7 @@ void set_noise(const Samples& s, const Model& m, const std::vector<double>& resi
   }
   double variance = line.residual_rms * line.residual_rms;
   line.noise_degrees_of_freedom = static_cast<double>(n);
-  if (count >= 8.0) {
+  if (count >= fewest_neighbour_squares) {
     variance = squares / count;
     line.noise_degrees_of_freedom = count;
   }

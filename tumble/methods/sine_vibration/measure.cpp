@@ -22,6 +22,23 @@ using Severity = Finding::Severity;
 using vibration::Series;
 using vibration::sinc;
 
+/// Outliers at one phase are a distorted tone: so many, with this length of their mean phasor. Random phases have it
+/// with p = e^-(8 0.49) = 0.02 for eight.
+constexpr std::size_t fewest_at_phase = 8;
+constexpr double at_phase = 0.7;
+constexpr int rounds_of_outliers = 8;
+/// Flat tops show in three windows in succession up to so many cycles in a window, and from so many pulses in it on.
+constexpr double most_cycles_of_tops = 0.13, least_pulses_of_tops = 20.0;
+/// [1] of the range, and [pulse], within which a window is at the top.
+constexpr double at_top_share = 1e-6, at_top_pulses = 1.5;
+constexpr double flat_share = 0.02, flat_harmonics = 0.01;  ///< [1] of the windows, and [1] of the amplitude
+constexpr double frequency_apart = 0.1;                     ///< [cycles] over the tone between unit and reference
+constexpr double level_apart = 0.1;                         ///< [1] in the logarithm: 10 % of the planned level
+constexpr double other_frequency_bins = 2.0;  ///< [1/span] from the plan, from which on a tone may be another
+constexpr double over_rounding = 1.5;         ///< [1] of the greatest line by rounding, that a tone must exceed
+constexpr double improbable_shift = 2e-3;     ///< [1] of the level; a sound unit is a hundred times better
+constexpr double fewest_cycles = 3.0;         ///< of a tone beside a mean and a drift
+
 /// The result of one series: a point, the unit at rest, or findings alone.
 struct Outcome {
   std::optional<Point> point;
@@ -55,14 +72,14 @@ Line line_of(const Series& series, const std::vector<double>& values) {
 
 /// Whether these windows lie at one phase of the tone, or at two that are opposite: a distorted tone, no lost pulses.
 bool at_one_phase(const Series& series, double frequency, const std::vector<std::size_t>& index) {
-  if (index.size() < 8 || frequency == 0.0) return false;
+  if (index.size() < fewest_at_phase || frequency == 0.0) return false;
   std::complex<double> one = 0.0, two = 0.0;
   for (const std::size_t i : index) {
     const double phase = two_pi * std::fmod(frequency * series.time[i], 1.0);
     one += std::polar(1.0, phase);
     two += std::polar(1.0, 2.0 * phase);
   }
-  return std::max(std::abs(one), std::abs(two)) > 0.7 * static_cast<double>(index.size());
+  return std::max(std::abs(one), std::abs(two)) > at_phase * static_cast<double>(index.size());
 }
 
 /// A fit without the windows that lie far off it, which are added to `skipped`. Their number grows from fit to fit,
@@ -73,13 +90,14 @@ Line screened(const Series& series, double pulse, const std::function<Line(const
   const Line whole = fit(series.force);
   std::vector<double> values = series.force;
   Line line = whole;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < rounds_of_outliers; ++round) {
     const auto outliers = vibration::outliers_of(line.residual, rounding);
     if (outliers.index.empty()) break;
     skipped.index.insert(skipped.index.end(), outliers.index.begin(), outliers.index.end());
     skipped.sum += outliers.sum;
     for (const std::size_t i : outliers.index) values[i] = std::nan("");
-    if (20 * skipped.index.size() > values.size() || at_one_phase(series, whole.frequency, skipped.index)) {
+    if (vibration::windows_of_outlier * skipped.index.size() > values.size() ||
+        at_one_phase(series, whole.frequency, skipped.index)) {
       skipped = {};
       return whole;
     }
@@ -96,17 +114,20 @@ double harmonics_of(const Line& line) {
 
 /// Flat tops: one extreme in three windows in succession, again and again, and harmonics to match.
 bool clipped(const Series& series, const Line& line, double pulse) {
-  if (series.shake.frequency * series.interval > 0.13 || line.amplitude * series.window < 20.0 * pulse) return false;
+  if (series.shake.frequency * series.interval > most_cycles_of_tops ||
+      line.amplitude * series.window < least_pulses_of_tops * pulse)
+    return false;
   const auto& v = series.force;
   double low = INFINITY, high = -INFINITY;
   for (const double x : v)
     if (!std::isnan(x)) low = std::min(low, x), high = std::max(high, x);
-  const double close = 1e-6 * (high - low) + 1.5 * pulse / series.window;
+  const double close = at_top_share * (high - low) + at_top_pulses * pulse / series.window;
   std::size_t runs = 0;
   for (std::size_t i = 2; i < v.size(); ++i)
     for (const double end : {low, high})
       if (std::abs(v[i] - end) < close && std::abs(v[i - 1] - end) < close && std::abs(v[i - 2] - end) < close) ++runs;
-  return static_cast<double>(runs) > 0.02 * static_cast<double>(v.size()) && harmonics_of(line) > 0.01 * line.amplitude;
+  return static_cast<double>(runs) > flat_share * static_cast<double>(v.size()) &&
+         harmonics_of(line) > flat_harmonics * line.amplitude;
 }
 
 /// The motion itself: by the reference where there is one, else as planned.
@@ -122,7 +143,7 @@ void set_level(const Context& context, const Series& series, Point& point, Findi
   point.level_degrees_of_freedom = reference.noise_degrees_of_freedom;
   point.distortion = reference.second / reference.amplitude;
   const double difference = reference.frequency - point.line.frequency;
-  if (std::abs(difference) * point.line.span > 0.1)
+  if (std::abs(difference) * point.line.span > frequency_apart)
     findings.push_back(
         {Severity::warning,
          "clocks_disagree",
@@ -141,7 +162,7 @@ void compare_with_plan(const Context& context, const Series& series, const Point
          "frequency_differs_from_plan",
          {{"planned", planned, "Hz"}, {"measured", point.line.frequency, "Hz"}, {"rate", 1.0 / series.interval, "Hz"}},
          where});
-  if (planned_level > 0.0 && reference && std::abs(std::log(point.level / planned_level)) > 0.1)
+  if (planned_level > 0.0 && reference && std::abs(std::log(point.level / planned_level)) > level_apart)
     findings.push_back({Severity::warning,
                         "level_differs_from_plan",
                         {{"planned", planned_level, "g"}, {"measured", point.level, "g"}},
@@ -159,17 +180,17 @@ void compare_with_plan(const Context& context, const Series& series, const Point
 double least_amplitude(const Context& context, const Series& series, const Line& line) {
   const double pulse = context.data.units[series.unit].pulse / series.window;
   if (!(pulse > 0.0)) return 0.0;
-  if (std::abs(line.frequency - series.shake.frequency) * line.span > 2.0) return pulse;
+  if (std::abs(line.frequency - series.shake.frequency) * line.span > other_frequency_bins) return pulse;
   const double turns = line.frequency * series.interval, samples = static_cast<double>(line.samples);
-  const bool repeats = vibration::raster(turns, line.mean / pulse, samples) < 0.25 * samples;
-  return repeats ? 1.5 * 2.0 / pi * std::abs(std::sin(pi * turns)) * pulse : 0.0;
+  const bool repeats = vibration::raster(turns, line.mean / pulse, samples) < vibration::raster_within * samples;
+  return repeats ? over_rounding * 2.0 / pi * std::abs(std::sin(pi * turns)) * pulse : 0.0;
 }
 
 /// Why the tone cannot be used: the shaker was off, or the unit clips. None: it can.
 std::optional<Finding> fault_of(const Context& context, const Series& series, const Point& point) {
   const std::string where = place_of(context.data, series);
   const Line& line = point.line;
-  if (!(line.amplitude > least_amplitude(context, series, line)) || line.log_variance > 0.04)
+  if (!(line.amplitude > least_amplitude(context, series, line)) || line.log_variance > tone_below_noise)
     return Finding{Severity::error, "tone_below_noise", {{"frequency", series.shake.frequency, "Hz"}}, where};
   const double vibration = point.level * std::max(point.gain, 1.0);
   const double rest = std::isnan(series.rest) ? 0.0 : std::abs(series.rest);
@@ -313,7 +334,7 @@ void set_shifts(const vibration::Data& data, Measured& measured) {
 /// something else, above all clipping, which acts on one side first because of a_0.
 void report_large_shifts(const vibration::Data& data, Measured& measured) {
   for (const Point& point : measured.points)
-    if (std::abs(point.shift) > 2e-3 * point.level)
+    if (std::abs(point.shift) > improbable_shift * point.level)
       measured.findings.push_back({Severity::warning,
                                    "improbable_mean_shift",
                                    {{"shift", point.shift, "mg"}, {"share", std::abs(point.shift) / point.level, "%"}},
@@ -338,7 +359,7 @@ std::optional<Finding> objection(double frequency, double window, double interva
                                  const std::string& where) {
   if (!(frequency > 0.0)) return Finding{Severity::error, "no_planned_frequency", {}, where};
   if (auto hidden = vibration::hidden_tone(frequency, window, interval, span, where)) return hidden;
-  if (frequency * span < 3.0)
+  if (frequency * span < fewest_cycles)
     return Finding{Severity::error, "too_few_cycles", {{"span", span, "s"}, {"frequency", frequency, "Hz"}}, where};
   return {};
 }

@@ -13,6 +13,9 @@ namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
+constexpr double two_levels = 1.5;  ///< ratio of the highest to the lowest level, with which shift and level are fitted
+constexpr double least_own_scatter = 1e-6;  ///< [1] of the scatter of blocks that rounding does not explain
+
 constexpr double same_way = 0.02 * standard_gravity;  ///< [m/s^2] of a_0
 
 /// One segment of the model: a point, or the unit at rest.
@@ -86,7 +89,7 @@ bool has_levels(const std::vector<Part>& parts) {
     low = std::min(low, part.point->level);
     high = std::max(high, part.point->level);
   }
-  return high > 1.5 * low;
+  return high > two_levels * low;
 }
 
 struct Rows {
@@ -106,7 +109,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
       scatter += seconds * std::pow(part.line->block_mean[b] - part.line->mean, 2);
       rounded += seconds * pulses::rounding_variance(pulse, seconds);
     }
-  const double shrinking = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
+  const double shrinking = scatter > 0.0 ? std::sqrt(std::max(least_own_scatter, 1.0 - rounded / scatter)) : 1.0;
   std::size_t n = 0;
   for (const Part& part : parts) n += part.line->block_mean.size();
   MixedData& m = rows.data;

@@ -63,7 +63,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_tables(data, measured, rectified, estimate);
   report_rests(evidence, data, measured, estimate);
   report(progress, 1.0, "done");
-  return finished(std::move(estimate), "sine_vibration", evidence.plan.title, findings);
+  return finished(std::move(estimate), findings);
 }
 
 }  // namespace

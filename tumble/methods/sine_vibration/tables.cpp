@@ -3,6 +3,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
 
@@ -10,6 +11,8 @@ namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
+
+constexpr double cycles_sd = 3.0;  ///< [sd] of a shift, that the effect of broken cycles must reach to be a finding
 
 /// Standard uncertainty of the mean shift of a point; NaN where it has none.
 double shift_sd(const Point& point, const std::vector<Rectification>& rectified) {
@@ -102,11 +105,11 @@ void add_unit_curves(const vibration::Data& data, const Measured& measured, std:
     if (p.unit != unit) continue;
     const double f = p.line.frequency;
     if (const double s = shift_sd(p, rectified); !std::isnan(s)) {
-      add_point(shift, f, p.shift, 1.96 * s);
+      add_point(shift, f, p.shift, normal_two_sided_95 * s);
       add_point(plain, f, p.shift + p.cycles_effect);
     }
     add_point(sd, f, p.line.sd);
-    add_point(gain, f, p.gain, 1.96 * gain_sd(estimate, data, p));
+    add_point(gain, f, p.gain, normal_two_sided_95 * gain_sd(estimate, data, p));
   }
   for (Curve* c : {&shift, &plain, &sd, &gain})
     if (!c->x.values.empty()) estimate.curves.push_back(std::move(*c));
@@ -125,7 +128,8 @@ void add_residuals(const vibration::Data& data, const Measured& measured, std::s
     if (p.unit != unit) continue;
     add_point(windows, p.line.frequency, p.line.residual_rms);
     if (r == rectified.end() || !r->fitted_shift.contains(p.series)) continue;
-    add_point(shift, p.line.frequency, p.shift - r->fitted_shift.at(p.series), 1.96 * shift_sd(p, rectified));
+    add_point(shift, p.line.frequency, p.shift - r->fitted_shift.at(p.series),
+              normal_two_sided_95 * shift_sd(p, rectified));
   }
   Curve& shown = shift.x.values.empty() ? windows : shift;
   if (!shown.x.values.empty()) estimate.curves.push_back(std::move(shown));
@@ -181,7 +185,7 @@ void report_broken_cycles(const vibration::Data& data, const Measured& measured,
   const Point* worst = nullptr;
   for (const Point& p : measured.points) {
     const double sd = shift_sd(p, rectified);
-    if (std::abs(p.cycles_effect) < 3.0 * (std::isnan(sd) ? 0.0 : sd)) continue;
+    if (std::abs(p.cycles_effect) < cycles_sd * (std::isnan(sd) ? 0.0 : sd)) continue;
     if (worst == nullptr || std::abs(p.cycles_effect) > std::abs(worst->cycles_effect)) worst = &p;
   }
   if (worst == nullptr) return;
@@ -227,7 +231,7 @@ void report_harmonics(const vibration::Data& data, const Measured& measured, Fin
       measured, [](const Point& p) { return p.hidden_harmonic > 0; },
       [&](const Point& p) {
         const vibration::Series& series = data.series[p.series];
-        const double apart = std::max(0.003 * p.nominal, 3.0 / p.line.span);
+        const double apart = vibration::next_frequency(p.nominal, p.line.span);
         findings.push_back({Severity::info,
                             "harmonic_on_tone",
                             {{"harmonic", p.hidden_harmonic},

@@ -104,15 +104,12 @@ double mean_variance(const UnitTerm& term, std::size_t samples) {
     case NoiseTerm::flicker: {
       double sum = 0.0;
       for (const auto& [sd, time] : flicker_bank(1.0, 0.25, 4.0 * n)) {
-        const double r = n / time;
-        sum += sd * sd * (r < 1e-3 ? 1.0 - r / 3.0 : 2.0 * (r + std::expm1(-r)) / (r * r));
+        sum += sd * sd * markov_mean_variance(n / time);
       }
       return sum;
     }
-    case NoiseTerm::markov: {
-      const double r = n / term.markov_time;
-      return r < 1e-3 ? 1.0 - r / 3.0 : 2.0 * (r + std::expm1(-r)) / (r * r);
-    }
+    case NoiseTerm::markov:
+      return markov_mean_variance(n / term.markov_time);
   }
   return 0.0;
 }

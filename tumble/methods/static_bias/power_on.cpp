@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 
 namespace tumble::static_bias {
 namespace {
+
+constexpr double least_exponent = -2.0, greatest_exponent = 5.1, exponent_step = 0.5;  ///< decimal, of the ratios below
 
 constexpr double blocks_wanted = 100.0;
 constexpr double normal_quantile = 1.959963984540054;  ///< at 0.975
@@ -54,7 +58,8 @@ Fitted fitted(const std::vector<Blocks>& power_ups, const NoiseModel& noise) {
 /// Ratio of a variance of the mean to that of white noise, from a hundredth to a hundred thousand.
 std::vector<double> ratios() {
   std::vector<double> out;
-  for (double exponent = -2.0; exponent < 5.1; exponent += 0.5) out.push_back(std::pow(10.0, exponent));
+  for (double exponent = least_exponent; exponent < greatest_exponent; exponent += exponent_step)
+    out.push_back(std::pow(10.0, exponent));
   return out;
 }
 
@@ -107,7 +112,7 @@ std::vector<NoiseHypothesis> noise_hypotheses(const std::vector<Blocks>& power_u
 }
 
 double half_width(const std::vector<NoiseHypothesis>& hypotheses, std::size_t power_up, double freedom) {
-  double low = 0.0, high = 0.0;
+  double high = 0.0;
   for (const NoiseHypothesis& hypothesis : hypotheses)
     high = std::max(high, 2.0 * std::sqrt(hypothesis.variances[power_up]));
   const auto outside = [&](double width) {
@@ -116,11 +121,9 @@ double half_width(const std::vector<NoiseHypothesis>& hypotheses, std::size_t po
       sum += hypothesis.weight * std::erfc(width / std::sqrt(2.0 * hypothesis.variances[power_up]));
     return sum;
   };
-  for (int step = 0; step < 100; ++step) {
-    const double middle = 0.5 * (low + high);
-    (outside(middle) > 0.05 ? low : high) = middle;
-  }
-  return high * student_quantile(0.975, std::max(1.0, freedom)) / normal_quantile;
+  constexpr int halvings = 100;  // to rounding
+  high = bisected(0.0, high, halvings, [&](double width) { return outside(width) > missed_by_95; }).high;
+  return high * student_quantile(two_sided_95, std::max(1.0, freedom)) / normal_quantile;
 }
 
 }  // namespace tumble::static_bias

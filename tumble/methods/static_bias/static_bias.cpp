@@ -8,6 +8,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_covariance.hpp"
@@ -292,7 +293,7 @@ void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double
     return;
   }
   const double infinity = std::numeric_limits<double>::infinity();
-  const double sd = within.half_width / student_quantile(0.975, infinity);
+  const double sd = within.half_width / student_quantile(two_sided_95, infinity);
   builder.add("bias", "b", mean - along, infinity, sd * sd, "constant output at power-on");
   builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
 }
@@ -389,8 +390,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_scatter(runs, noise, builder);
   finish(runs, subtracted, builder);
   builder.estimate.models = {model_of(builder.estimate, kind, runs.size(), evidence.plan.settings)};
-  builder.estimate.method = "static_bias";
-  builder.estimate.title = evidence.plan.title;
   report(progress, 1.0, "bias");
   return std::move(builder.estimate);
 }

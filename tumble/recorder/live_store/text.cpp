@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::live_store {
@@ -15,15 +16,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 /// What the caller wrote as JSON, or as a text where it is not JSON.
 Json value_of(const std::string& json) {
   Json value = Json::parse(json, nullptr, false);
   return value.is_discarded() ? Json(json) : value;
 }
 
-std::string more_of(const Json& json) { return json.contains("more") ? text_of(json["more"]) : std::string(); }
+std::string more_of(const Json& json) { return json.contains("more") ? json_text(json["more"]) : std::string(); }
 
 /// The state that an event says was entered; absent: it is about none. A store of version 1 says it in its text alone.
 std::optional<RunPhase> phase_of(const Json& json, const std::string& text) {
@@ -88,7 +87,7 @@ void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event) {
   if (!event.text.empty()) json["text"] = event.text;
   if (event.phase) json["phase"] = name(*event.phase);
   if (!event.json.empty()) json["more"] = value_of(event.json);
-  put_text(chunk, sequence, event.time, text_of(json));
+  put_text(chunk, sequence, event.time, json_text(json));
 }
 
 void put_journal(Chunk& chunk, std::uint64_t sequence, double time, const RunRow& row) {
@@ -122,7 +121,7 @@ std::string json_of(const StoreLink& link) {
   if (!link.declaration.empty())
     json["instrument"] = {
         {"name", link.declaration_name}, {"declaration", link.declaration}, {"variants", link.variants}};
-  return text_of(json);
+  return json_text(json);
 }
 
 std::string json_of(const StoreStream& stream) {
@@ -132,7 +131,7 @@ std::string json_of(const StoreStream& stream) {
   for (const FrameChannel& channel : stream.channels)
     json["channels"].push_back(
         {{"name", channel.name}, {"unit", channel.unit.text()}, {"increment", channel.increment}});
-  return text_of(json);
+  return json_text(json);
 }
 
 StoreLink link_of(std::string_view text) {

@@ -24,6 +24,20 @@ namespace {
 using linear::SegmentSummary;
 using linear::Solution;
 
+/// [sd], and [1] of the output, within which two segments show the same.
+constexpr double same_output_sd = 10.0, same_output = 1e-6;
+
+constexpr double same_angle = 1e-6;    ///< [rad] within which two angles of a plan are one
+constexpr double rare_fault = 0.5e-4;  ///< p-value on each side, of the best of all attempts
+/// [1] by which residuals must shrink at least, where many positions make less significant.
+constexpr double least_factor = 5.0;
+constexpr double differs_by = 20.0;        ///< [sd] of a segment, far beyond noise
+constexpr double significant_term = 10.0;  ///< [sd] of a term that is too large
+/// [1] by which a scale factor differs from the given one. Chosen: data sheets are nearer; a wrong unit is farther.
+constexpr double far_from_given = 0.02;
+constexpr double greatest_misalignment = 2.0;  ///< [deg] no mounting is worse
+constexpr double lost_sd = 3.0;  ///< [sd] of the scale factor, that the cosine of a misalignment takes from it
+
 /// Kind, value, end, amplitude and frequency of the motion of every axis in a segment, unchanged axes included.
 using Pose = std::map<std::string, std::array<double, 5>>;
 
@@ -72,7 +86,7 @@ bool is_same(const Pose& a, const Pose& b) {
     const double turn = first[1] - second[1];
     const bool angle = first[0] == hold && second[0] == hold;
     first[1] = second[1] = 0.0;
-    return first == second && std::abs(angle ? std::remainder(turn, two_pi) : turn) < 1e-6;
+    return first == second && std::abs(angle ? std::remainder(turn, two_pi) : turn) < same_angle;
   });
 }
 
@@ -254,13 +268,13 @@ namespace {
 /// Factor by which residuals must shrink so that the best of so many attempts does so by chance with a probability of
 /// one in ten thousand.
 double significant_factor(std::size_t attempts, std::size_t freedom) {
-  const double t = student_quantile(1.0 - 0.5e-4 / static_cast<double>(attempts), static_cast<double>(freedom));
-  return std::max(5.0, std::sqrt(1.0 + t * t / static_cast<double>(freedom)));
+  const double t = student_quantile(1.0 - rare_fault / static_cast<double>(attempts), static_cast<double>(freedom));
+  return std::max(least_factor, std::sqrt(1.0 + t * t / static_cast<double>(freedom)));
 }
 
 /// The label of another segment that shows the same output; empty: there is none.
 std::string repeated_output(const Solution& solution, const SegmentSummary& segment, double rms) {
-  const double limit = 10.0 * (rms + segment.sd) + 1e-6 * std::abs(segment.measured);
+  const double limit = same_output_sd * (rms + segment.sd) + same_output * std::abs(segment.measured);
   for (const auto& other : solution.segments)
     if (&other != &segment && std::abs(other.measured - segment.measured) < limit) return other.label;
   return "";
@@ -276,7 +290,7 @@ Findings about_misplaced(const Solution& solution) {
   for (std::size_t i = 0; i < n; ++i)
     if (Fit fit = means.without({i}); fit.determined && fit.rms < best.rms) worst = i, best = std::move(fit);
   const auto exchange = means.best_exchange();
-  const auto differs = [&](double by, const SegmentSummary& s) { return std::abs(by) > 20.0 * s.sd; };
+  const auto differs = [&](double by, const SegmentSummary& s) { return std::abs(by) > differs_by * s.sd; };
   const auto &first = solution.segments[exchange.first], &second = solution.segments[exchange.second];
   if (exchange.rms < best.rms && exchange.rms * significant_factor(n * (n - 1) / 2, n - p) < all &&
       differs(first.measured - second.measured, first))
@@ -309,7 +323,8 @@ Findings about_sizes(const Estimate& estimate) {
     if (!parameter) continue;
     const double share = parameter->value * std::pow(standard_gravity, power);
     const auto j = static_cast<std::size_t>(parameter - estimate.parameters.data());
-    if (std::abs(share) < most || std::abs(parameter->value) < 10.0 * standard_uncertainty(estimate, j)) continue;
+    if (std::abs(share) < most || std::abs(parameter->value) < significant_term * standard_uncertainty(estimate, j))
+      continue;
     findings.push_back(
         {Finding::Severity::error, "coefficient_too_large", {{"parameter", name}, {"share", share, "%"}}});
   }
@@ -325,7 +340,7 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
   const double ratio = scale->value / given.value_or(1.0);
   if (ratio < 0.0)
     findings.push_back({error, given ? "scale_factor_of_other_sign" : "scale_factor_negative", {}, "scale_factor"});
-  else if (given && std::abs(ratio - 1.0) > 0.02)
+  else if (given && std::abs(ratio - 1.0) > far_from_given)
     findings.push_back({warning, "scale_factor_far_from_given", {{"difference", ratio - 1.0, "%"}}});
   const auto j = static_cast<std::size_t>(scale - estimate.parameters.data());
   const double relative_sd = standard_uncertainty(estimate, j) / std::abs(scale->value);
@@ -333,9 +348,9 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
     const Parameter* angle = find_parameter(estimate, name);
     if (!angle) continue;
     const double lost = 0.5 * angle->value * angle->value;
-    if (std::abs(angle->value) > si(2.0, "deg"))
+    if (std::abs(angle->value) > si(greatest_misalignment, "deg"))
       findings.push_back({warning, "misalignment_too_large", {{"parameter", name}, {"angle", angle->value, "deg"}}});
-    else if (lost > 3.0 * relative_sd)
+    else if (lost > lost_sd * relative_sd)
       findings.push_back({error,
                           "misalignment_changes_scale_factor",
                           {{"parameter", name}, {"angle", angle->value, "deg"}, {"lost", lost, "ppm"}},

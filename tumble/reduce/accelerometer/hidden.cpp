@@ -13,6 +13,9 @@
 namespace tumble::accelerometer {
 namespace {
 
+constexpr double unit_share = 0.015;  ///< [1] within which a share of two digits is 1
+constexpr double least_share = 0.02;  ///< [1] a smaller one is not stated
+
 /// Factor of a unit without its ppm, micro and arcsec: 1/g for ug/g^2.
 double power_of_g(const std::string& text) {
   const auto dimension = Unit::parse(text).dimension();
@@ -24,7 +27,7 @@ double power_of_g(const std::string& text) {
 /// " + 0.75 K_3": two digits are what the theory of evenly spaced positions has
 std::string signed_share(double share, const std::string& symbol) {
   const double size = std::abs(share);
-  const std::string factor = std::abs(size - 1.0) < 0.015 ? "" : fmt::format("{:.2g} ", size);
+  const std::string factor = std::abs(size - 1.0) < unit_share ? "" : fmt::format("{:.2g} ", size);
   return (share < 0.0 ? " - " : " + ") + factor + symbol;
 }
 
@@ -73,7 +76,7 @@ std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x) {
 std::string meanings(const Shares& shares, const Term& hidden) {
   std::vector<std::string> parts;
   for (const auto& [name, share, weight] : shares.of) {
-    if (std::abs(share) < 0.02) continue;
+    if (std::abs(share) < least_share) continue;
     const auto term = signed_share(share, hidden.symbol);
     parts.push_back(name == "scale_factor" ? "scale_factor (1" + term + ")" : name + term);
   }

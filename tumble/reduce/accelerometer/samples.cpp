@@ -9,6 +9,7 @@
 
 #include "tumble/core/marks.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/sentence.hpp"
@@ -17,6 +18,22 @@ namespace tumble::accelerometer {
 namespace {
 
 using linear::Solution;
+
+constexpr double most_of_span = 0.95;  ///< [1] of the range of the segments, by which a sample jumps that overflows
+
+constexpr double shows_slope = 1e-6;            ///< [1] of the squares: level positions alone show no slope
+constexpr double fewest_of_line = 3.0;          ///< positions
+constexpr int most_bits = 32, fewest_bits = 7;  ///< of a register of counts; half the modulus fits as well
+/// Modulus against the greatest count and the greatest distance from the line, and [1] of that distance, within which
+/// all come back after whole turns.
+constexpr double of_most_count = 0.9, of_most_distance = 1.2, back_within = 0.02;
+/// Spikes by one bit: [counts] at least, [usual distances] about a power of two, and [1] of the distance below which
+/// that is narrow: a seventh of all distances lie so near to a power of two.
+constexpr double least_spike = 100.0, near_power = 10.0, narrow = 0.05;
+constexpr double level_share = 0.1;  ///< [1] of the greatest specific force, below which a position is level: 6 deg
+constexpr std::size_t fewest_of_halves = 8;  ///< samples
+/// [sd] and [1] of the output, between two halves.
+constexpr double halves_differ_sd = 8.0, halves_differ_share = 1e-4;
 
 /// The samples of one segment that were used [s, recording's clock].
 struct Used {
@@ -66,19 +83,20 @@ Overflow overflow_of(const Normalised& fit) {
   // the line through the half of the positions that feel least
   double sa = 0, sn = 0, saa = 0, san = 0, used = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    if (std::abs(a[i]) > sizes[(n - 1) / 2] * (1.0 + 1e-9)) continue;
+    if (std::abs(a[i]) > sizes[(n - 1) / 2] * (1.0 + rounding_share)) continue;
     sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
   }
   const double spread = saa - sa * sa / used;
-  if (used < 3 || !(spread > 1e-6 * (saa + sizes.back() * sizes.back()))) return {};  // level positions show no slope
+  if (used < fewest_of_line || !(spread > shows_slope * (saa + sizes.back() * sizes.back())))
+    return {};  // level positions show no slope
   const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
   const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
   double worst = 0.0, most = 0.0;
   for (std::size_t i = 0; i < n; ++i)
     worst = std::max(worst, std::abs(off(i))), most = std::max(most, std::abs(count[i]));
-  for (int k = 32; k >= 7; --k) {  // half the modulus fits as well
+  for (int k = most_bits; k >= fewest_bits; --k) {  // half the modulus fits as well
     const double modulus = std::ldexp(1.0, k);
-    if (modulus < 0.9 * most || modulus > 1.2 * worst) continue;
+    if (modulus < of_most_count * most || modulus > of_most_distance * worst) continue;
     Overflow out{modulus, {}};
     double residual = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -86,7 +104,7 @@ Overflow overflow_of(const Normalised& fit) {
       if (turns != 0.0) out.labels.push_back(segments[i].label);
       residual = std::max(residual, std::abs(off(i) - turns * modulus));
     }
-    if (!out.labels.empty() && residual < 0.02 * worst) return out;
+    if (!out.labels.empty() && residual < back_within * worst) return out;
   }
   return {};
 }
@@ -112,9 +130,9 @@ std::size_t overflown_samples(const Channel& channel, double begin, double end, 
   std::map<int, std::size_t> by_power;
   for (const double v : values) {
     const double off = std::abs(v - median);
-    if (off < std::max(100.0, least)) continue;
+    if (off < std::max(least_spike, least)) continue;
     const int k = static_cast<int>(std::lround(std::log2(off)));
-    if (std::abs(off - std::ldexp(1.0, k)) < 10.0 * usual && 10.0 * usual < 0.05 * off) ++by_power[k];
+    if (std::abs(off - std::ldexp(1.0, k)) < near_power * usual && near_power * usual < narrow * off) ++by_power[k];
   }
   if (by_power.empty()) return 0;
   const auto most = std::ranges::max_element(by_power, {}, [](const auto& power) { return power.second; });
@@ -126,7 +144,7 @@ std::size_t overflown_samples(const Channel& channel, double begin, double end, 
 void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
                             Problems& problems) {
   const Channel& channel = require_channel(evidence, recording, "accelerometer");
-  const double least = 0.95 * span_of(channel);
+  const double least = most_of_span * span_of(channel);
   for (const auto& used : used_of(recording, channel, solution)) {
     double modulus = 0.0;
     const auto bad = overflown_samples(channel, used.begin, used.end, least, modulus);
@@ -194,11 +212,11 @@ Findings about_opposite_ends(const Normalised& fit) {
   Vector3 across;  // of the level positions together: a misalignment must not pass for an offset
   for (const auto& s : segments) {
     const Vector3& force = s.felt.specific_force;
-    if (std::abs(force.x) > 0.1 * most_force) continue;
+    if (std::abs(force.x) > level_share * most_force) continue;
     offset += s.measured - slope * force.x, count += 1.0;
     across = across + force;
   }
-  if (norm(across) > 0.1 * most_force * count) return {};
+  if (norm(across) > level_share * most_force * count) return {};
   offset /= count;
   const double forces = slope * (high->felt.specific_force.x + low->felt.specific_force.x);
   const double most = 2.0 * alike * std::abs(offset);
@@ -241,11 +259,13 @@ Findings about_unsettled(const Evidence& evidence, const Normalised& fit) {
     for (const auto& used : used_of(recording, channel, fit.solution)) {
       const auto values = values_in(channel, used.begin, used.end);
       const std::size_t n = values.size();
-      if (n < 8) continue;
+      if (n < fewest_of_halves) continue;
       const Half first = half_of(values, 0, n / 2), second = half_of(values, n / 2, n);
       const double change = fit.problem.scale * (second.mean - first.mean);
       const double noise = std::abs(fit.problem.scale) * std::sqrt(first.variance + second.variance);
-      if (std::abs(change) <= std::max(8.0 * noise, 1e-4 * std::abs(fit.problem.scale * first.mean))) continue;
+      if (std::abs(change) <=
+          std::max(halves_differ_sd * noise, halves_differ_share * std::abs(fit.problem.scale * first.mean)))
+        continue;
       if (labels.empty() || std::abs(change) > std::abs(most)) worst = used.label, most = change;
       labels.push_back(used.label);
     }

@@ -14,6 +14,8 @@
 namespace tumble::accelerometer {
 namespace {
 
+constexpr double least_scale = 1e-6;  ///< [1] of the given scale factor: the output does not show the specific force
+
 constexpr const char* error_name = "scale_factor_error";
 
 /// Index of the column dK_1 among those used. Throws where the positions do not show it.
@@ -31,7 +33,7 @@ double error_factor(const linear::Solution& solution) {
   const double factor = 1.0 + solution.fit.parameters[error_column(solution)];
   if (!std::isfinite(factor))
     throw Error(Error::Kind::bad_data, "the fit of the positions gives no finite scale factor");
-  if (std::abs(factor) < 1e-6)
+  if (std::abs(factor) < least_scale)
     throw Error(Error::Kind::bad_data,
                 "the output does not follow the specific force along the input axis: is this the accelerometer's "
                 "channel, and did the rig move as the plan says?");

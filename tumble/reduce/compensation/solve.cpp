@@ -8,12 +8,15 @@
 namespace tumble::compensation {
 namespace {
 
+/// [1] of the range, and of its ends, that count as inside.
+constexpr double beyond_range = 0.02, beyond_values = 1e-6;
+
 constexpr double tolerance = 1e-12;           ///< of the size of u
 constexpr double settled_within = 1e-12;      ///< change of an output by a pass over those that need each other
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
-constexpr double step_share = 1e-4,
-                 least_input = 1e-6;  ///< of difference quotients: share of the input [1], and the least input [SI]
+/// Of difference quotients: share of the input [1], and the least input [SI].
+constexpr double step_share = 1e-4, least_input = 1e-6;
 
 double error_of(const Work& work, const UsedTerm& used, const Values& values) {
   return used.coefficient * regressor_of(used, values) / (used.per_output ? work.scale_factor : 1.0);
@@ -62,7 +65,8 @@ void solve(Work& work, Values& values) {
 }
 
 bool outside(double x, double least, double greatest, double noise = 0.0) {
-  const double slack = 0.02 * (greatest - least) + 1e-6 * std::max(std::abs(least), std::abs(greatest)) + noise;
+  const double slack =
+      beyond_range * (greatest - least) + beyond_values * std::max(std::abs(least), std::abs(greatest)) + noise;
   return x < least - slack || x > greatest + slack;
 }
 

@@ -10,6 +10,11 @@
 namespace tumble::imu {
 namespace {
 
+/// [1] of the greatest input: ranges whose ends differ by less are even about zero, and reach the half of it on each
+/// axis.
+constexpr double even_range = 0.1, reached_range = 0.5;
+constexpr double looks_like_unit = 0.15;  ///< [1] within which a size is that of a mistaken unit
+
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
 constexpr double least_felt = 0.2;          ///< of the greatest input: an axis with less input is not judged
@@ -135,7 +140,9 @@ std::vector<Vector3> without_offsets(std::span<const Vector3> felt, std::span<co
   const Range of_felt = range_of(felt), of_shown = range_of(shown);
   const double most = greatest(felt);
   for (std::size_t i = 0; i < 3; ++i)
-    if (std::abs(of_felt.least[i] + of_felt.greatest[i]) > 0.1 * most || of_felt.greatest[i] < 0.5 * most) return out;
+    if (std::abs(of_felt.least[i] + of_felt.greatest[i]) > even_range * most ||
+        of_felt.greatest[i] < reached_range * most)
+      return out;
   const Vector3 middle = 0.5 * (of_shown.least + of_shown.greatest);
   for (Vector3& v : out) v = v - middle;
   return out;
@@ -210,7 +217,7 @@ Findings about_units(Kind kind, const AxesSeen& axes) {
   const double size = median(sizes);
   const bool gyro = kind == Kind::gyro;
   for (const auto& unit : gyro ? std::span<const MistakenUnit>(rates) : std::span<const MistakenUnit>(forces))
-    if (std::abs(size / unit.ratio - 1.0) < 0.15)
+    if (std::abs(size / unit.ratio - 1.0) < looks_like_unit)
       return {{error,
                "unit_mistaken",
                {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}},

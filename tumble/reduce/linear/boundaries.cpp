@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
 
 namespace tumble::linear {
@@ -16,6 +17,10 @@ bool adjoin(const ConductedTest& test, const Stretch& a, const Stretch& b) {
 }
 
 namespace {
+
+constexpr double fewest_of_level = 4.0;   ///< samples
+constexpr double step_of_greatest = 3.0;  ///< a step of less than a third of the greatest shows boundaries worse
+constexpr double boundary_by_noise = 6.0, boundary_by_scatter = 3.0;  ///< [sd] of the median share
 
 /// Of the samples from one index to another that are present.
 struct Level {
@@ -55,7 +60,8 @@ std::vector<Pair> pairs_of(const ConductedTest& test) {
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
     if (!adjoin(test, all[k], all[k + 1]) || std::min(all[k].values.size(), all[k + 1].values.size()) < least) continue;
     pairs.push_back({&all[k], &all[k + 1], middle_of(all[k]), middle_of(all[k + 1])});
-    if (!(std::min(pairs.back().level_before.count, pairs.back().level_after.count) >= 4.0)) pairs.pop_back();
+    if (!(std::min(pairs.back().level_before.count, pairs.back().level_after.count) >= fewest_of_level))
+      pairs.pop_back();
   }
   return pairs;
 }
@@ -76,14 +82,15 @@ std::vector<Edge> edges_of(const std::vector<Pair>& pairs, bool last) {
     edges.push_back(last ? Edge{pair.before, pair.level_before, step} : Edge{pair.after, pair.level_after, -step});
     most = std::max(most, std::abs(step));
   }
-  std::erase_if(edges, [&](const Edge& edge) { return !(3.0 * std::abs(edge.step) > most); });
+  std::erase_if(edges, [&](const Edge& edge) { return !(step_of_greatest * std::abs(edge.step) > most); });
   return edges;
 }
 
 /// How far the samples so deep in the segments lie towards the neighbours' levels, as a share of the way: the median,
 /// where it is beyond the noise of the segments and beyond the scatter from segment to segment; else 0.
 double share_at(const std::vector<Edge>& edges, std::size_t depth, bool last) {
-  constexpr double of_a_median = 1.2533, of_deviations = 1.4826, negligible = 1e-3;
+  constexpr double of_a_median = 1.2533;  // sd of a median over that of a mean, of normal values: sqrt(pi/2)
+  constexpr double negligible = 1e-3;     // of the way
   std::vector<double> shares;
   double noise = 0.0;
   for (const Edge& edge : edges) {
@@ -98,8 +105,10 @@ double share_at(const std::vector<Edge>& edges, std::size_t depth, bool last) {
   const double n = static_cast<double>(shares.size()), middle = median(shares);
   for (double& share : shares) share = std::abs(share - middle);
   const double by_noise = of_a_median * std::sqrt(noise) / n;
-  const double by_scatter = of_a_median * of_deviations * median(shares) / std::sqrt(n);
-  return middle > std::max({6.0 * by_noise, 3.0 * by_scatter, negligible}) ? std::min(middle, 1.0) : 0.0;
+  const double by_scatter = of_a_median * sd_of_median_size * median(shares) / std::sqrt(n);
+  return middle > std::max({boundary_by_noise * by_noise, boundary_by_scatter * by_scatter, negligible})
+             ? std::min(middle, 1.0)
+             : 0.0;
 }
 
 /// One finding for the ends of the segments, or for their begins.

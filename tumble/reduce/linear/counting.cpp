@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/constants.hpp"
@@ -68,12 +69,12 @@ double white_variance(const std::vector<Blocks>& all) {
       }
     return sum;
   };
-  double low = 0.0, high = 0.0;
+  double high = 0.0;
   for (const auto& blocks : all)
     for (const double wave : blocks.waves) high = std::max(high, wave * wave);
   if (!(high > 0.0) || slope(0.0) <= 0.0) return 0.0;
-  for (int step = 0; step < 100; ++step) (slope(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
-  return 0.5 * (low + high);
+  constexpr int halvings = 100;  // to rounding
+  return bisected(0.0, high, halvings, [&](double white) { return slope(white) > 0.0; }).middle();
 }
 
 /// Shrinks every wave to what is not rounding.

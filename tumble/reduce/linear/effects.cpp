@@ -3,11 +3,14 @@
 #include <utility>
 
 #include "tumble/math/golden_section.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 
 namespace tumble::linear {
 namespace {
+
+constexpr std::size_t least_ramp = 64;  ///< samples
 
 constexpr double ramp_length = 2.0;             ///< [s] after which a response follows a ramp
 constexpr std::size_t points_of_block = 6;      ///< in a short block, of a tenth of a turn at most
@@ -123,7 +126,7 @@ void add_mean_of_turns(const Reference& reference, const Segment& segment, doubl
     feel(reference, begin, turn, points.felt);
     add_mean(points, turns / length, values_at, means);
   }
-  if (length - turns > 1e-9 * length) {
+  if (length - turns > rounding_share * length) {
     feel(reference, begin + turns, length - turns, points.felt);
     add_mean(points, 1.0 - turns / length, values_at, means);
   }
@@ -132,7 +135,7 @@ void add_mean_of_turns(const Reference& reference, const Segment& segment, doubl
 /// How long the response lags behind a ramp [s].
 double delay_of(const Problem& problem, double step) {
   if (!problem.response) return 0.0;
-  std::vector<double> ramp(std::max<std::size_t>(64, static_cast<std::size_t>(ramp_length / step)));
+  std::vector<double> ramp(std::max<std::size_t>(least_ramp, static_cast<std::size_t>(ramp_length / step)));
   for (std::size_t k = 0; k < ramp.size(); ++k) ramp[k] = static_cast<double>(k) * step;
   const double last = ramp.back();
   problem.response(step)(ramp);

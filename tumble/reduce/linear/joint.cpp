@@ -13,6 +13,8 @@
 namespace tumble::linear {
 namespace {
 
+constexpr double shown_of_error = 0.9;  ///< [1] of the variance of a rig error before the test, below which it is shown
+
 void append(const Solution& output, Solution& all) {
   all.columns.insert(all.columns.end(), output.columns.begin(), output.columns.end());
   all.channels.insert(all.channels.end(), output.channels.begin(), output.channels.end());
@@ -85,7 +87,7 @@ JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::
 
 Table rig_errors(const JointSolution& solution) {
   auto shown = solution.errors;
-  std::erase_if(shown, [](const FoundEffect& error) { return !(error.sd < std::sqrt(0.9)); });
+  std::erase_if(shown, [](const FoundEffect& error) { return !(error.sd < std::sqrt(shown_of_error)); });
   return tabulate("rig_errors",
                   "errors of the rig as this test shows them, in units of the standard uncertainty stated for each",
                   shown, {{"error", &FoundEffect::draw}, {"found", &FoundEffect::value}, {"sd", &FoundEffect::sd}});

@@ -17,6 +17,10 @@
 namespace tumble::linear {
 namespace {
 
+constexpr double least_error_freedom = 3.0;  ///< with fewer, F says nothing at p = 1e-5
+constexpr double change_by_noise = 5.0;      ///< [sd] of a segment: a change by less is no finding, however significant
+constexpr double beyond_stated = 5.0;        ///< [sd] as stated of an error of the rig, at least as stated
+
 constexpr double rare = 1e-5;  ///< chance that a sound test gives a finding, of each kind
 
 /// The means over the segments at rest, as a regression.
@@ -90,8 +94,7 @@ std::vector<std::size_t> positions_of(const Work& work, const RestingMeans& mean
     for (; first < a; ++first) {
       const Felt &felt = work.solution.segments[means.segments[a]].felt,
                  &other = work.solution.segments[means.segments[first]].felt;
-      if (stretches[means.segments[a]].start == stretches[means.segments[first]].start &&
-          norm(felt.specific_force - other.specific_force) < 1e-4 && norm(felt.rate - other.rate) < 1e-9)
+      if (stretches[means.segments[a]].start == stretches[means.segments[first]].start && is_same_input(felt, other))
         break;
     }
     position.push_back(first == a ? a : position[first]);
@@ -103,13 +106,13 @@ std::vector<std::size_t> positions_of(const Work& work, const RestingMeans& mean
 void look_at_repeats(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
   const auto fit = lack_of_fit(means.design, indicators(positions_of(work, means)), means.output, means.covariance);
   if (!(fit.freedom > 0.0 && fit.error_freedom > 0.0)) return;
-  if (fit.error_freedom >= 3.0 && fit.probability < rare)
+  if (fit.error_freedom >= least_error_freedom && fit.probability < rare)
     solution.findings.push_back({Finding::Severity::warning,
                                  "positions_differ_more_than_repeats",
                                  {{"times", std::sqrt(fit.ratio)}, {"repeats", static_cast<int>(fit.error_freedom)}},
                                  role});
   const double inverse = 1.0 / std::max(fit.ratio, 1e-12);
-  if (fit.freedom >= 3.0 && chance_of_ratio(inverse, fit.error_freedom, fit.freedom) < rare)
+  if (fit.freedom >= least_error_freedom && chance_of_ratio(inverse, fit.error_freedom, fit.freedom) < rare)
     solution.findings.push_back(
         {Finding::Severity::warning, "repeats_differ_more_than_positions", {{"times", std::sqrt(inverse)}}, role});
 }
@@ -124,7 +127,9 @@ void look_at_time(const std::string& role, const RestingMeans& means, Solution& 
   std::vector<double> noise;
   for (std::size_t a = 0; a < n; ++a) noise.push_back(std::sqrt(solution.fit.white_variance / means.duration[a]));
   const double change = fit.coefficient * (last - first);
-  if (!(fit.error_freedom >= 3.0) || fit.probability > rare || std::abs(change) < 5.0 * median(noise)) return;
+  if (!(fit.error_freedom >= least_error_freedom) || fit.probability > rare ||
+      std::abs(change) < change_by_noise * median(noise))
+    return;
   solution.findings.push_back(
       {Finding::Severity::warning,
        "output_drifts_with_time",
@@ -149,7 +154,7 @@ std::vector<Suspect> suspects(const Work& work, const RestingMeans& means) {
     if (effect.each_segment) continue;
     const Matrix column = as_column(tumble::column(means.effects, k));
     const auto fit = lack_of_fit(means.design, column, means.output, means.covariance);
-    if (!(fit.freedom > 0.0 && fit.error_freedom >= 3.0)) continue;
+    if (!(fit.freedom > 0.0 && fit.error_freedom >= least_error_freedom)) continue;
     out.push_back({fit, effect.draws.size() == 1 ? effect.draws.front() : effect.source,
                    lack_of_fit(means.design, column, means.output, white).sd});
   }
@@ -172,7 +177,7 @@ void look_at_errors(const Work& work, const std::string& role, const RestingMean
   if (worst->fit.probability * static_cast<double>(all.size()) > rare) return;
   // Beyond what was stated by itself, however little else scatters. Slow noise is no part of this: what the error does
   // seems to be such noise where it is not in the model.
-  if (std::abs(worst->fit.coefficient) < 5.0 * std::max(1.0, worst->sd)) return;
+  if (std::abs(worst->fit.coefficient) < beyond_stated * std::max(1.0, worst->sd)) return;
   solution.findings.push_back({Finding::Severity::error,
                                "rig_error_beyond_stated",
                                {{"error", worst->name}, {"times", std::abs(worst->fit.coefficient)}},
@@ -290,7 +295,7 @@ void look_at_settling(const Work& work, const std::string& role, Solution& solut
     total += one.ramp.weight * square(one.ramp.slope);
     duration += one.duration / static_cast<double>(all.size());
   }
-  if (!(freedom >= 3.0 && squares > 0.0)) return;
+  if (!(freedom >= least_error_freedom && squares > 0.0)) return;
   const double slope = product / squares, share = std::abs(slope) * duration;
   const double ratio = slope * product * freedom / std::max(total - slope * product, 0.0);
   if (share < negligible || chance_of_ratio(ratio, 1.0, freedom) > rare) return;

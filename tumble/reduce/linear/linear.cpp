@@ -19,6 +19,8 @@
 namespace tumble::linear {
 namespace {
 
+constexpr double least_rounding = 1e-3;  ///< [steps] of a mean: with more noise than 0.52 steps it is less
+
 /// Which columns the evidence shows, as indices of Problem::columns; the others are put into the solution's `dropped`.
 std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, Solution& solution) {
   std::vector<std::size_t> preference, used;
@@ -152,7 +154,7 @@ bool rounds_samples(const Evidence& evidence, const Problem& problem) {
 void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
   if (!rounds_samples(evidence, problem)) return;
   const auto coarse = coarse_output(work.evidence.test);
-  if (!coarse || coarse->rounding_sd < 1e-3 * coarse->step) return;
+  if (!coarse || coarse->rounding_sd < least_rounding * coarse->step) return;
   KnownEffect effect{"rounding of the output", std::vector<double>(work.rows.weights.size(), 0.0), true};
   for (std::size_t i = 0; i < effect.column.size(); ++i)
     if (work.evidence.test.stretches[work.rows.segment[i]].steady) effect.column[i] = coarse->rounding_sd;
@@ -160,7 +162,7 @@ void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) 
   work.rounding_sd = coarse->rounding_sd;
   work.solution.findings.push_back({Finding::Severity::info,
                                     "rounding_moves_means",
-                                    {{"times", coarse->step / std::max(coarse->noise, 1e-3 * coarse->step)},
+                                    {{"times", coarse->step / std::max(coarse->noise, least_rounding * coarse->step)},
                                      {"share", coarse->rounding_sd / coarse->step}},
                                     problem.role});
 }

@@ -9,6 +9,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/models/model.hpp"
 
@@ -55,10 +56,10 @@ struct Problem {
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
   /// In [phrase]: what to add to the test so that it can.
   Phrase advice{"distinguish_by_other_segments"};
-  double condition_limit = 1e6;  ///< beyond, the weakest combination is not used
-  double settling = 0.0;         ///< [s] skipped after the rig has settled in each segment
-  double averaging = 1.0;        ///< [s] of a block
-  bool needs_site = true;        ///< without the Earth's rate and gravity the input is wrong
+  double condition_limit = weakest_combination;  ///< beyond, the weakest combination is not used
+  double settling = 0.0;                         ///< [s] skipped after the rig has settled in each segment
+  double averaging = 1.0;                        ///< [s] of a block
+  bool needs_site = true;                        ///< without the Earth's rate and gravity the input is wrong
   /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
   /// many whole turns as it holds. The counted pulses of a move give its angle, independent of its course.
   bool whole_moves = false;
@@ -82,6 +83,16 @@ struct SegmentSummary {
   double predicted = 0.0;  ///< input and model
   double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
 };
+
+/// Condition limit of a test that moves: its axes are known to 1e-3 only, and a weaker combination is made of their
+/// errors.
+constexpr double weakest_in_motion = 1e3;
+
+/// Whether two segments have one input: within 10 ug, and within 2e-4 deg/h.
+inline bool is_same_input(const Felt& a, const Felt& b) {
+  constexpr double same_force = 1e-4, same_rate = 1e-9;  // [m/s^2], [rad/s]
+  return norm(a.specific_force - b.specific_force) < same_force && norm(a.rate - b.rate) < same_rate;
+}
 
 struct Solution {
   std::vector<Term> columns;          ///< those used, in the order of MixedFit::parameters
@@ -162,11 +173,11 @@ Vector3 without_rounding(Vector3 mean);
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
 
-/// The solution as an estimate, with the method's name, the error model, the table `positions` and, of an
+/// The solution as an estimate, with the error model, the table `positions` and, of an
 /// identification, a warning where the segments differ from the model by 30 times what the white noise within them lets
 /// expect: a wrong scale factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound instrument
 /// stays within ten times.)
-Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
-                   const std::vector<std::string>& axes, const std::string& rate_unit = "");
+Estimate answer_of(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                   const std::string& rate_unit = "");
 
 }  // namespace tumble::linear

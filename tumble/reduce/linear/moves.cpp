@@ -7,6 +7,8 @@
 namespace tumble::linear {
 namespace {
 
+constexpr double fewest_parts = 8.0, most_parts = 1e5;  ///< of a move
+
 constexpr double parts_of_period = 12.0;
 constexpr double tolerance = 1e-11;
 constexpr int deepest = 30;  ///< halvings: 1e-9 of a part
@@ -83,7 +85,7 @@ class Refinement {
 }  // namespace
 
 Instants instants_of(const Reference& reference, double begin, double end, double frequency) {
-  const double parts = std::clamp(parts_of_period * frequency * (end - begin), 8.0, 1e5);
+  const double parts = std::clamp(parts_of_period * frequency * (end - begin), fewest_parts, most_parts);
   return Refinement(reference, begin, end).take(static_cast<std::size_t>(std::ceil(parts)));
 }
 

@@ -7,6 +7,7 @@
 #include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -17,10 +18,15 @@
 namespace tumble::linear {
 namespace {
 
+constexpr double unit_weight = 0.005;  ///< [1] within which a weight of three digits is 1
+/// [1] of the usual sd: drift decides the uncertainty, and the noise nothing.
+constexpr double drift_over_noise = 30.0;
+constexpr double drift_over_stated = 3.0;  ///< [1] of the variance as stated, at least
+
 /// " + D_OO", " - 0.5 D_OO" for a weight in the units shown.
 std::string signed_term(double weight, const std::string& name) {
   const double size = std::abs(weight);
-  const std::string factor = std::abs(size - 1.0) < 0.005 ? "" : fmt::format("{:.3g} ", size);
+  const std::string factor = std::abs(size - 1.0) < unit_weight ? "" : fmt::format("{:.3g} ", size);
   return (weight < 0.0 ? " - " : " + ") + factor + name;
 }
 
@@ -69,7 +75,8 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
   if (noise.empty()) return;
   std::ranges::nth_element(noise, noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2));
   const double usual = noise[noise.size() / 2];
-  if (!(solution.drift_sd > 30.0 * usual) || solution.drift_sd < 1e-9 * largest) return;  // the latter is rounding
+  if (!(solution.drift_sd > drift_over_noise * usual) || solution.drift_sd < rounding_share * largest)
+    return;  // the latter is rounding
   findings.push_back({Finding::Severity::warning,
                       "segments_differ_from_model",
                       {{"difference", solution.drift_sd, channel_unit}, {"times", solution.drift_sd / usual}}});
@@ -84,7 +91,7 @@ void warn_of_excess(const Problem& problem, double stated, Solution& solution) {
   const double expected = std::hypot(stated, median(noise));
   const double times = std::hypot(solution.drift_sd, expected) / expected;
   // seldom where the statement is right: what else moves segments counts as well
-  if (times * times < std::max(3.0, chi_square_quantile(0.9999, freedom) / freedom)) return;
+  if (times * times < std::max(drift_over_stated, chi_square_quantile(exceeded_in_10000, freedom) / freedom)) return;
   solution.findings.push_back({Finding::Severity::warning, "more_drift_than_stated", {{"times", times}}, problem.role});
 }
 
@@ -203,10 +210,9 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
                   solution.segments, columns);
 }
 
-Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
-                   const std::vector<std::string>& axes, const std::string& rate_unit) {
+Estimate answer_of(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                   const std::string& rate_unit) {
   Estimate estimate = estimate_of(solution);
-  estimate.method = method;
   estimate.tables.push_back(positions(solution, channel_unit, axes, rate_unit));
   OutputModel model = output_model(estimate, solution.output.role, solution.output.shows, channel_unit,
                                    {solution.columns, solution.least, solution.greatest});

@@ -90,7 +90,8 @@ void sum_steady(const PowerUp& power_up, const Summed& output) {
 /// more than 0.1 rad in one, or 0.02 rad where a response follows, which is solved for parabolas through three steps.
 std::size_t steps_of_sample(const Segment& segment, const Stretch& stretch, const Problem& problem) {
   constexpr double most_steps = 64.0;
-  const double most = problem.response ? 0.02 : 0.1;
+  constexpr double most_with_response = 0.02, most_turned = 0.1;  // [rad]
+  const double most = problem.response ? most_with_response : most_turned;
   const double steps = std::ceil(two_pi * quickest(segment) * stretch.step / most);
   return static_cast<std::size_t>(std::max<double>(problem.oversampling, std::min(most_steps, steps)));
 }

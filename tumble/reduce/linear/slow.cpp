@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "tumble/math/noise_model.hpp"
+
 namespace tumble::linear {
 namespace {
 
@@ -32,7 +34,7 @@ double random_walk(const Interval& first, const Interval&, bool same) {
 double markov(const MarkovComponent& component, const Interval& first, const Interval& second, bool same) {
   const double r = first.length / component.time, q = second.length / component.time;
   const double variance = component.sd * component.sd;
-  if (same) return variance * (r < 1e-3 ? 1.0 - r / 3.0 : 2.0 * (r + std::expm1(-r)) / (r * r));
+  if (same) return variance * markov_mean_variance(r);
   const double gap = std::max(0.0, second.begin - first.begin - first.length);
   return variance * std::exp(-gap / component.time) * std::expm1(-r) * std::expm1(-q) / (r * q);
 }

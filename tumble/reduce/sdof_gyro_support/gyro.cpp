@@ -84,8 +84,7 @@ struct Repeats {
 };
 
 bool is_same_position(const linear::SegmentSummary& a, const linear::SegmentSummary& b) {
-  return a.steady && b.steady && norm(a.felt.specific_force - b.felt.specific_force) < 1e-4 &&
-         norm(a.felt.rate - b.felt.rate) < 1e-9;
+  return a.steady && b.steady && linear::is_same_input(a.felt, b.felt);
 }
 
 }  // namespace

@@ -11,6 +11,10 @@
 namespace tumble::table {
 namespace {
 
+constexpr double other_reading = 1e-15;  ///< [1] of the largest: a smaller change is rounding
+constexpr double greatest_step = 1e-3;   ///< [rad] a greater step is a motion
+constexpr double full_turn = 1.001;      ///< [turns] a wrapped angle has no greater range
+
 /// Resolution [rad]: the smallest change between readings; 0 where it is not visible.
 double step_of(const Channel& channel) {
   double step = std::numeric_limits<double>::infinity(), largest = 0.0;
@@ -18,9 +22,9 @@ double step_of(const Channel& channel) {
     const double change = std::abs(channel.values[i] - channel.values[i - 1]);
     if (std::isnan(change)) continue;
     largest = std::max(largest, std::abs(channel.values[i]));
-    if (change > 1e-15 * largest) step = std::min(step, change);
+    if (change > other_reading * largest) step = std::min(step, change);
   }
-  return std::isfinite(step) && step < 1e-3 ? step : 0.0;
+  return std::isfinite(step) && step < greatest_step ? step : 0.0;
 }
 
 }  // namespace
@@ -49,7 +53,8 @@ std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording
     if (channel == nullptr || channel->values.size() < 2 || channel->kind != QuantityKind::angle) continue;
     const Extremes extremes = extremes_of(channel->values);
     if (extremes.present == 0) continue;
-    encoders.push_back({axis.name, channel, extremes.highest - extremes.lowest > 1.001 * two_pi, step_of(*channel)});
+    encoders.push_back(
+        {axis.name, channel, extremes.highest - extremes.lowest > full_turn * two_pi, step_of(*channel)});
   }
   return encoders;
 }

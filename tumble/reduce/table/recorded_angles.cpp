@@ -17,6 +17,8 @@ namespace {
 
 using Kind = Motion::Kind;
 using Severity = Finding::Severity;
+constexpr double drift_of_tolerance = 0.02;  ///< [1] of the tolerance, below which a drift is no finding
+
 constexpr double significant = 6.0;  ///< standard deviations
 
 struct Mean {
@@ -115,7 +117,7 @@ void replace_repeatability(const std::vector<Stand>& stands, const std::vector<s
 
 void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
   for (const auto& stand : stands)
-    if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, 0.02 * tolerance))
+    if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, drift_of_tolerance * tolerance))
       findings.push_back(
           {Severity::error, "axis_not_at_rest", {{"axis", stand.axis}, {"drift", stand.drift, "arcsec"}}, stand.label});
   Occurrences off{0, {}, {}};

@@ -42,6 +42,8 @@ double reading_spacing(const std::vector<double>& times) {
 
 namespace {
 
+constexpr double gap_of_readings = 3.0;  ///< [readings] without which the course between two is not known
+
 /// Linear interpolation of a smoothed sensor onto other stamps.
 double between(const std::vector<double>& time, const std::vector<double>& value, double at) {
   const auto upper = std::ranges::lower_bound(time, at);
@@ -67,7 +69,7 @@ void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
   std::size_t last = 0;
   for (std::size_t k = 0; k < readings.time.size(); ++k) {
     if (std::isnan(readings.value[k])) continue;
-    if (readings.time[k] - before > std::max(half, 3.0 * reading_spacing(readings.time)))
+    if (readings.time[k] - before > std::max(half, gap_of_readings * reading_spacing(readings.time)))
       for (std::size_t i = last + 1; i < k; ++i) smooth.value[i] = smooth.slope[i] = smooth.curvature[i] = std::nan("");
     before = readings.time[k];
     last = k;

@@ -21,6 +21,11 @@ namespace tumble::vibration {
 namespace {
 
 using Severity = Finding::Severity;
+constexpr double end_slack = 0.01;       ///< [windows] by which the last window may end after the segment
+constexpr double even_scatter = 1e-4;    ///< [windows] of the stamps: even windows
+constexpr double integrated_from = 3.5;  ///< samples of the reference in a window, from which on they are integrated
+constexpr double same_rate = 1e-3;       ///< [1] within which one sample of the reference belongs to each window
+
 const std::string role = "accelerometer";
 constexpr int least_windows = 16;  ///< of a segment
 
@@ -104,7 +109,7 @@ void cut(const Draft& draft, double begin, double end, const Settings& settings,
   const auto lower = std::ranges::lower_bound(w.begin, from - slack);
   first = static_cast<std::size_t>(lower - w.begin.begin());
   double length = 0.0;
-  for (std::size_t i = first; i < w.begin.size() && w.begin[i] + w.length[i] <= end + 0.01 * w.window; ++i) {
+  for (std::size_t i = first; i < w.begin.size() && w.begin[i] + w.length[i] <= end + end_slack * w.window; ++i) {
     series.time.push_back(w.begin[i] + 0.5 * w.length[i]);
     series.force.push_back(w.usable[i] ? draft.channel->values[i] : std::nan(""));
     length += w.usable[i] ? w.length[i] : w.window;
@@ -177,7 +182,7 @@ Windows windows_of(const Settings& settings, const std::vector<MarkedSegment>& m
   if (how == "stamps") return stamped_windows(channel, even);
   const Reading reading = reading_of(channel);
   if (reading != Reading::pulses && reading != Reading::velocity) return even;
-  if (even.scatter < 1e-4 * even.window) return even;
+  if (even.scatter < even_scatter * even.window) return even;
   std::vector<std::pair<double, double>> rests;
   for (const auto& marked : marks)
     if (marked.planned != nullptr && shake_of(*marked.planned).kind == Motion::Kind::hold)
@@ -198,7 +203,7 @@ void add_reference(const Evidence& evidence, const Channel& reference, double ra
                    std::size_t first, Series& series, Data& data) {
   const double per_window = rate * series.interval;
   series.reference.assign(series.time.size(), std::nan(""));
-  if (per_window > 3.5) {
+  if (per_window > integrated_from) {
     data.reference_integrated = true;
     const double slack = stamp_slack(series.end, 1.0 / rate);
     std::size_t i = index_at(reference, series.begin - slack);
@@ -213,7 +218,7 @@ void add_reference(const Evidence& evidence, const Channel& reference, double ra
     }
     return;
   }
-  if (std::abs(per_window - 1.0) > 1e-3) {
+  if (std::abs(per_window - 1.0) > same_rate) {
     series.reference.clear();
     add_once({Severity::warning,
               "reference_rate_unsuitable",

@@ -14,6 +14,14 @@ namespace {
 
 using Severity = Finding::Severity;
 
+constexpr std::size_t fewest_steps = 16;  ///< at rest
+/// [pulse] and [1] of the steps that go one way: a running total.
+constexpr double total_step = 1.0, total_share = 0.9;
+constexpr double least_standstill = 32.0, still_cycles = 2.0;  ///< windows, and cycles of the lowest frequency
+constexpr double moves_by = 3.0;                               ///< [least steps] that the others scatter by
+/// Scatter at rest of a vibration that goes on: [1] of the quietest rest, [pulse] of a window, and [1] of the mean.
+constexpr double over_quietest = 20.0, over_pulses = 3.0, over_mean = 1e-3;
+
 /// Greatest specific force of a vibration about its mean, as windows of H show it; of random vibration, 4 standard
 /// deviations of the widest band's.
 double reach_of(const Motion& shake, double window) {
@@ -47,7 +55,7 @@ Expected expected_of(const Settings& settings, const Draft& draft, const Data& d
   expected.count = sum / n;
   if (const auto given = given_scale(settings, data.units[data.series[draft.series.front()].unit], *draft.channel))
     expected.scale = *given * draft.windows.window;
-  else if (std::abs(rest / n) > 0.2 * standard_gravity)
+  else if (std::abs(rest / n) > along_input * standard_gravity)
     expected.scale = sum / rest;
   return expected;
 }
@@ -84,13 +92,13 @@ void refuse_totals(const Draft& draft, const Data& data, Problems& problems) {
     for (std::size_t j = 1; j < series.force.size(); ++j)
       if (const double step = series.force[j] - series.force[j - 1]; !std::isnan(step)) steps.push_back(step);
   }
-  if (steps.size() < 16) return;
+  if (steps.size() < fewest_steps) return;
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::ranges::nth_element(steps, middle);
   const double step = *middle;
   const auto alike = std::ranges::count_if(steps, [&](double other) { return other * step > 0.0; });
   // Noise has as many down as up, and no drift is as fast.
-  if (std::abs(step) >= 1.0 && static_cast<double>(alike) > 0.9 * static_cast<double>(steps.size()))
+  if (std::abs(step) >= total_step && static_cast<double>(alike) > total_share * static_cast<double>(steps.size()))
     problems.push_back(
         say("'{}': at rest the counts grow by {:.4g} from window to window: they are a running "
             "total; record the pulses of each window, or take the differences",
@@ -126,15 +134,15 @@ bool constant(const Series& series, const Standstill& still) {
 /// windows, while elsewhere it moves by more than three of its least steps.
 bool stands_still(const Series& series, const Standstill& still) {
   const double lowest = series.shake.kind == Motion::Kind::random ? 0.0 : series.shake.frequency;
-  const double cycles = lowest > 0.0 ? 2.0 / (lowest * series.interval) : 0.0;
-  if (static_cast<double>(still.length) < std::max(32.0, cycles)) return false;
+  const double cycles = lowest > 0.0 ? still_cycles / (lowest * series.interval) : 0.0;
+  if (static_cast<double>(still.length) < std::max(least_standstill, cycles)) return false;
   double least = INFINITY, last = std::nan("");
   for (const double v : series.force) {
     if (std::isnan(v)) continue;
     if (v != last && !std::isnan(last)) least = std::min(least, std::abs(v - last));
     last = v;
   }
-  return !std::isfinite(least) || spread(series.force) > 3.0 * least;
+  return !std::isfinite(least) || spread(series.force) > moves_by * least;
 }
 
 }  // namespace
@@ -172,8 +180,9 @@ void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& 
   std::erase_if(data.series, [&](const Series& s) {
     if (!s.at_rest()) return false;
     const bool pulses = reading_of(*drafts.at(s.unit).front().channel) == Reading::pulses;
-    const double own = spread(s.force), least = pulses ? 3.0 / s.window : 1e-3 * std::abs(mean_of(s, 0.0).value);
-    if (own <= std::max(20.0 * quietest[s.unit], least)) return false;
+    const double own = spread(s.force),
+                 least = pulses ? over_pulses / s.window : over_mean * std::abs(mean_of(s, 0.0).value);
+    if (own <= std::max(over_quietest * quietest[s.unit], least)) return false;
     data.findings.push_back(
         {Severity::warning, "moves_at_rest", {{"ratio", own / quietest[s.unit]}}, place_of(data, s)});
     return true;

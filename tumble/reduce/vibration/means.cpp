@@ -12,11 +12,14 @@ namespace tumble::vibration {
 
 namespace {
 
+constexpr double same_value = 1e-5;    ///< [1] within which the values of two findings are one: six digits are shown
+constexpr double same_gravity = 1e-3;  ///< [g] between two rests: a fixture that was turned shows more
+
 bool equal(const FindingValue& a, const FindingValue& b) {
   if (a.name != b.name || a.value.index() != b.value.index()) return false;
   if (const auto* x = std::get_if<double>(&a.value)) {
     const double y = std::get<double>(b.value);
-    return *x == y || std::abs(*x - y) <= 1e-5 * std::max(std::abs(*x), std::abs(y));
+    return *x == y || std::abs(*x - y) <= same_value * std::max(std::abs(*x), std::abs(y));
   }
   if (const auto* phrase = std::get_if<Phrase>(&a.value)) return phrase->key == std::get<Phrase>(b.value).key;
   if (const auto* text = std::get_if<std::string>(&a.value)) return *text == std::get<std::string>(b.value);
@@ -54,14 +57,14 @@ double three_digits(double frequency) { return rounded_to_digits(frequency, 3); 
 
 double raster(double cycles_per_window, double pulses_per_window, double samples) {
   const auto off = [](double turns) { return std::abs(turns - std::round(turns)); };
-  for (double p = 1.0; p < 0.25 * samples; ++p)
+  for (double p = 1.0; p < raster_within * samples; ++p)
     if (off(p * cycles_per_window) * samples < 1.0 && off(p * pulses_per_window) * samples < p) return p;
   return samples;
 }
 
 double rounding_log_variance(double amplitude, double cycles_per_window, double pulses_per_window, double samples) {
   const double p = raster(cycles_per_window, pulses_per_window, samples);
-  if (p >= 0.25 * samples) return 0.0;
+  if (p >= raster_within * samples) return 0.0;
   return 2.0 / (3.0 * p) * std::pow(std::sin(pi * cycles_per_window), 2) / (amplitude * amplitude);
 }
 
@@ -103,7 +106,7 @@ AtRest at_rest(const Data& data, const Series& series) {
     const Series& other = data.series[i];
     if (!other.at_rest() || other.unit != series.unit || other.power_up != series.power_up) continue;
     // A fixture that was turned in between shows another gravity.
-    if (std::abs(other.rest - series.rest) > 1e-3 * standard_gravity) continue;
+    if (std::abs(other.rest - series.rest) > same_gravity * standard_gravity) continue;
     const auto nearer = [&](std::size_t nearest) {
       return nearest == data.series.size() ||
              std::abs(other.middle() - series.middle()) < std::abs(data.series[nearest].middle() - series.middle());

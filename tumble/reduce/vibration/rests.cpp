@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "tumble/math/normal.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/units/constants.hpp"
@@ -14,6 +15,12 @@ namespace tumble::vibration {
 namespace {
 
 using Severity = Finding::Severity;
+
+constexpr double departs_sd = 4.0;  ///< [sd] of rest and plan: p = 6e-5
+/// A cause explains a departure within [sd], and leaves at most [1] of what the other leaves.
+constexpr double explains_sd = 4.0, explains_of_other = 0.5, gain_of_fixture = 0.01;
+constexpr std::size_t fewest_residuals = 32;
+constexpr double outlier_sd = 6.0;  ///< p = 2e-9
 
 /// Specific force [1 of gravity] that an input axis 2 deg off its direction adds where it should lie along gravity, and
 /// where it should be level.
@@ -62,10 +69,10 @@ std::optional<RestDeparture> departure_of(const Rests& rests, double bias_sd, do
   const auto steepest = std::abs(*lowest) > std::abs(*highest) ? low : high;
   RestDeparture d =
       *highest - *lowest > standard_gravity ? both_ways(rests, low, high) : one_way(rests, steepest, bias_sd);
-  const bool level = std::abs(d.planned) < 0.2 * standard_gravity;
+  const bool level = std::abs(d.planned) < along_input * standard_gravity;
   const double tilt = (level ? across_by_tilt : along_by_tilt) * standard_gravity;
   d.uncertainty = std::hypot(d.uncertainty, scale_sd * d.planned, tilt);
-  if (std::abs(d.shown - d.planned) <= 4.0 * d.uncertainty) return {};
+  if (std::abs(d.shown - d.planned) <= departs_sd * d.uncertainty) return {};
   return d;
 }
 
@@ -93,16 +100,16 @@ std::string names_of(const std::vector<std::size_t>& indices, const Estimate& es
 enum class Cause { sign, scale, bias, unknown };
 
 Cause cause_of(const RestDeparture& d, double log_gain, double uncertainty) {
-  if (std::abs(d.planned) < 0.2 * standard_gravity) return Cause::unknown;
+  if (std::abs(d.planned) < along_input * standard_gravity) return Cause::unknown;
   const double ratio = d.ratio();
   if (ratio < -0.5) return Cause::sign;
   if (d.without_bias) return Cause::scale;
   if (!(ratio > 0.0) || !std::isfinite(log_gain)) return Cause::unknown;
   // Loops and fixtures raise or lower a gain by some parts in a hundred even at the lowest tone.
-  const double sd = std::hypot(uncertainty, 0.01), by_scale = std::abs(log_gain - std::log(ratio)) / sd,
+  const double sd = std::hypot(uncertainty, gain_of_fixture), by_scale = std::abs(log_gain - std::log(ratio)) / sd,
                by_bias = std::abs(log_gain) / sd;
-  if (by_scale < 4.0 && by_scale < 0.5 * by_bias) return Cause::scale;
-  if (by_bias < 4.0 && by_bias < 0.5 * by_scale) return Cause::bias;
+  if (by_scale < explains_sd && by_scale < explains_of_other * by_bias) return Cause::scale;
+  if (by_bias < explains_sd && by_bias < explains_of_other * by_scale) return Cause::bias;
   return Cause::unknown;
 }
 
@@ -179,16 +186,16 @@ Outliers outliers_of(const std::vector<double>& residual, double least) {
   for (const double r : residual)
     if (!std::isnan(r)) sizes.push_back(std::abs(r));
   Outliers outliers;
-  if (sizes.size() < 32) return outliers;
+  if (sizes.size() < fewest_residuals) return outliers;
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::ranges::nth_element(sizes, middle);
-  const double limit = 6.0 * std::max(1.4826 * *middle, least);
+  const double limit = outlier_sd * std::max(sd_of_median_size * *middle, least);
   for (std::size_t i = 0; i < residual.size(); ++i) {
     if (!(std::abs(residual[i]) > limit)) continue;
     outliers.index.push_back(i);
     outliers.sum += residual[i];
   }
-  return 20 * outliers.index.size() > sizes.size() ? Outliers{} : outliers;
+  return windows_of_outlier * outliers.index.size() > sizes.size() ? Outliers{} : outliers;
 }
 
 void add_outliers(const Data& data, const Series& series, const Outliers& outliers, Findings& findings) {

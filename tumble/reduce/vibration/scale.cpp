@@ -43,7 +43,7 @@ struct RestScale {
 std::optional<RestScale> scale_at_rest(const std::vector<const Series*>& at_rest, double bias_sd) {
   double with = 0.0, squares = 0.0, sum = 0.0;
   for (const Series* series : at_rest) {
-    if (!std::isfinite(series->rest) || std::abs(series->rest) < si(0.2, "g")) continue;
+    if (!std::isfinite(series->rest) || std::abs(series->rest) < si(along_input, "g")) continue;
     const Mean mean = mean_of(*series, 0.0);
     if (mean.windows == 0) continue;
     with += series->rest * mean.value;

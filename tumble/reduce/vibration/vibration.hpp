@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -116,6 +117,12 @@ struct Outliers {
   double sum = 0.0;                ///< of these residuals [u]
 };
 
+/// Specific force [g] along the input axis, from which on a rest shows the scale factor rather than the bias.
+constexpr double along_input = 0.2;
+
+/// One window in so many may be an outlier: where there are more, the values are of another shape.
+constexpr std::size_t windows_of_outlier = 20;
+
 /// Residuals beyond six of their robust standard deviations (1.4826 times the median of |r|, and at least `least`):
 /// two of a thousand million normal numbers are. Where more than one in twenty is beyond, the residuals are of another
 /// shape, and none is an outlier.
@@ -150,6 +157,12 @@ double sinc(double x);
 
 /// A frequency [Hz] to three digits, for names of parameters.
 double three_digits(double frequency);
+
+/// Part [1] of the windows of a tone, within which its rounding must repeat to be a line: four times then.
+constexpr double raster_within = 0.25;
+
+/// How far [Hz] a frequency is moved to be clear of another: 0.3 %, or three lines of a record of `span` [s].
+inline double next_frequency(double frequency, double span) { return std::max(0.003 * frequency, 3.0 / span); }
 
 /// Windows after which tone and total count meet the windows at equal phases again, to less than one spacing of the
 /// phases and to less than one pulse over all `samples`; `samples` where they do not. Given and returned: [1].

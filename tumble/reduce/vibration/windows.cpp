@@ -7,10 +7,21 @@
 
 #include "tumble/clocks/clock.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::vibration {
 namespace {
+
+constexpr double fewest_windows = 16.0;        ///< that show a scatter
+constexpr std::size_t fewest_of_channel = 16;  ///< windows
+
+constexpr double longest_by_clock = 64.0;  ///< windows: a longer stretch has a rate of its own
+constexpr double wander_of_window = 1e-3;  ///< [windows] of the stamps about their rate, from which on it wanders
+constexpr double slope_variance = 0.01;    ///< [1] squared: 10 %, of a slope that is used
+/// [1/window] about a multiple of it, where the window hides a tone: 5 % remain.
+constexpr double hidden_by_null = 0.05;
+constexpr double hidden_by_rate = 1.5;  ///< [1/span] about a multiple of half the rate, where sine and cosine are one
 
 void refuse_backwards(const Channel& channel, const Clock& clock) {
   if (clock.backward == 0 && clock.duplicates == 0) return;
@@ -59,12 +70,13 @@ void set_even_times(const Channel& channel, const Clock& clock, Windows& windows
   for (std::size_t g = 0; g <= clock.gaps.size(); ++g) {
     const std::size_t to = g < clock.gaps.size() ? clock.gaps[g].after + 1 : n;
     const double length = static_cast<double>(to - from);
-    const double rate = length > 64.0 ? (length - 1.0) / (channel.time(to - 1) - channel.time(from)) : clock.rate;
+    const double rate =
+        length > longest_by_clock ? (length - 1.0) / (channel.time(to - 1) - channel.time(from)) : clock.rate;
     const auto departure = wander(channel, from, to, rate);
     double mean = 0.0, squares = 0.0;
     for (const double x : departure) mean += x / length;
     for (const double x : departure) squares += (x - mean) * (x - mean) / length;
-    const bool wanders = std::sqrt(squares) > 1e-3 / rate;
+    const bool wanders = std::sqrt(squares) > wander_of_window / rate;
     for (std::size_t i = from; i < to; ++i)
       windows.begin[i] =
           channel.time(from) + static_cast<double>(i - from) / rate + (wanders ? departure[i - from] : mean);
@@ -89,7 +101,7 @@ void report_missing(const Channel& channel, const Clock& clock, Findings& findin
 
 Windows even_windows(const Channel& channel, Findings& findings) {
   const std::size_t n = channel.values.size();
-  if (n < 16)
+  if (n < fewest_of_channel)
     throw Error(Error::Kind::bad_data,
                 say("'{}' has {}: too few for a vibration test", channel.name, said_count(n, "sample")));
   for (std::size_t i = 0; i < n; ++i)
@@ -138,7 +150,7 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
       time += channel.time(last + 1) - channel.time(last);
       ++n;
     }
-    if (n < 16.0 || count == 0.0) continue;
+    if (n < fewest_windows || count == 0.0) continue;
     for (std::size_t i = first; i < last; ++i) {
       if (std::isnan(channel.values[i])) continue;
       const double interval = (channel.time(i + 1) - channel.time(i)) * n / time - 1.0;
@@ -153,12 +165,11 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
   if (!(squares > 0.0)) return std::nan("");
   const double slope = with / squares;
   const double variance = (counts - slope * with) / (windows * squares);
-  return variance < 0.01 ? slope : std::nan("");
+  return variance < slope_variance ? slope : std::nan("");
 }
 
 namespace {
 
-constexpr double fewest_windows = 16.0;  ///< that show the scatter before and after
 /// [1] of `reach` on both sides of the expected count, within which a register is never left: it is not unwrapped.
 constexpr double inner_reach = 0.9;
 /// [1] of the register's size, from the expected count. After unwrapping none is farther than 0.5; one that lies so
@@ -217,7 +228,7 @@ std::optional<Finding> hidden_tone(double frequency, double window, double inter
                                    const std::string& where) {
   constexpr auto error = Finding::Severity::error;
   const double turns = frequency * window, null = std::round(turns);
-  if (null > 0.0 && std::abs(turns - null) < 0.05)
+  if (null > 0.0 && std::abs(turns - null) < hidden_by_null)
     return Finding{error,
                    "tone_on_null",
                    {{"frequency", frequency, "Hz"},
@@ -226,8 +237,8 @@ std::optional<Finding> hidden_tone(double frequency, double window, double inter
                     {"upper", (null + 0.1) / window, "Hz"}},
                    where};
   const double half = 0.5 / interval, multiple = half * std::round(frequency / half);
-  if (!(multiple > 0.0) || std::abs(frequency - multiple) * span >= 1.5) return {};
-  const double apart = std::max(0.003 * multiple, 3.0 / span);
+  if (!(multiple > 0.0) || std::abs(frequency - multiple) * span >= hidden_by_rate) return {};
+  const double apart = next_frequency(multiple, span);
   return Finding{error,
                  "tone_on_half_rate",
                  {{"frequency", frequency, "Hz"},

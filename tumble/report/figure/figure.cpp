@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/report/decimate.hpp"
 #include "tumble/report/figure/colours.hpp"
 #include "tumble/report/figure/derived.hpp"
@@ -195,7 +196,7 @@ std::string to_json(const std::vector<Figure>& figures) {
       all.back()["map"] = {
           {"x", numbers(figure.map->x)}, {"y", numbers(figure.map->y)}, {"values", numbers(figure.map->values)}};
   }
-  return all.dump(1, ' ', false, Json::error_handler_t::replace);
+  return json_text(all, 1);
 }
 
 SeriesStyle style_of_series(std::size_t index) {

@@ -1,5 +1,6 @@
 #include "tumble/serve/routes/answers.hpp"
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/core/message_in.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
@@ -10,7 +11,7 @@ namespace tumble::routes {
 HttpResponse json_response(const Json& json, unsigned status) {
   HttpResponse response;
   response.status = status;
-  response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  response.body = json_text(json);
   return response;
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/language/said.hpp"
 #include "tumble/report/problem_json.hpp"
 #include "tumble/serve/routes/answers.hpp"
@@ -40,7 +41,7 @@ std::string events_said_in(Language language, std::string_view events) {
     Json json = line.starts_with(data) ? Json::parse(line.substr(data.size()), nullptr, false) : Json();
     if (json.is_object()) {
       say_in(language, json);
-      said.append(data).append(json.dump(-1, ' ', false, Json::error_handler_t::replace)).append("\n");
+      said.append(data).append(json_text(json)).append("\n");
     } else {
       said += line;
     }

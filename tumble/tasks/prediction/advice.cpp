@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/prediction/candidates.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
@@ -13,7 +14,6 @@
 namespace tumble::prediction {
 namespace {
 
-constexpr double condition_limit = 1e6;  ///< of columns of unit length: weaker combinations are not distinguished
 constexpr double ridge = 1e-9;
 constexpr std::size_t most_additions = 8;
 constexpr double coarse = pi / 4.0;
@@ -37,7 +37,7 @@ Matrix of_unit_length(const Matrix& rows) {
 std::size_t rank_of_rows(const Matrix& rows) {
   const auto values = singular_values(of_unit_length(rows));
   std::size_t rank = 0;
-  while (rank < values.size() && values[rank] * condition_limit > values[0]) ++rank;
+  while (rank < values.size() && values[rank] * weakest_combination > values[0]) ++rank;
   return rank;
 }
 

@@ -9,6 +9,7 @@
 #include <boost/beast/http/string_body.hpp>
 #include <nlohmann/json.hpp>
 
+#include "tumble/core/json_text.hpp"
 #include "tumble/wire/controller/template.hpp"
 
 namespace tumble::controller {
@@ -61,9 +62,7 @@ nlohmann::json json_of_word(std::string_view word) {
   return std::string(word);
 }
 
-std::string dumped(const nlohmann::json& json) {
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
+std::string ascii_text(const nlohmann::json& json) { return json_text(json, -1, true); }
 
 }  // namespace
 
@@ -94,7 +93,7 @@ std::optional<std::string> line_of_json(const std::vector<std::string>& pointers
     if (!json.contains(place)) return std::nullopt;
     const auto& value = json.at(place);
     if (value.is_structured() || value.is_null()) return std::nullopt;
-    words.push_back(value.is_string() ? value.get<std::string>() : dumped(value));
+    words.push_back(value.is_string() ? value.get<std::string>() : ascii_text(value));
   }
   return fmt::format("{}", fmt::join(words, " "));
 }
@@ -107,7 +106,7 @@ std::string json_of_line(const std::vector<std::string>& pointers, std::string_v
     json[Pointer(pointers[i])] = json_of_word(line.substr(0, end));
     line.remove_prefix(std::min(end + 1, line.size()));
   }
-  return dumped(json);
+  return ascii_text(json);
 }
 
 bool is_json_pointer(const std::string& text) {

@@ -11,10 +11,16 @@
 namespace tumble {
 namespace {
 
+/// [steps] where the series of a difference is exact to rounding and the difference cancels.
+constexpr double series_from = 16.0;
+/// [correlation times] of a mean, below which the formula cancels and its series does not.
+constexpr double short_means = 0.02;
+constexpr double no_sine = 1e-12;  ///< of a frequency that is a multiple of half the rate, to rounding
+
 /// Second difference of t^2 ln t at t and steps of 1, by its series beyond t = 16.
 double second_difference(double t) {
   const auto f = [](double x) { return x == 0.0 ? 0.0 : x * x * std::log(std::abs(x)); };
-  if (t < 16.0) return f(t + 1.0) - 2.0 * f(t) + f(t - 1.0);
+  if (t < series_from) return f(t + 1.0) - 2.0 * f(t) + f(t - 1.0);
   const double u = 1.0 / (t * t);
   return 2.0 * std::log(t) + 3.0 - u * (1.0 / 6.0 + u * (1.0 / 30.0 + u / 84.0));
 }
@@ -25,7 +31,7 @@ struct MarkovMeans {
   explicit MarkovMeans(double r) : decay(std::exp(-r)) {
     const double gone = -std::expm1(-r);
     next = gone * gone / (r * r);
-    if (r < 0.02) {
+    if (r < short_means) {
       // 2 (r - 1 + exp(-r))/r^2 and, without cancellation, that less `next`.
       variance = 1.0 - r / 3.0 + r * r / 12.0 - r * r * r / 60.0;
       drop = r * (2.0 / 3.0 - r * (0.5 - r * (7.0 / 30.0 - r / 12.0)));
@@ -40,7 +46,8 @@ struct MarkovMeans {
 }  // namespace
 
 double fourth_difference(double t) {
-  if (t < 16.0) return second_difference(t + 1.0) - 2.0 * second_difference(t) + second_difference(std::abs(t - 1.0));
+  if (t < series_from)
+    return second_difference(t + 1.0) - 2.0 * second_difference(t) + second_difference(std::abs(t - 1.0));
   const double u = 1.0 / (t * t);
   return -u * (2.0 + u * (2.0 + u * (3.0 + u * 17.0 / 3.0)));
 }
@@ -105,7 +112,7 @@ double expected_markov(const NoiseBand& band, double time) {
   const double zero = 2.0 * means.drop, one = means.next * gone - means.drop;
   const std::complex<double> z = std::polar(means.decay, w), turn = std::polar(1.0, 2.0 * w);
   const std::complex<double> sum = turn / (1.0 - z), lags = turn * (2.0 - z) / ((1.0 - z) * (1.0 - z));
-  const double cotangent = std::abs(std::sin(w)) < 1e-12 ? 0.0 : std::cos(w) / std::sin(w);
+  const double cotangent = std::abs(std::sin(w)) < no_sine ? 0.0 : std::cos(w) / std::sin(w);
   const double first = (1.0 - band.shortness) * std::cos(w) + band.shortness * std::cos(w);
   const double others = sum.real() - band.shortness * lags.real() + band.shortness * cotangent * sum.imag();
   return zero + 2.0 * (one * first - beyond * others) + lost * (2.0 - 2.0 * std::cos(w));

@@ -9,18 +9,25 @@
 namespace tumble::noise_likelihood {
 namespace {
 
+/// [rate] from half the rate down; likelihoods are flat to this.
+constexpr double widest_bandwidth = 0.5, ratio_of_bandwidths = 0.6;
+constexpr double shortest_of_mean = 1.3, ratio_of_means = 1.3;  ///< [samples]; ratio from one length to the next
+constexpr double needed_of_fall = 0.3;  ///< [1] of filter_fall, after both are refined: less is no filter
+
 constexpr double filter_fall = 30.0;  ///< of -2 ln L by a filter: many shapes and bandwidths are tried
 
 /// Filters from which the search begins.
 std::vector<NoiseFilter> filters() {
   std::vector<NoiseFilter> all;
   for (const FilterShape shape : {FilterShape::first_order, FilterShape::first_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6) all.push_back({shape, bandwidth, 0.0});
+    for (double bandwidth = widest_bandwidth; bandwidth > least_bandwidth; bandwidth *= ratio_of_bandwidths)
+      all.push_back({shape, bandwidth, 0.0});
   for (const FilterShape shape : {FilterShape::second_order, FilterShape::second_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6)
+    for (double bandwidth = widest_bandwidth; bandwidth > least_bandwidth; bandwidth *= ratio_of_bandwidths)
       for (const double damping : {0.5, 0.7, 1.0}) all.push_back({shape, bandwidth, damping});
   for (const FilterShape shape : {FilterShape::mean, FilterShape::mean_of_means, FilterShape::third_mean})
-    for (double length = shape == FilterShape::mean ? 1.3 : 1.0; length < longest_mean; length *= 1.3)
+    for (double length = shape == FilterShape::mean ? shortest_of_mean : 1.0; length < longest_mean;
+         length *= ratio_of_means)
       all.push_back({shape, bandwidth_of_means(shape, length), 0.0});
   return all;
 }
@@ -75,7 +82,7 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
   for (TriedTerms& one : best) {
     // Another bandwidth of the grid's spacing mends half the distance to no filter at most.
     if (one.fit.c.empty() || one.value() - least > 0.5 * (before.value() - least)) continue;
-    one = best_parameters(data, one, range, 2e-3);
+    one = best_parameters(data, one, range, fine);
     const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
     if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
   }
@@ -86,12 +93,13 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
 
 bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
   if (!filter.given()) return false;
-  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, 2e-3);
+  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, fine);
   return true;
 }
 
 bool filter_needed(const TriedTerms& without, const TriedTerms& with) {
-  return without.value() + 2.0 * size_of(without.terms) - with.value() - 2.0 * size_of(with.terms) > 0.3 * filter_fall;
+  return without.value() + 2.0 * size_of(without.terms) - with.value() - 2.0 * size_of(with.terms) >
+         needed_of_fall * filter_fall;
 }
 
 void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/stability/model_error.hpp"
+
 namespace tumble::noise_likelihood {
 namespace {
 
@@ -48,16 +50,13 @@ std::vector<double> counts_with(std::vector<double> count, double error) {
 double model_error(const BandData& whole, bool ramp, const TriedTerms& full) {
   auto residuals = residuals_of(whole, full.fit);
   const double dof = residual_freedom(residuals, full, ramp);
-  if (dof < 1.0 || chi_square_tail(chi_square(residuals, 0.0) / dof, dof) > 1e-3) return 0.0;
-  double low = std::log(1e-5), high = std::log(3.0);
+  if (!has_model_error(chi_square(residuals, 0.0), dof)) return 0.0;
   BandData data = whole;
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    data.count = counts_with(whole.count, std::exp(middle));
+  return model_error_where([&](double error) {
+    data.count = counts_with(whole.count, error);
     const auto left = residuals_of(whole, tried(data, full.terms, ramp, full.fit.s).fit);
-    (chi_square(left, std::exp(middle)) > dof ? low : high) = middle;
-  }
-  return std::exp(high);
+    return chi_square(left, error) > dof;
+  });
 }
 
 }  // namespace tumble::noise_likelihood

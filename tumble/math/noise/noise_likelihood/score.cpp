@@ -53,7 +53,7 @@ double chance_by_slope(const BandData& data, const TriedTerms& without, std::spa
   const double variance = 1.0 + covariance_of_dependence(data.bands, terms, as_column(each))(0, 0);
   if (variance < little && most < little - 1.0) return 0.0;
   const double skew = third_moment(data, fit.s, ends, u) / std::pow(variance, 1.5);
-  const double edf = 8.0 / std::max(skew * skew, 1e-6);
+  const double edf = freedom_of_skewness(skew);
   const double off = sum / std::sqrt(variance * 0.5 * edf);
   return skew > 0.0 ? chi_square_tail(1.0 + off, edf) : 1.0 - chi_square_tail(1.0 - off, edf);
 }

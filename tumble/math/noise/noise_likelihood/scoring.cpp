@@ -8,6 +8,10 @@
 namespace tumble::noise_likelihood {
 namespace {
 
+constexpr double rising = 1e-9;     ///< [1] gradient in unit columns, by which a coefficient that is zero may rise
+constexpr double not_worse = 1e-9;  ///< of -2 ln L: rounding
+constexpr int most_rounds = 60, most_halvings = 12;
+
 constexpr double accuracy = 1e-9;  ///< of -2 ln L: 3e-5 of the standard uncertainty of a term
 
 /// Power over that of white noise, averaged over frequencies within a factor of 2 either way.
@@ -55,7 +59,7 @@ std::vector<double> nonnegative(const Matrix& gram, std::span<const double> righ
     const auto gradient = difference(right, gram * c);
     std::size_t best = p;
     for (std::size_t t = 0; t < p; ++t)
-      if (!free[t] && gradient[t] > 1e-9 && (best == p || gradient[t] > gradient[best])) best = t;
+      if (!free[t] && gradient[t] > rising && (best == p || gradient[t] > gradient[best])) best = t;
     if (best == p) break;
     free[best] = true;
   }
@@ -153,19 +157,19 @@ ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, cons
   RampFit line;
   fit.minus_twice_log_likelihood = minus_twice(data, fit.s, ramp, line);
   bool placed = false;  // whether s is that of c
-  for (int iteration = 0; iteration < 60; ++iteration) {
+  for (int iteration = 0; iteration < most_rounds; ++iteration) {
     const auto to = step(data, x, rest_of(data, ramp, line, known), fit.s);
     double share = 1.0, likelihood = 0.0;
     std::vector<double> c, s;
     RampFit moved;
-    for (int halving = 0; halving < 12; ++halving, share *= 0.5) {
+    for (int halving = 0; halving < most_halvings; ++halving, share *= 0.5) {
       c = placed ? scaled_sum(fit.c, share, difference(to, fit.c)) : to;
       s = known.empty() ? x * c : scaled_sum(x * c, 1.0, known);
       likelihood = std::ranges::min(s) > 0.0 ? minus_twice(data, s, ramp, moved) : INFINITY;
-      if (!placed || likelihood <= fit.minus_twice_log_likelihood + 1e-9) break;
+      if (!placed || likelihood <= fit.minus_twice_log_likelihood + not_worse) break;
     }
     const double fall = fit.minus_twice_log_likelihood - likelihood;
-    if (placed && !(fall > -1e-9)) break;
+    if (placed && !(fall > -not_worse)) break;
     const bool settled = placed && fall < accuracy;
     for (double& value : s) value = std::max(value, 1e-300);
     fit.c = std::move(c);

@@ -14,6 +14,9 @@
 namespace tumble::noise_likelihood {
 namespace {
 
+/// Of the logarithm of a time or bandwidth, a factor of 1.8: others are looked for again.
+constexpr double moved_by = 0.6;
+
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
 constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
 constexpr double between_octaves = 10.0;  ///< of -2 ln L, from an octave of the correlation time to its best
@@ -130,7 +133,7 @@ TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const S
       const double at = one.of(terms);
       take(best_of_one(data, best, range.ramp, one, tolerance));
       terms = best.terms;
-      moved = moved || std::abs(std::log(one.of(terms) / at)) > 0.6;
+      moved = moved || std::abs(std::log(one.of(terms) / at)) > moved_by;
     }
     if (!moved && (parameters.size() < 2 || begin.value() - best.value() < enough)) break;
     if (parameters.size() > 1) take(best_together(data, begin, best, range.ramp, parameters, tolerance));
@@ -143,7 +146,7 @@ bool add_process(const BandData& data, const SearchRange& range, TriedTerms& bef
   if (tries.empty()) return false;
   TriedTerms best = likeliest(data, before, range.ramp, tries);
   if (before.value() - best.value() < 1.0) return false;
-  best = best_parameters(data, best, range, 2e-3);
+  best = best_parameters(data, best, range, fine);
   const bool helps = before.value() - best.value() > process_fall;
   if (helps) before = std::move(best);
   return helps;

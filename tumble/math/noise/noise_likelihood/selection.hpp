@@ -10,6 +10,7 @@
 namespace tumble::noise_likelihood {
 
 constexpr std::size_t power_laws = power_law_terms.size();
+constexpr double fine = 2e-3;          ///< tolerance of logarithms of the result: 0.2 % of a time or bandwidth
 constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
 
@@ -41,7 +42,10 @@ struct SearchRange {
   double longest = INFINITY;  ///< correlation time [samples]
 
   /// Whether a correlation time [samples] lies at one end, where the likelihood may still rise beyond.
-  bool at_bound(double time) const { return time < 1.02 * shortest_time || time > 0.98 * longest; }
+  bool at_bound(double time) const {
+    constexpr double at_end = 0.02;  // the tolerance of the search
+    return time < (1.0 + at_end) * shortest_time || time > (1.0 - at_end) * longest;
+  }
 };
 
 /// The likelihood with the correlation times and the filter at their best, searched from those of `terms` (within a

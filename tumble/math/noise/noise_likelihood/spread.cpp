@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/excess.hpp"
 #include "tumble/math/normal.hpp"
@@ -14,6 +15,9 @@
 
 namespace tumble::noise_likelihood {
 namespace {
+
+constexpr double least_band_share = 1e-6;   ///< [1] of a band as fitted, for coefficients that would make it negative
+constexpr double least_start_share = 1e-3;  ///< [1] of a band as fitted, from which the search for a limit starts
 
 /// A weighted design with columns of length 1.
 struct Weighted {
@@ -34,7 +38,7 @@ Weighted weighted(const BandData& data, const Matrix& x, std::span<const double>
 double chance_below(const BandData& data, const Matrix& x, std::span<const double> fitted, std::size_t which,
                     double estimate, double c, double widening) {
   auto s = scaled_sum(fitted, c - estimate, column(x, which));
-  for (std::size_t b = 0; b < s.size(); ++b) s[b] = std::max(s[b], 1e-6 * fitted[b]);
+  for (std::size_t b = 0; b < s.size(); ++b) s[b] = std::max(s[b], least_band_share * fitted[b]);
   const auto [weight, scale, unit] = weighted(data, x, s);
   std::vector<double> chosen(x.columns);
   chosen[which] = scale[which];
@@ -43,27 +47,23 @@ double chance_below(const BandData& data, const Matrix& x, std::span<const doubl
   const auto gain = scaled(weight, unit * row);
   double third = 0.0;
   for (std::size_t b = 0; b < s.size(); ++b) third += 8.0 * std::pow(gain[b] * s[b], 3) / std::pow(data.count[b], 2);
-  const double skew = third / (sd * sd * sd), edf = 8.0 / std::max(skew * skew, 1e-6);
+  const double skew = third / (sd * sd * sd), edf = freedom_of_skewness(skew);
   const double off = (estimate - c) / (widening * sd * std::sqrt(0.5 * edf));
   return skew > 0.0 ? 1.0 - chi_square_tail(1.0 + off, edf) : chi_square_tail(1.0 - off, edf);
 }
 
 /// Degrees of freedom of the Student factor at which 5 % of intervals miss.
 double freedom_for(const std::function<double(double)>& missed) {
-  constexpr double most = 1e4;
-  const double normal = student_quantile(0.975, most);
-  double low = normal, high = student_quantile(0.975, 1.0);
-  if (missed(low) <= 0.05) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    (missed(middle) > 0.05 ? low : high) = middle;
-  }
-  double few = 0.0, many = std::log(most);
-  for (int i = 0; i < 20; ++i) {
-    const double middle = 0.5 * (few + many);
-    (student_quantile(0.975, std::exp(middle)) > high ? few : many) = middle;
-  }
-  return std::exp(0.5 * (few + many));
+  constexpr double most = 1e4;                                      // more are as good as infinity: 1.9602 for 1.9600
+  constexpr int halvings_of_factor = 12, halvings_of_freedom = 20;  // to 0.003 of 12.7; to 1e-5 of the freedom
+  const double normal = student_quantile(two_sided_95, most);
+  if (missed(normal) <= missed_by_95) return std::numeric_limits<double>::infinity();
+  const double factor = bisected(normal, student_quantile(two_sided_95, 1.0), halvings_of_factor, [&](double t) {
+                          return missed(t) > missed_by_95;
+                        }).high;
+  return std::exp(bisected(0.0, std::log(most), halvings_of_freedom, [&](double logarithm) {
+                    return student_quantile(two_sided_95, std::exp(logarithm)) > factor;
+                  }).middle());
 }
 
 /// What dependence adds to the variance of the score. Of all covariances only those of near scales are counted: where
@@ -177,19 +177,17 @@ double interval_freedom(const BandData& data, const Matrix& x, const std::vector
 double time_freedom(double sd) {
   return freedom_for([&](double t) {
     // Greatest share of the truth whose interval ends below it, and least whose interval starts above it.
-    double low = 1e-3, high = 1.0;
-    for (int i = 0; i < 30; ++i) {
-      const double share = 0.5 * (low + high);
-      (share + t * sd * std::pow(share, 1.5) < 1.0 ? low : high) = share;
-    }
+    constexpr double least_share = 1e-3;  // of the truth; a time so short is no estimate of it
+    constexpr int halvings = 30;          // to 1e-9
+    const double low = bisected(least_share, 1.0, halvings, [&](double share) {
+                         return share + t * sd * std::pow(share, 1.5) < 1.0;
+                       }).low;
     const double starts = 4.0 / (9.0 * t * t * sd * sd);  // share - t sd share^1.5 is greatest here
     double above = 0.0;
     if (starts > 1.0 && starts - t * sd * std::pow(starts, 1.5) > 1.0) {
-      double least = 1.0, most = starts;
-      for (int i = 0; i < 30; ++i) {
-        const double share = 0.5 * (least + most);
-        (share - t * sd * std::pow(share, 1.5) < 1.0 ? least : most) = share;
-      }
+      const double most = bisected(1.0, starts, halvings, [&](double share) {
+                            return share - t * sd * std::pow(share, 1.5) < 1.0;
+                          }).high;
       above = normal_below(-std::log(most) / sd);
     }
     return normal_below(std::log(low) / sd) + above;
@@ -207,20 +205,20 @@ double upper_limit(const BandData& data, const Matrix& others, std::span<const d
                    const ScoringFit& free, double value, double sd) {
   const auto rise = [&](double c) {
     auto start = scaled_sum(free.s, c - value, column);
-    for (std::size_t b = 0; b < start.size(); ++b) start[b] = std::max(start[b], 1e-3 * free.s[b]);
+    for (std::size_t b = 0; b < start.size(); ++b) start[b] = std::max(start[b], least_start_share * free.s[b]);
     return fit_by_scoring(data, others, ramp, start, scaled(c, column)).minus_twice_log_likelihood -
            free.minus_twice_log_likelihood;
   };
-  double low = value, high = value + 1.645 * sd;
-  for (int i = 0; i < 30 && rise(high) < 2.71; ++i) {
+  constexpr double rise_at_limit = 2.71;  // chi-square with one degree of freedom: the square of 1.645
+  constexpr double widening = 1.5;        // of the interval, until the limit lies within it
+  constexpr int most_widenings = 30;      // to 2e5 of the first; without a limit there the last is returned
+  constexpr int halvings = 8;             // to 1/256 of the last widening
+  double low = value, high = value + normal_one_sided_95 * sd;
+  for (int i = 0; i < most_widenings && rise(high) < rise_at_limit; ++i) {
     low = high;
-    high = value + 1.5 * (high - value);
+    high = value + widening * (high - value);
   }
-  for (int i = 0; i < 8; ++i) {
-    const double middle = 0.5 * (low + high);
-    (rise(middle) < 2.71 ? low : high) = middle;
-  }
-  return high;
+  return bisected(low, high, halvings, [&](double c) { return rise(c) < rise_at_limit; }).high;
 }
 
 }  // namespace tumble::noise_likelihood

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -7,6 +8,12 @@
 #include "tumble/math/noise/noise_likelihood/selection.hpp"
 
 namespace tumble::noise_likelihood {
+
+/// Degrees of freedom [1] of the chi-square with that skewness [1]: sqrt(8/nu).
+inline double freedom_of_skewness(double skewness) {
+  constexpr double least = 1e-6;  // of the square: more than 8e6 degrees of freedom are normal
+  return 8.0 / std::max(skewness * skewness, least);
+}
 
 /// Columns of the terms above zero, then the derivatives by ln T_c of the processes, and last those by the logarithms
 /// of the filter's parameters, at the fitted model.

@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/population/components/likelihood.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
@@ -19,6 +20,14 @@
 
 namespace tumble {
 namespace {
+
+constexpr int most_climbs = 200;
+constexpr double least_share_of_step = 1e-6;  ///< [1] a shorter step changes nothing
+constexpr double same_end = 1e-6;             ///< [1] of an end of an interval
+constexpr double likely_within = 3.8415;      ///< chi-square of one degree of freedom at 0.95
+constexpr double first_width = 2.2;           ///< [sd] of the first step from the top: a little beyond the end, 1.96
+constexpr double least_first_width = 1e-3, farthest_end = 1e6;        ///< [largest spread] of a step, and of an end
+constexpr double least_gain_of_profile = 1e-6, greatest_ratio = 1e6;  ///< of the log-likelihood
 
 /// Levels numbered from 0 in the order of their first result.
 std::vector<std::size_t> numbered(const std::vector<std::size_t>& levels) {
@@ -78,11 +87,11 @@ std::vector<double> step_of(const AtVariances& at, const std::vector<double>& va
 /// promises less than `least_gain`.
 Maximum climbed(const Likelihood& at, std::vector<double> variances, std::size_t held, double least_gain) {
   auto here = at(variances);
-  for (int pass = 0; pass < 200 && std::isfinite(here.log_likelihood); ++pass) {
+  for (int pass = 0; pass < most_climbs && std::isfinite(here.log_likelihood); ++pass) {
     const auto step = step_of(here, variances, held);
     if (0.5 * dot(step, here.score) < least_gain) break;
     double gain = 0.0;
-    for (double share = 1.0; share > 1e-6; share *= 0.5) {
+    for (double share = 1.0; share > least_share_of_step; share *= 0.5) {
       auto next = variances;
       for (std::size_t c = 0; c < next.size(); ++c) next[c] = std::max(0.0, next[c] + share * step[c]);
       auto there = at(next);
@@ -97,7 +106,7 @@ Maximum climbed(const Likelihood& at, std::vector<double> variances, std::size_t
   return {variances, here};
 }
 
-bool close_enough(double a, double b) { return std::abs(b - a) <= 1e-6 * (std::abs(a) + std::abs(b)); }
+bool close_enough(double a, double b) { return std::abs(b - a) <= same_end * (std::abs(a) + std::abs(b)); }
 
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
@@ -113,15 +122,16 @@ void add_interval(const Likelihood& at, const Maximum& best, std::size_t c, doub
   const double variance = best.variances[c];
   const double information = inverse_symmetric(best.at.information)(c, c);
   out.degrees_of_freedom = std::max(1.0, information > 0.0 ? 2.0 * square(variance) / information : 1.0);
-  const double limit = 3.8415 * (1.0 + 1.0 / (3.0 * out.degrees_of_freedom));
-  const double step = std::clamp(2.2 * std::sqrt(std::max(information, 0.0)) / (2.0 * out.sd), 1e-3 * largest, largest);
+  const double limit = likely_within * (1.0 + 1.0 / (3.0 * out.degrees_of_freedom));
+  const double step = std::clamp(first_width * std::sqrt(std::max(information, 0.0)) / (2.0 * out.sd),
+                                 least_first_width * largest, largest);
   auto near = best.variances;
   const auto excess = [&](double sd) {  // of the root of the likelihood ratio, almost a straight line, over its limit
     near[c] = square(sd);
-    const auto profile = climbed(at, near, c, 1e-6);
+    const auto profile = climbed(at, near, c, least_gain_of_profile);
     near = profile.variances;
     const double ratio = 2.0 * (best.at.log_likelihood - profile.at.log_likelihood);
-    return std::sqrt(std::clamp(ratio, 0.0, 1e6)) - std::sqrt(limit);
+    return std::sqrt(std::clamp(ratio, 0.0, greatest_ratio)) - std::sqrt(limit);
   };
   const auto end = [&](double direction) {
     near = best.variances;
@@ -137,7 +147,7 @@ void add_interval(const Likelihood& at, const Maximum& best, std::size_t c, doub
                 : boost::math::tools::toms748_solve(excess, outside, inside, outer, inner, close_enough, most);
         return 0.5 * (from + to);
       }
-      if (outside == 0.0 || away > 1e6 * largest) return outside;
+      if (outside == 0.0 || away > farthest_end * largest) return outside;
       inside = outside, inner = outer;
     }
   };
@@ -157,7 +167,7 @@ void add_mean(const Model& model, const Maximum& best, SpreadComponents& out) {
   const double spread = quadratic_form(change, inverse_symmetric(best.at.information));
   out.mean = best.at.mean, out.mean_sd = std::sqrt(best.at.mean_variance);
   out.degrees_of_freedom = std::max(1.0, 2.0 * square(best.at.mean_variance) / spread);
-  const double half = student_quantile(0.975, out.degrees_of_freedom) * out.mean_sd;
+  const double half = student_quantile(two_sided_95, out.degrees_of_freedom) * out.mean_sd;
   out.mean_lower = out.mean - half, out.mean_upper = out.mean + half;
 }
 

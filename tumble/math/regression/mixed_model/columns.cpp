@@ -12,6 +12,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double part_of_dependence = 1e-3;  ///< [1] of a direction that has no length, in which a column takes part
+constexpr double stated_weight = 3.0;        ///< [limit of the condition] a smaller weight is rounding
+
 /// The next column to leave out: the first in the order of preference that takes part in a null vector.
 Index next_to_drop(const MatrixXd& scaled, const std::vector<Index>& kept, const std::vector<Index>& order,
                    double limit) {
@@ -24,7 +27,7 @@ Index next_to_drop(const MatrixXd& scaled, const std::vector<Index>& kept, const
   const VectorXd share = svd.matrixV().rightCols(at(kept.size()) - rank).rowwise().norm();
   for (const Index column : order) {
     const auto found = std::ranges::find(kept, column);
-    if (found != kept.end() && share[found - kept.begin()] > 1e-3) return column;
+    if (found != kept.end() && share[found - kept.begin()] > part_of_dependence) return column;
   }
   return kept.back();
 }
@@ -62,7 +65,7 @@ std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vecto
     if (d < empty || kept.empty()) continue;
     const VectorXd share = scaled(Eigen::all, kept).colPivHouseholderQr().solve(scaled.col(dropped[d]));
     for (std::size_t k = 0; k < kept.size(); ++k)
-      if (std::abs(share[at(k)]) > 3.0 / limit)
+      if (std::abs(share[at(k)]) > stated_weight / limit)
         result.back().weights[static_cast<std::size_t>(kept[k])] = share[at(k)] * norms[dropped[d]] / norms[kept[k]];
   }
   return result;

@@ -15,6 +15,13 @@ namespace {
 
 using Variances = std::vector<double>;
 
+constexpr double least_of_step = 0.1;  ///< [1] of the white variance, that one step leaves at least
+constexpr int most_rounds = 200, sure_rounds = 4, still_rounds = 2, most_halvings = 8;
+constexpr double not_lower = 1e-12;       ///< [1] of the log-likelihood: rounding
+constexpr double no_gain = 1e-9;          ///< of -2 ln L, in a round that gained nothing
+constexpr double start_of_later = 1e-3;   ///< [1] of the variance that is tried as zero, for those behind it
+constexpr double floor_of_known = 1e-10;  ///< [1] of the known variance: below, V would lose its own digits
+
 std::vector<double> values_of(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
 
 /// sum a_ij b_ij.
@@ -156,7 +163,7 @@ Variances scoring_step(const Restricted& likelihood, const Restricted::Point& po
   const auto step = pseudo_inverse(scaled_columns(scaled_rows(unit, information), unit)) * slope;
   Variances next = variances;
   for (std::size_t k = 0; k < free.size(); ++k) next[free[k]] = std::max(0.0, variances[free[k]] + unit[k] * step[k]);
-  next[0] = std::max(next[0], 0.1 * variances[0]);
+  next[0] = std::max(next[0], least_of_step * variances[0]);
   return next;
 }
 
@@ -178,19 +185,19 @@ struct Top {
 Top climb(const Restricted& likelihood, const Variances& start, double floor) {
   Top top{start, likelihood.at_variances(start)};
   int still = 0;  // rounds that gained nothing
-  for (int round = 0; round < 200 && still < 2; ++round) {
+  for (int round = 0; round < most_rounds && still < still_rounds; ++round) {
     Variances next =
-        round < 4 ? sure_step(top.point, top.variances) : scoring_step(likelihood, top.point, top.variances);
+        round < sure_rounds ? sure_step(top.point, top.variances) : scoring_step(likelihood, top.point, top.variances);
     for (std::size_t i = 0; i < next.size(); ++i)
       if (start[i] == 0.0 || likelihood.held(i)) next[i] = start[i];
     next[0] = std::max(next[0], floor);
     auto there = likelihood.at_variances(next);
     const double value = top.point.value;
-    for (int half = 0; half < 8 && !(there.value <= value + 1e-12 * std::abs(value)); ++half) {
+    for (int half = 0; half < most_halvings && !(there.value <= value + not_lower * std::abs(value)); ++half) {
       next = scaled(0.5, scaled_sum(next, 1.0, top.variances));
       there = likelihood.at_variances(next);
     }
-    still = round >= 4 && value - there.value < 1e-9 ? still + 1 : 0;
+    still = round >= sure_rounds && value - there.value < no_gain ? still + 1 : 0;
     top = {next, std::move(there)};
   }
   return top;
@@ -207,7 +214,7 @@ Top without_needless(const std::vector<SlowNoise>& slow, const Restricted& likel
     if (likelihood.held(i) || !(alternative || some_known) || !(top.variances[i] > 0.0)) continue;
     Variances start = top.variances;
     for (std::size_t later = i + 1; later < start.size(); ++later)
-      if (!likelihood.held(later)) start[later] = std::max(start[later], 1e-3 * top.variances[i]);
+      if (!likelihood.held(later)) start[later] = std::max(start[later], start_of_later * top.variances[i]);
     start[i] = 0.0;
     Top less = climb(likelihood, start, floor);
     if (less.point.value - top.point.value < 1.0) top = std::move(less);
@@ -241,8 +248,9 @@ Components restricted_likelihood(const std::vector<SlowNoise>& slow, const Compr
   for (std::size_t c = 0; c < slow.size(); ++c)
     if (slow[c].known) start[c + 1] = slow[c].variance;
   // Below, the observations are free of noise to rounding: V would lose its own digits.
-  const double floor = std::max({1e-10 * likelihood.known_mean(start), square(1e-16) * rows.observations.squaredNorm(),
-                                 std::numeric_limits<double>::min() * 1e20});
+  const double floor =
+      std::max({floor_of_known * likelihood.known_mean(start), square(1e-16) * rows.observations.squaredNorm(),
+                std::numeric_limits<double>::min() * 1e20});
   start[0] = std::max(likelihood.within() > 0.0 ? likelihood.within() : mean, floor);
   for (std::size_t c = 0; c + 1 < start.size(); ++c)
     if (const double unit = likelihood.shift_mean(c);

@@ -13,6 +13,11 @@
 namespace tumble::mixed_model {
 namespace {
 
+constexpr double least_column = 1e-9;   ///< [1] in unit columns: the means of the rows do not distinguish them
+constexpr double share_of_means = 0.9;  ///< [1] of the information, that the means of the rows must hold
+constexpr double no_account = 0.01;     ///< [1] of the white noise of one row: a known effect below it has none
+constexpr double least_pivot = 1e-12;   ///< [1] of the first: parameters that are not distinguished
+
 /// Rows of one segment: [X | D | 1], whitened, and y.
 struct Block {
   MatrixXd model;
@@ -44,10 +49,10 @@ bool means_say_all(const MatrixXd& design, const MatrixXd& means) {
   if (!(scale.minCoeff() > 0.0)) return false;
   const Eigen::HouseholderQR<MatrixXd> qr(design * scale.cwiseInverse().asDiagonal());
   const MatrixXd r = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  if (r.diagonal().cwiseAbs().minCoeff() < 1e-9) return false;
+  if (r.diagonal().cwiseAbs().minCoeff() < least_column) return false;
   const MatrixXd share =
       r.transpose().triangularView<Eigen::Lower>().solve((means * scale.cwiseInverse().asDiagonal()).transpose());
-  return Eigen::JacobiSVD<MatrixXd>(share).singularValues()[p - 1] > std::sqrt(0.9);
+  return Eigen::JacobiSVD<MatrixXd>(share).singularValues()[p - 1] > std::sqrt(share_of_means);
 }
 
 /// The rows of a segment along its mean, one a segment; what remains of the observations shows the noise.
@@ -99,7 +104,7 @@ Compressed compress(const MixedData& data, double white) {
   for (auto& s : scale)
     if (!(s > 0.0)) s = 1.0;
   // What a known effect does beyond the columns is of no account below a hundredth of the white noise of one row.
-  for (Index k = 0; k < q; ++k) scale[p + k] = std::max(scale[p + k], 0.01 * white / rounding);
+  for (Index k = 0; k < q; ++k) scale[p + k] = std::max(scale[p + k], no_account * white / rounding);
   VectorXd y = VectorXd::Zero(n);
   if (!data.observations.empty()) y = root.cwiseProduct(Eigen::Map<const VectorXd>(data.observations.data(), n));
 
@@ -139,7 +144,7 @@ std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows) {
     throw Error(Error::Kind::bad_data,
                 say("{} independent observations cannot determine {} parameters", rows.design.rows(), p));
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.design * scale.cwiseInverse().asDiagonal());
-  if (std::abs(qr.matrixQR()(p - 1, p - 1)) < 1e-12 * std::abs(qr.matrixQR()(0, 0)))
+  if (std::abs(qr.matrixQR()(p - 1, p - 1)) < least_pivot * std::abs(qr.matrixQR()(0, 0)))
     throw Error(Error::Kind::bad_data, "the observations cannot distinguish the parameters");
   const VectorXd b = scale.cwiseInverse().cwiseProduct(qr.solve(rows.observations));
   return {b, rows.observations - rows.design * b};

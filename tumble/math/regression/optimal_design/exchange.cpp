@@ -8,6 +8,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/optimal_design.hpp"
 #include "tumble/math/regression/optimal_design/worth.hpp"
+#include "tumble/math/rounding_share.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -50,11 +51,11 @@ class Search {
     return effort;
   }
   long least(std::size_t point) const {
-    return std::max(1L, static_cast<long>(std::ceil(problem_.points[point].least / quantum_ - 1e-9)));
+    return std::max(1L, static_cast<long>(std::ceil(problem_.points[point].least / quantum_ - rounding_share)));
   }
   /// Quanta that `effort` pays for at a point, its setup taken off; 0 where that is too little for a visit.
   long affordable(double effort, std::size_t point) const {
-    const double quanta = std::floor((effort - problem_.points[point].setup) / quantum_ + 1e-9);
+    const double quanta = std::floor((effort - problem_.points[point].setup) / quantum_ + rounding_share);
     return quanta >= static_cast<double>(least(point)) ? static_cast<long>(quanta) : 0L;
   }
 
@@ -113,7 +114,8 @@ Visits Search::greedy(const RandomStream& random, int start) const {
 Visits Search::quantised(const Design& design) const {
   Visits visits;
   for (const auto& visit : design) {
-    const long wanted = std::max(least(visit.point), static_cast<long>(std::floor(visit.effort / quantum_ + 1e-9)));
+    const long wanted =
+        std::max(least(visit.point), static_cast<long>(std::floor(visit.effort / quantum_ + rounding_share)));
     const long quanta = std::min(wanted, affordable(left(visits), visit.point));
     if (quanta > 0) visits.push_back({visit.point, quanta});
   }
@@ -161,7 +163,7 @@ bool Search::drop(Visits& visits, double& now) const {
     Visits others = visits;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
     double then = 0.0;
-    Visits best = with_more(others, static_cast<long>(std::floor(left(others) / quantum_ + 1e-9)), then);
+    Visits best = with_more(others, static_cast<long>(std::floor(left(others) / quantum_ + rounding_share)), then);
     if (!(then < now + rounding * std::abs(now))) {  // as good with a visit less is better
       ++v;
       continue;
@@ -199,7 +201,7 @@ bool Search::split(Visits& visits, double& now) const {
 /// Effort from where it is missed least to where it helps most; and what is left over.
 bool Search::balance(Visits& visits, double& now) const {
   bool changed = false;
-  if (const long spare = static_cast<long>(std::floor(left(visits) / quantum_ + 1e-9)); spare > 0) {
+  if (const long spare = static_cast<long>(std::floor(left(visits) / quantum_ + rounding_share)); spare > 0) {
     visits = with_more(visits, spare, now);
     changed = true;
   }
