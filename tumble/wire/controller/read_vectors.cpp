@@ -61,8 +61,9 @@ void read_vector(const toml::table& table, Draft& draft) {
   Section section(table, "[[vector]]", draft.problems);
   ControllerVector vector;
   vector.place = draft.problems.where(table.source());
-  vector.request.verb = section.text("verb").value_or("");
-  const auto* command = draft.controller.find(vector.request.verb);
+  const auto verb = find_verb(section.text("verb").value_or(""));
+  const auto* command = verb ? draft.controller.find(*verb) : nullptr;
+  if (command) vector.request.verb = command->verb;
   if (!command) section.problem_at("verb", "one of the commands of this declaration is expected");
   vector.request.axis = section.integer("axis").value_or(1);
   vector.request.values = quantities_at(section, "values", draft, nullptr);
