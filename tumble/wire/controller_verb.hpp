@@ -9,7 +9,7 @@
 
 namespace tumble {
 
-/// What a station can ask a controller for. docs/formats/controllers.md says what each does.
+/// The requests that a station can make of a controller. docs/formats/controllers.md says what each does.
 enum class ControllerVerb {
   identify,
   take,
