@@ -82,7 +82,8 @@ TEST(AddingExport, RefusesATermThatItCannotCarryUnlessTheUserDropsIt) {
 }
 
 const ControllerRequest sweep{
-    "sweep", {{"amplitude", si(2.0, "deg")}, {"frequency", 1.0}, {"to_frequency", 20.0}, {"duration", 90.0}}};
+    ControllerVerb::sweep,
+    {{"amplitude", si(2.0, "deg")}, {"frequency", 1.0}, {"to_frequency", 20.0}, {"duration", 90.0}}};
 
 TEST(AddingController, SweepsInBothDirections) {
   const Controller table = read_controller(text_of_file("examples/adding/my_controller.toml"), "my_controller.toml");
@@ -101,10 +102,10 @@ TEST(AddingController, SweepsInBothDirections) {
     bytes = host.next();
   }
   ASSERT_EQ(replies.size(), 1u);
-  EXPECT_EQ(replies[0].verb, "sweep");
+  EXPECT_EQ(replies[0].verb, ControllerVerb::sweep);
   EXPECT_EQ(replies[0].problem, "");
   ASSERT_FALSE(understood.empty());
-  EXPECT_EQ(understood.back().verb, "sweep");
+  EXPECT_EQ(understood.back().verb, ControllerVerb::sweep);
   // 90 s are 1.5000 min on the line: nothing is lost but the rounding of one product.
   EXPECT_NEAR(understood.back().values.at("duration"), 90.0, 1e-12);
 }

@@ -88,8 +88,8 @@ void OutputQueue::add(Piece piece) {
 
 std::string OutputQueue::words_of_gap(std::size_t lines) const {
   if (quiet || lines == 0) return "";
-  const std::string said = fmt::format("{} lines are not shown: nothing could be written for a while", lines);
-  return fmt::format("tumble: {}\n", said_in(language, said));
+  const Sentence said = say("{} lines are not shown: nothing could be written for a while", lines);
+  return fmt::format("tumble: {}\n", in_language(language, said));
 }
 
 void OutputQueue::work() {

@@ -79,10 +79,10 @@ std::string noise_table(const InstrumentRecorder& instrument, const Terminal& te
   return table_said(terminal, {names, units, samples, means, deviations, allans});
 }
 
-std::string counts_text(const InstrumentRecorder& instrument) {
+Sentence counts_said(const InstrumentRecorder& instrument) {
   const FrameCounts& counts = instrument.counts();
-  return fmt::format("{} frames, {:.5g} a second; {} lost, {} damaged, {} repeated", counts.channel_frames,
-                     instrument.rate(), counts.lost, counts.damaged.count, counts.repeated.count);
+  return say("{} frames, {:.5g} a second; {} lost, {} damaged, {} repeated", counts.channel_frames, instrument.rate(),
+             counts.lost, counts.damaged.count, counts.repeated.count);
 }
 
 /// What is shown while it records: one block on a terminal, else a line every ten seconds.
@@ -92,25 +92,26 @@ class Display {
 
   void show(const RecordView& view) {
     last_ = noise_table(*view.instrument, terminal_);
-    counts_ = said_in(terminal_.language, counts_text(*view.instrument));
+    counts_ = counts_said(*view.instrument);
     const double every = terminal_.live ? 0.5 : 10.0;
     if (view.elapsed < next_) return;
     next_ = view.elapsed + every;
-    const std::string head =
-        said_in(terminal_.language,
-                fmt::format("{}, on disk up to {}: {}", clock_text(view.elapsed), clock_text(view.on_disk), counts_));
+    const Sentence head =
+        say("{}, on disk up to {}: {}", Name{clock_text(view.elapsed)}, Name{clock_text(view.on_disk)}, counts_);
     if (terminal_.live)
-      block_.show(head + "\n\n" + last_ + "\n" + said_in(terminal_.language, "Ctrl+C ends the recording") + "\n");
+      block_.show(in_language(terminal_.language, head) + "\n\n" + last_ + "\n" +
+                  in_language(terminal_.language, Sentence("Ctrl+C ends the recording")) + "\n");
     else
       note(terminal_, Sentence(head));
   }
   void end() { block_.clear(); }
-  std::string result() const { return last_.empty() ? "" : counts_ + "\n\n" + last_; }
+  std::string result() const { return last_.empty() ? "" : in_language(terminal_.language, counts_) + "\n\n" + last_; }
 
  private:
   const Terminal& terminal_;
   LiveBlock block_;
-  std::string last_, counts_;
+  std::string last_;
+  Sentence counts_;
   double next_ = 1.0;
 };
 

@@ -60,23 +60,25 @@ std::string estimates_text(const RunView& view, const Terminal& terminal) {
 
 void RunDisplay::show(const RunView& view) {
   if (!terminal_.live) return;
-  std::string text = said_in(
-      terminal_.language,
-      fmt::format("{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
-                  hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments), view.segments,
-                  view.label, hours_text(view.left), hours_text(view.acknowledged), view.frames, view.lost,
-                  view.damaged));
+  std::string text =
+      in_language(terminal_.language,
+                  say("{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
+                      Name{hours_text(view.time)}, Name{std::string(name(view.phase))},
+                      std::min(view.segment + 1, view.segments), view.segments, view.label, Name{hours_text(view.left)},
+                      Name{hours_text(view.acknowledged)}, view.frames, view.lost, view.damaged));
   text += axes_text(view, terminal_) + "\n" + channels_text(view, terminal_);
   text += estimates_text(view, terminal_);
   if (view.prompt) text += "\n" + said_in(terminal_.language, view.prompt->text) + "\n";
-  block_.show(text + "\n" +
-              said_in(terminal_.language, "p pauses at the next segment, r resumes, Ctrl+C ends the run safely") +
-              "\n");
+  block_.show(
+      text + "\n" +
+      in_language(terminal_.language, Sentence("p pauses at the next segment, r resumes, Ctrl+C ends the run safely")) +
+      "\n");
 }
 
 std::string note_line(const Note& note, double time, Language language) {
   if (is_everyday(note.kind, note.phase)) return "";
-  const std::string kind = padded(said_in(language, std::string(name(note.kind))), 10, TextColumn::Align::left);
+  const std::string kind =
+      padded(in_language(language, Sentence(std::string(name(note.kind)))), 10, TextColumn::Align::left);
   return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, said_in(language, note.text));
 }
 

@@ -50,7 +50,7 @@ Answers answers_of(Station station) {
   LinkWires links(station, [begin] { return wall_time() - begin; });
   Answers all;
   for (const DeviceAnswer& answer : talk_to(station, parts, links.wires())) {
-    all.add(answer.device, answer.verb, reply_text(answer.reply), fmt::format("{:.1f}", 1e3 * answer.after));
+    all.add(answer.device, name(answer.verb), reply_text(answer.reply), fmt::format("{:.1f}", 1e3 * answer.after));
     all.good = all.good && answer.reply.problem.empty();
   }
   const auto counts = listen_to(station, parts, links.wires(), 1.0);

@@ -94,7 +94,7 @@ std::string talk_through(const Controller& controller, std::size_t choice, std::
         if (!std::isfinite(value)) return controller.name + ": infinite value";
     }
     for (std::size_t n = device.feed(bytes.substr(at, piece)).size(); n > 0; --n)
-      outcome([&] { return device.answer({"read"}), std::string(); }, Error::Kind::bad_input);
+      outcome([&] { return device.answer({ControllerVerb::read}), std::string(); }, Error::Kind::bad_input);
     device.output();
     host.next();
   }

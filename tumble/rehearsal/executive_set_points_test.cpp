@@ -25,8 +25,8 @@ constexpr std::size_t chamber_device = 1;  ///< device of the chamber
 std::shared_ptr<Course> dwell_at(double temperature) {
   auto course = std::make_shared<Course>();
   course->station = bench_station();
-  course->station.devices[chamber_device].verbs.push_back("set_point");
-  course->station.devices[chamber_device].set_point_verb = "set_point";
+  course->station.devices[chamber_device].verbs.push_back(ControllerVerb::set_point);
+  course->station.devices[chamber_device].set_point_verb = ControllerVerb::set_point;
   course->station.devices[chamber_device].set_point_step = 0.05;
   course->schedule = {bench_segment("warm", 60.0, {{"chamber", {.kind = Motion::Kind::dwell, .value = temperature}}})};
   course->units = {{"1", "S1"}};
@@ -36,7 +36,8 @@ std::shared_ptr<Course> dwell_at(double temperature) {
 TEST(SetPoint, IsReadBackBeforeTheRunGoesOn) {
   ExecutiveBench bench(dwell_at(si(40.0, "degC")));
   EXPECT_EQ(bench.run(1e5), RunEnding::complete);
-  const auto set = asked_for(bench, "set_temperature"), read = asked_for(bench, "set_point");
+  const auto set = asked_for(bench, ControllerVerb::set_temperature),
+             read = asked_for(bench, ControllerVerb::set_point);
   ASSERT_EQ(set.size(), 1u);
   ASSERT_EQ(read.size(), 1u) << "once confirmed, it is not asked for again";
   EXPECT_GT(read[0].time, set[0].time);
@@ -57,7 +58,7 @@ TEST(SetPoint, ThatIsAcknowledgedAndIgnoredFailsTheAttempt) {
 /// A safe list that brings the chamber to room temperature.
 std::shared_ptr<Course> with_safe_set_point() {
   auto course = dwell_at(si(40.0, "degC"));
-  course->station.safe[1].request = {"set_temperature", {{"temperature", si(23.0, "degC")}}};
+  course->station.safe[1].request = {ControllerVerb::set_temperature, {{"temperature", si(23.0, "degC")}}};
   return course;
 }
 
@@ -65,7 +66,7 @@ TEST(SetPoint, OfTheSafeListIsConfirmedByReadingItBack) {
   ExecutiveBench bench(with_safe_set_point());
   bench.at(100.0, RunOrder{RunOrder::Kind::stop, "operator"});
   EXPECT_EQ(bench.run(1e5), RunEnding::stopped);
-  EXPECT_GT(asked_for(bench, "set_point").back().time, 100.0);
+  EXPECT_GT(asked_for(bench, ControllerVerb::set_point).back().time, 100.0);
   EXPECT_LT(bench.ended_at, 105.0);
 }
 
@@ -86,7 +87,7 @@ TEST(SetPoint, DoesNotGoFasterThanTheStationAllows) {
   chamber.ramp_step = 15.0;
   ExecutiveBench bench(course);
   EXPECT_EQ(bench.run(1e5), RunEnding::complete);
-  const auto set = asked_for(bench, "set_temperature");
+  const auto set = asked_for(bench, ControllerVerb::set_temperature);
   ASSERT_EQ(set.size(), 40u) << "20 K at 2 K/min, a step each 15 s";
   double before = si(20.0, "degC"), sent = set[0].time - chamber.ramp_step;
   for (const auto& one : set) {

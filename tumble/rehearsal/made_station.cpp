@@ -44,7 +44,7 @@ StationDevice device_for(const Axis& axis, StationAxis::Kind kind) {
   device.poll = chamber ? 5.0 : 0.1;
   device.timeout = chamber ? 2.0 : 0.25;
   device.lost_after = chamber ? 15.0 : 0.6;  // one reply that is lost is asked for again
-  if (!chamber) device.prepare = {"enable"};
+  if (!chamber) device.prepare = {ControllerVerb::enable};
   return device;
 }
 
@@ -69,7 +69,7 @@ Station station_for(const Plan& plan) {
     station.devices.push_back(device_for(axis, driven.kind));
     SafeCommand stop;
     stop.device = driven.device;
-    stop.request.verb = "stop";
+    stop.request.verb = ControllerVerb::stop;
     station.safe.push_back(stop);
     station.axes.push_back(driven);
   }

@@ -116,7 +116,8 @@ TEST(StreamStart, AUnitThatIsNotStartedDropsOutBeforeAnythingMoves) {
   Rehearsal rehearsal = commanded_rehearsal(scratch);
   shorten(rehearsal);
   std::erase_if(rehearsal.station->devices, [](const StationDevice& device) { return device.name == "supply"; });
-  std::erase_if(rehearsal.station->safe, [](const SafeCommand& command) { return command.request.verb == "off"; });
+  std::erase_if(rehearsal.station->safe,
+                [](const SafeCommand& command) { return command.request.verb == ControllerVerb::off; });
   rehearsal.station->power.device.reset();
   rehearsal.faults = {
       {.kind = FaultKind::half_open, .name = "cable", .about = "unit", .at = 0.0, .lasts = 1e9, .ends = "failed"}};

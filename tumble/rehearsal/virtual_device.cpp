@@ -24,7 +24,7 @@ struct Asked {
   double need(const std::string& name) {
     const auto found = request.values.find(name);
     if (found != request.values.end() && std::isfinite(found->second)) return found->second;
-    refuse(say("{} needs a value of {}", Name{request.verb}, Name{name}));
+    refuse(say("{} needs a value of {}", Name{tumble::name(request.verb)}, Name{name}));
     return 0.0;
   }
   double value_or(const std::string& name, double otherwise) const {
@@ -126,7 +126,7 @@ void add_readings(Asked& asked) {
     if (asked.rig.is_temperature(axis)) {
       values["temperature" + tail] = now.value;
       values["set_point" + tail] = asked.device.memory[axis].set_point.value_or(now.value);
-      if (asked.request.verb == "set_point") values["temperature" + tail] = values["set_point" + tail];
+      if (asked.request.verb == ControllerVerb::set_point) values["temperature" + tail] = values["set_point" + tail];
     } else {
       values["position" + tail] = now.value;
       values["rate" + tail] = now.rate;
@@ -156,43 +156,47 @@ void answer_identify(Asked& asked) { asked.reply.words = {{"identity", "virtual 
 
 void acknowledge(Asked&) {}
 
-const std::map<std::string, void (*)(Asked&), std::less<>>& verbs() {
-  static const std::map<std::string, void (*)(Asked&), std::less<>> all{
-      {"identify", answer_identify}, {"take", acknowledge},
-      {"release", acknowledge},      {"enable", answer_enable},
-      {"disable", answer_disable},   {"home", answer_home},
-      {"rate", answer_rate},         {"position", answer_position},
-      {"sine", answer_sine},         {"sweep", answer_sweep},
-      {"random", answer_random},     {"stop", answer_stop},
-      {"read", acknowledge},         {"state", answer_state},
-      {"clear_fault", answer_clear}, {"set_temperature", answer_temperature},
-      {"set_ramp", answer_ramp},     {"start", answer_start},
-      {"hold", answer_stop},         {"off", answer_off},
-      {"resume", answer_start},      {"set_point", acknowledge},
-      {"alarm", acknowledge},        {"set_voltage", acknowledge},
-      {"set_current", acknowledge},  {"set_limits", acknowledge}};
+using CarryOut = void (*)(Asked&);
+
+const std::map<ControllerVerb, CarryOut>& verbs() {
+  static const std::map<ControllerVerb, CarryOut> all{
+      {ControllerVerb::identify, answer_identify}, {ControllerVerb::take, acknowledge},
+      {ControllerVerb::release, acknowledge},      {ControllerVerb::enable, answer_enable},
+      {ControllerVerb::disable, answer_disable},   {ControllerVerb::home, answer_home},
+      {ControllerVerb::rate, answer_rate},         {ControllerVerb::position, answer_position},
+      {ControllerVerb::sine, answer_sine},         {ControllerVerb::sweep, answer_sweep},
+      {ControllerVerb::random, answer_random},     {ControllerVerb::stop, answer_stop},
+      {ControllerVerb::read, acknowledge},         {ControllerVerb::state, answer_state},
+      {ControllerVerb::clear_fault, answer_clear}, {ControllerVerb::set_temperature, answer_temperature},
+      {ControllerVerb::set_ramp, answer_ramp},     {ControllerVerb::start, answer_start},
+      {ControllerVerb::hold, answer_stop},         {ControllerVerb::off, answer_off},
+      {ControllerVerb::resume, answer_start},      {ControllerVerb::set_point, acknowledge},
+      {ControllerVerb::alarm, acknowledge},        {ControllerVerb::set_voltage, acknowledge},
+      {ControllerVerb::set_current, acknowledge},  {ControllerVerb::set_limits, acknowledge}};
   return all;
 }
 
 /// The supply of the instruments.
 void answer_supply(Asked& asked) {
-  const std::string& verb = asked.request.verb;
+  const ControllerVerb verb = asked.request.verb;
   VirtualDevice& supply = asked.device;
-  if (verb == "set_voltage") supply.voltage = asked.need("voltage");
-  if (verb == "set_current") supply.current = asked.need("current");
-  if (verb == "enable" || verb == "start") asked.rig.power(asked.time, true);
-  if (verb == "disable" || verb == "off" || verb == "stop") asked.rig.power(asked.time, false);
+  if (verb == ControllerVerb::set_voltage) supply.voltage = asked.need("voltage");
+  if (verb == ControllerVerb::set_current) supply.current = asked.need("current");
+  if (verb == ControllerVerb::enable || verb == ControllerVerb::start) asked.rig.power(asked.time, true);
+  if (verb == ControllerVerb::disable || verb == ControllerVerb::off || verb == ControllerVerb::stop)
+    asked.rig.power(asked.time, false);
   const bool on = asked.rig.power_up() > 0;
   asked.reply.values = {{"voltage", on ? supply.voltage : 0.0}, {"current", on ? supply.current : 0.0}};
   asked.reply.words = {{"state", on ? "running" : "off"}, {"fault", "none"}};
-  if (verb == "identify") answer_identify(asked);
+  if (verb == ControllerVerb::identify) answer_identify(asked);
 }
 
 }  // namespace
 
 std::vector<std::string> virtual_verbs() {
   std::vector<std::string> names;
-  for (const auto& [name, carry_out] : verbs()) names.push_back(name);
+  for (const auto& [verb, carry_out] : verbs()) names.push_back(name(verb));
+  std::ranges::sort(names);
   return names;
 }
 
@@ -201,7 +205,7 @@ ControllerReply answer(VirtualRig& rig, double time, VirtualDevice& device, cons
   const auto verb = verbs().find(request.verb);
   const auto axis = static_cast<std::size_t>(request.axis - 1);
   if (verb == verbs().end()) {
-    asked.refuse(say("{} does not know '{}'", Name{device.name}, request.verb));
+    asked.refuse(say("{} does not know '{}'", Name{device.name}, name(request.verb)));
   } else if (request.axis < 1 || axis >= device.axes.size()) {
     asked.refuse(say("{} has no axis {}", Name{device.name}, request.axis));
   } else {

@@ -69,8 +69,9 @@ std::optional<ControllerRequest> of_axis(const ControllerCommand& command, const
   for (const auto& name : command.takes)
     if (const auto value = request.values.find(name + tail); value != request.values.end())
       one.values.emplace(name, value->second);
-  const bool has_own = std::ranges::find(command.takes, command.verb) != command.takes.end();
-  return has_own && !one.values.contains(command.verb) ? std::nullopt : std::optional(std::move(one));
+  const std::string& own = name(command.verb);
+  const bool has_own = std::ranges::find(command.takes, own) != command.takes.end();
+  return has_own && !one.values.contains(own) ? std::nullopt : std::optional(std::move(one));
 }
 
 }  // namespace
@@ -82,7 +83,8 @@ std::vector<ControllerRequest> axis_by_axis(const Controller& controller, const 
     for (const ControllerCommand& command : controller.commands)
       if (auto one = of_axis(command, request, axis)) single.push_back(std::move(*one));
   const ControllerCommand* command = controller.find(request.verb);
-  const bool is_simple = request.verb == "stop" || request.verb == "enable" || request.verb == "disable";
+  const bool is_simple = request.verb == ControllerVerb::stop || request.verb == ControllerVerb::enable ||
+                         request.verb == ControllerVerb::disable;
   if (command && is_simple && !names_an_axis(*command))
     for (int axis = 1; axis <= axes; ++axis) single.push_back({request.verb, request.values, axis});
   return single.empty() ? std::vector{request} : single;

@@ -50,7 +50,7 @@ LateCounts talk_to_late_rig(const std::string& name, const std::map<std::string,
   bool waiting = false;
   const auto take = [&](const std::vector<ControllerReply>& replies) {
     for (const auto& reply : replies) {
-      if (!reply.problem.empty() || reply.refused || reply.verb != "read") continue;
+      if (!reply.problem.empty() || reply.refused || reply.verb != ControllerVerb::read) continue;
       waiting = false;
       heard = now;
       const double position = reply.values.at("position");
@@ -76,7 +76,7 @@ LateCounts talk_to_late_rig(const std::string& name, const std::map<std::string,
     axis = axis % 3 + 1;
     asked_at = now;
     waiting = true;
-    take(host.ask({"read", {}, axis}, now));
+    take(host.ask({ControllerVerb::read, {}, axis}, now));
   }
   return counts;
 }

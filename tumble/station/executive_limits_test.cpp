@@ -22,7 +22,7 @@ Schedule turning(double degrees_a_second, double duration) {
                         {{"table", {.kind = Motion::Kind::rate, .value = si(degrees_a_second, "deg/s")}}})};
 }
 
-std::vector<ControllerRequest> requests_of(const ExecutiveBench& bench, const std::string& verb) {
+std::vector<ControllerRequest> requests_of(const ExecutiveBench& bench, ControllerVerb verb) {
   std::vector<ControllerRequest> requests;
   for (const auto& one : bench.asked)
     if (one.ask.request.verb == verb) requests.push_back(one.ask.request);
@@ -32,13 +32,15 @@ std::vector<ControllerRequest> requests_of(const ExecutiveBench& bench, const st
 TEST(ExecutiveLimits, TheAccelerationOfTheStationGoesWithTheCommandsThatCarryIt) {
   Station station = bench_station();
   station.axes[0].max_acceleration = si(5.0, "deg/s^2");
-  station.devices[0].takes = {{"rate", {"acceleration", "rate"}}, {"position", {"position", "rate"}}};
+  station.devices[0].takes = {{ControllerVerb::rate, {"acceleration", "rate"}},
+                              {ControllerVerb::position, {"position", "rate"}}};
   Schedule schedule = turning(20.0, 5.0);
   schedule.push_back(bench_segment("held", 5.0, {{"table", {.value = 0.0}}}));
   ExecutiveBench bench(bench_course(schedule, station));
   ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
-  EXPECT_EQ(requests_of(bench, "rate").at(0).values.at("acceleration"), si(5.0, "deg/s^2"));
-  EXPECT_FALSE(requests_of(bench, "position").at(0).values.contains("acceleration")) << "the verb does not carry it";
+  EXPECT_EQ(requests_of(bench, ControllerVerb::rate).at(0).values.at("acceleration"), si(5.0, "deg/s^2"));
+  EXPECT_FALSE(requests_of(bench, ControllerVerb::position).at(0).values.contains("acceleration"))
+      << "the verb does not carry it";
 }
 
 TEST(ExecutiveLimits, AnAxisThatRunsOutOfItsTravelIsStopped) {
@@ -62,18 +64,18 @@ TEST(ExecutiveLimits, AnAxisOutsideOfItsTravelMayComeBack) {
 
 TEST(ExecutiveLimits, AlarmsOfADeviceAreAskedForAndStopTheRun) {
   Station station = bench_station();
-  station.devices[1].verbs.push_back("alarm");
+  station.devices[1].verbs.push_back(ControllerVerb::alarm);
   Schedule schedule{bench_segment("warm", 300.0, {{"chamber", {.kind = Motion::Kind::dwell, .value = 293.15}}})};
   ExecutiveBench bench(bench_course(schedule, station));
-  ControllerReply alarm{"alarm"};
+  ControllerReply alarm{ControllerVerb::alarm};
   bench.run(100.0);
-  ASSERT_FALSE(requests_of(bench, "alarm").empty());
+  ASSERT_FALSE(requests_of(bench, ControllerVerb::alarm).empty());
   const auto step_with_alarm = [&](const std::string& word) {
-    ControllerReply reply{"alarm"};
+    ControllerReply reply{ControllerVerb::alarm};
     reply.words = {{"alarm", word}};
     auto state = bench.state;
     const std::size_t climate = 1;
-    state.devices[climate].asked = PendingRequest{{"alarm"}, PendingRequest::Purpose::poll, 1};
+    state.devices[climate].asked = PendingRequest{{ControllerVerb::alarm}, PendingRequest::Purpose::poll, 1};
     std::vector<RunAction> actions;
     return step(state, {bench.state.now, DeviceReply{"climate", reply}}, actions).phase;
   };
@@ -88,10 +90,10 @@ TEST(ExecutiveLimits, TheEchoOfACommandIsNoReading) {
   auto state = bench.state;
   const auto before = state.axes[1].temperature;
   ASSERT_TRUE(before && *before < 330.0);
-  ControllerReply echo{"set_temperature"};
+  ControllerReply echo{ControllerVerb::set_temperature};
   echo.values = {{"temperature", 333.15}};
   state.devices[1].asked =
-      PendingRequest{{"set_temperature", {{"temperature", 333.15}}}, PendingRequest::Purpose::motion, 1};
+      PendingRequest{{ControllerVerb::set_temperature, {{"temperature", 333.15}}}, PendingRequest::Purpose::motion, 1};
   std::vector<RunAction> actions;
   state = step(state, {state.now, DeviceReply{"climate", echo}}, actions);
   EXPECT_EQ(state.axes[1].temperature, before);
@@ -104,9 +106,9 @@ TEST(ExecutiveLimits, AStateThatIsANumberIsNoReadingOfARate) {
   auto state = bench.state;
   state.axes[0].rate = 0.0;
   state.axes[0].at_rest = 1;
-  ControllerReply number{"state"};
+  ControllerReply number{ControllerVerb::state};
   number.values = {{"motion", 1.0}};
-  state.devices[0].asked = PendingRequest{{"state"}, PendingRequest::Purpose::poll, 1};
+  state.devices[0].asked = PendingRequest{{ControllerVerb::state}, PendingRequest::Purpose::poll, 1};
   std::vector<RunAction> actions;
   EXPECT_EQ(step(state, {state.now, DeviceReply{"servo", number}}, actions).axes[0].at_rest, 1);
 }

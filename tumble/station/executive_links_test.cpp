@@ -27,8 +27,9 @@ TEST(Executive, BecomesSafeOnTheOtherLinksAtOnceWhenALinkIsLost) {
     EXPECT_EQ(bench.run(1000.0), RunEnding::faulted);  // nobody knows of the chamber
     const double decided = bench.phase_began.at("stopping");
     EXPECT_LE(decided, 10.03 + (kind == Fault::cut ? 1e-9 : 10.0 + 1e-9));
-    const auto stop = std::find_if(bench.asked.begin(), bench.asked.end(),
-                                   [](const auto& one) { return one.ask.request.verb == "stop" && one.ask.urgent; });
+    const auto stop = std::find_if(bench.asked.begin(), bench.asked.end(), [](const auto& one) {
+      return one.ask.request.verb == ControllerVerb::stop && one.ask.urgent;
+    });
     ASSERT_NE(stop, bench.asked.end());
     EXPECT_LE(stop->time - decided, 0.1);
     EXPECT_TRUE(bench.faults_of_order.empty());
@@ -108,22 +109,22 @@ TEST(Executive, FindsATableThatWasLostWhileItSlept) {
 // Point 7 of the design: the state is read before anything is sent again.
 TEST(Executive, ReadsBeforeItSendsAgain) {
   ExecutiveBench bench(bench_course(table_schedule()));
-  bench.fault({.kind = Fault::deaf_reply, .device = "servo", .from = 0.0, .until = 20.0, .verb = "rate"});
+  bench.fault({.kind = Fault::deaf_reply, .device = "servo", .from = 0.0, .until = 20.0, .verb = ControllerVerb::rate});
   ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   bool read_between = true;
   for (const auto& one : bench.asked) {
     const auto& verb = one.ask.request.verb;
     if (one.ask.device != "servo") continue;
-    EXPECT_TRUE(verb != "rate" || read_between) << one.time;
-    read_between = verb != "rate" && (read_between || verb == "read");
+    EXPECT_TRUE(verb != ControllerVerb::rate || read_between) << one.time;
+    read_between = verb != ControllerVerb::rate && (read_between || verb == ControllerVerb::read);
   }
 }
 
 TEST(Executive, NeverSendsTwiceWhatIsToBeSentOnce) {
   ExecutiveBench bench(bench_course(table_schedule()));
-  bench.fault({.kind = Fault::deaf_reply, .device = "servo", .from = 0.0, .verb = "enable"});
+  bench.fault({.kind = Fault::deaf_reply, .device = "servo", .from = 0.0, .verb = ControllerVerb::enable});
   EXPECT_EQ(bench.run(1000.0), RunEnding::error);
-  EXPECT_EQ(asked_for(bench, "enable").size(), 1u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::enable).size(), 1u);
   EXPECT_EQ(bench.state.phase, RunPhase::safe);
 }
 
@@ -133,7 +134,7 @@ TEST(Executive, RefusesAnotherDeviceAtTheLink) {
   ExecutiveBench bench(bench_course(table_schedule(), station));
   EXPECT_EQ(bench.run(1000.0), RunEnding::error);
   EXPECT_NE(bench.ended->text.find("does not contain 'SN 8'"), std::string::npos) << bench.ended->text;
-  EXPECT_EQ(asked_for(bench, "position").size(), 0u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::position).size(), 0u);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(ExecutiveMotions, WhatTurnsIsStoppedWhileAConditionIsNotMet) {
   bench.at(60.0, humid(50.0));
   bench.run(30.0);
   EXPECT_EQ(bench.state.phase, RunPhase::holding);
-  EXPECT_NEAR(asked_for(bench, "stop").at(0).time, 21.0, 0.2) << "when the debounce time is over";
+  EXPECT_NEAR(asked_for(bench, ControllerVerb::stop).at(0).time, 21.0, 0.2) << "when the debounce time is over";
   EXPECT_LE(std::abs(bench.true_rate("table")), 1e-4);
   ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
   ASSERT_EQ(bench.recorded.size(), 2u);
@@ -106,8 +106,8 @@ TEST(ExecutiveMotions, NothingMovesBeforeItsRowIsOnTheDisk) {
   bench.at(60.0, RowsStored{2});
   bench.at(90.0, RowsStored{100});
   ASSERT_EQ(bench.run(1000.0), RunEnding::complete);
-  EXPECT_GE(asked_for(bench, "rate").at(0).time, 30.0);
-  const auto reads = asked_for(bench, "read");
+  EXPECT_GE(asked_for(bench, ControllerVerb::rate).at(0).time, 30.0);
+  const auto reads = asked_for(bench, ControllerVerb::read);
   for (std::size_t i = 1; i < reads.size(); ++i) EXPECT_LT(reads[i].time - reads[i - 1].time, 1.5);
   EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::segment_begins).size(), 1u) << "the disk takes no time of the attempt";
 }
@@ -117,8 +117,8 @@ TEST(ExecutiveMotions, TheSafeListWaitsForNoRow) {
   bench.state.awaits_rows = true;
   bench.at(5.0, MustStop{"servo floods its link"});
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
-  EXPECT_EQ(asked_for(bench, "stop").at(0).time, 5.0);
-  EXPECT_TRUE(asked_for(bench, "rate").empty());
+  EXPECT_EQ(asked_for(bench, ControllerVerb::stop).at(0).time, 5.0);
+  EXPECT_TRUE(asked_for(bench, ControllerVerb::rate).empty());
   EXPECT_EQ(bench.ended->text, "servo floods its link");
 }
 

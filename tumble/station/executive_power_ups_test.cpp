@@ -26,7 +26,7 @@ std::shared_ptr<const Course> two_power_ups(bool supply) {
   return std::make_shared<const Course>(std::move(course));
 }
 
-std::vector<double> times_of(const ExecutiveBench& bench, const std::string& verb, const std::string& device) {
+std::vector<double> times_of(const ExecutiveBench& bench, ControllerVerb verb, const std::string& device) {
   std::vector<double> times;
   for (const auto& one : bench.asked)
     if (one.ask.request.verb == verb && one.ask.device == device) times.push_back(one.time);
@@ -36,8 +36,9 @@ std::vector<double> times_of(const ExecutiveBench& bench, const std::string& ver
 TEST(ExecutivePowerUps, BeginWhereTheFirstSegmentIsRecorded) {
   ExecutiveBench bench(two_power_ups(true));
   ASSERT_EQ(bench.run(2e4), RunEnding::complete);
-  const auto off = times_of(bench, "off", "supply"), on = times_of(bench, "start", "supply"),
-             set = times_of(bench, "set_temperature", "climate");
+  const auto off = times_of(bench, ControllerVerb::off, "supply"),
+             on = times_of(bench, ControllerVerb::start, "supply"),
+             set = times_of(bench, ControllerVerb::set_temperature, "climate");
   ASSERT_EQ(on.size(), 2u);
   ASSERT_GE(off.size(), 2u);
   ASSERT_EQ(set.size(), 2u);
@@ -57,7 +58,7 @@ TEST(ExecutivePowerUps, AreRepeatedWithTheirFirstSegment) {
   bench.at(whole.recorded[0].begin + 60.0, RunOrder{RunOrder::Kind::resume, "operator"});
   ASSERT_EQ(bench.run(2e4), RunEnding::complete);
   ASSERT_EQ(bench.recorded.size(), 3u);
-  const auto on = times_of(bench, "start", "supply");
+  const auto on = times_of(bench, ControllerVerb::start, "supply");
   ASSERT_EQ(on.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_LT(bench.recorded[k].begin - on[k], 0.01) << k;
   EXPECT_GE(on[1] - bench.recorded[0].end, off_time);
@@ -68,7 +69,7 @@ TEST(ExecutivePowerUps, APersonIsAskedWhenTheAxesAreThere) {
   bench.answering = [](const Prompt&) { return std::pair(700.0, std::string("done")); };
   ASSERT_EQ(bench.run(2e4), RunEnding::complete);
   ASSERT_EQ(bench.prompts.size(), 1u);
-  const auto set = times_of(bench, "set_temperature", "climate");
+  const auto set = times_of(bench, ControllerVerb::set_temperature, "climate");
   ASSERT_EQ(set.size(), 2u);
   EXPECT_GT(bench.recorded[1].begin - set[1], soak + 700.0);
   const auto up = std::ranges::find_if(

@@ -217,8 +217,8 @@ TEST(Executive, RunsTheSafeListOnceHoweverOftenItIsToldToStop) {
   for (const double time : {20.0, 20.01, 20.2}) bench.at(time, RunOrder{RunOrder::Kind::stop, "SIGTERM"});
   bench.at(20.1, RunOrder{RunOrder::Kind::abort, "Li"});
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
-  EXPECT_EQ(asked_for(bench, "stop").size(), 1u);
-  EXPECT_EQ(asked_for(bench, "hold").size(), 1u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::stop).size(), 1u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::hold).size(), 1u);
   EXPECT_EQ(bench.true_rate("table"), 0.0);
   EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::run_ends).back().ending, RunRow::Ending::stopped);
 }
@@ -236,16 +236,16 @@ TEST(Executive, SaysToAPersonThatTheRigIsNotSafe) {
 
 TEST(Executive, SendsAStopAgainOnlyAfterItHasReadTheRate) {
   ExecutiveBench bench(bench_course(table_schedule()));
-  bench.fault({.kind = Fault::refuses, .device = "servo", .from = 19.0, .until = 21.0, .verb = "stop"});
+  bench.fault({.kind = Fault::refuses, .device = "servo", .from = 19.0, .until = 21.0, .verb = ControllerVerb::stop});
   bench.at(20.0, RunOrder{RunOrder::Kind::stop, "SIGTERM"});
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
   bool read_between = true;
   for (const auto& one : bench.asked) {
     if (one.ask.device != "servo") continue;
-    EXPECT_TRUE(one.ask.request.verb != "stop" || read_between);
-    read_between = one.ask.request.verb != "stop";
+    EXPECT_TRUE(one.ask.request.verb != ControllerVerb::stop || read_between);
+    read_between = one.ask.request.verb != ControllerVerb::stop;
   }
-  EXPECT_GT(asked_for(bench, "stop").size(), 2u);
+  EXPECT_GT(asked_for(bench, ControllerVerb::stop).size(), 2u);
 }
 
 TEST(Executive, SwitchesTheUnitOffOnlyWhenTheTableStands) {
@@ -253,7 +253,7 @@ TEST(Executive, SwitchesTheUnitOffOnlyWhenTheTableStands) {
   bench.at(20.0, RunOrder{RunOrder::Kind::stop, "SIGTERM"});
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
   const auto off = std::find_if(bench.asked.begin(), bench.asked.end(),
-                                [](const auto& one) { return one.ask.request.verb == "off"; });
+                                [](const auto& one) { return one.ask.request.verb == ControllerVerb::off; });
   ASSERT_NE(off, bench.asked.end());
   EXPECT_GT(off->time, 20.0 + si(20.0, "deg/s") / 2.0);  // the bench slows down with 2 rad/s^2
 }

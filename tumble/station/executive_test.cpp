@@ -66,7 +66,7 @@ TEST(Executive, CommitsTheRowOfAnAttemptBeforeItsMotion) {
   std::size_t begun = 0;
   for (const auto& one : bench.asked) {
     const auto& verb = one.ask.request.verb;
-    if (verb != "position" && verb != "rate") continue;
+    if (verb != ControllerVerb::position && verb != ControllerVerb::rate) continue;
     ++begun;
     EXPECT_LE(rows_of_kind(bench, RunRow::Kind::segment_begins).at(begun - 1).time, one.time);
   }
@@ -88,7 +88,7 @@ TEST(Executive, StepsARamp) {
       {bench_segment("cold", 10.0, {{"chamber", warm_to(20.0)}}), bench_segment("ramp", 200.0, {{"chamber", ramp}})}));
   ASSERT_EQ(bench.run(2000.0), RunEnding::complete);
   // 20 K in steps of 1 K, beside the set points of the two segments before recording
-  EXPECT_EQ(asked_for(bench, "set_temperature").size(), 22u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::set_temperature).size(), 22u);
   EXPECT_NEAR(bench.recorded[1].end - bench.recorded[1].begin, 200.0, 1e-9);
   EXPECT_NEAR(std::get<double>(bench.state.channels.at("chamber.temperature").value), si(40.0, "degC"), 1e-9);
 }
@@ -148,7 +148,7 @@ TEST(Executive, SwitchesTheSupplyBetweenPowerUps) {
                     bench_segment("second", 10.0, {{"table", hold_at(0.0)}}, 2)};
   ExecutiveBench bench(bench_course(schedule, bench_station(true)));
   EXPECT_EQ(bench.run(1000.0), RunEnding::complete);
-  EXPECT_EQ(asked_for(bench, "off").size(), 2u);
+  EXPECT_EQ(asked_for(bench, ControllerVerb::off).size(), 2u);
   EXPECT_GE(bench.recorded[1].begin - bench.recorded[0].end, 60.0);
   EXPECT_EQ(rows_of_kind(bench, RunRow::Kind::power_up).size(), 2u);
 }
@@ -231,7 +231,14 @@ class Dice {
 void shake(ExecutiveBench& bench, std::uint64_t seed) {
   Dice dice(seed);
   const std::vector<std::string> devices{"servo", "climate", "supply"};
-  const std::vector<std::string> verbs{"stop", "read", "rate", "position", "set_temperature", "enable", "off", "hold"};
+  const std::vector<ControllerVerb> verbs{ControllerVerb::stop,
+                                          ControllerVerb::read,
+                                          ControllerVerb::rate,
+                                          ControllerVerb::position,
+                                          ControllerVerb::set_temperature,
+                                          ControllerVerb::enable,
+                                          ControllerVerb::off,
+                                          ControllerVerb::hold};
   const std::vector<std::string> choices{"repeat", "skip", "stop", "done", "nonsense"};
   for (std::size_t i = dice.pick(4); i > 0; --i) {
     BenchFault fault{.kind = static_cast<BenchFault::Kind>(dice.pick(10)), .device = devices[dice.pick(3)]};

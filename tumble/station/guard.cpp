@@ -137,7 +137,7 @@ void RigGuard::Inner::begin() {
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) guard::refuse_guard("socketpair", note);
   guard::Post post{
       shared, ends[1], note, descriptors, orders, {}, {ends[1], note}, patience, guard::room_of_command_line()};
-  for (const GuardOrder& order : orders) post.words.push_back(order.verb + " to " + order.device);
+  for (const GuardOrder& order : orders) post.words.push_back(name(order.verb) + " to " + order.device);
   for (const int file : descriptors)
     if (file >= 0) post.kept.push_back(file);
   process = _Fork();  // without the handlers of fork(), which wait for work in the background

@@ -17,7 +17,8 @@ namespace tumble {
 /// One command of the safe list as bytes, for one who waits for no reply.
 struct GuardOrder {
   std::size_t wire = 0;
-  std::string device, verb;
+  std::string device;
+  ControllerVerb verb{};
   std::vector<std::string> bytes;  ///< of each exchange
   double after = 0.0;              ///< [s of the wall] that those before it have
   bool again = true;               ///< it may be sent a second time

@@ -48,7 +48,7 @@ struct GuardedLink {
 
 std::vector<GuardOrder> stop_of_table() {
   GuardOrder order;
-  order.device = "table", order.verb = "stop", order.bytes = {"STOP\r"};
+  order.device = "table", order.verb = ControllerVerb::stop, order.bytes = {"STOP\r"};
   return {order};
 }
 

@@ -60,25 +60,25 @@ struct StationDevice {
   std::string link;                                  ///< "tcp:HOST:PORT", "serial:DEVICE[:BAUD[:8N1]]"
   double poll = 0.1;                                 ///< [s]
   double timeout = 0.3;                              ///< [s] in which a request is answered
-  std::map<std::string, double> timeouts = {};       ///< [s] of verbs that take longer
+  std::map<ControllerVerb, double> timeouts = {};    ///< [s] of verbs that take longer
   double lost_after = 0.0;                           ///< [s] of silence; at least 3 polls
   std::optional<double> stops_by_itself =
-      {};                               ///< [s] after the host is silent, as the maker states; absent: it does not
-  std::string identity = {};            ///< text that the reply to identify must contain: its serial number
-  std::vector<std::string> verbs = {};  ///< that its declaration has
-  std::vector<std::string> once = {};   ///< of these, those that are never sent again
+      {};                                  ///< [s] after the host is silent, as the maker states; absent: it does not
+  std::string identity = {};               ///< text that the reply to identify must contain: its serial number
+  std::vector<ControllerVerb> verbs = {};  ///< that its declaration has
+  std::vector<ControllerVerb> once = {};   ///< of these, those that are never sent again
   /// By verb, the values that a request may carry, and those without which it is refused; empty: not known.
-  std::map<std::string, std::vector<std::string>> takes = {}, needs = {};
-  /// How a set point is confirmed: the verb that reads it, and by how much the reading may differ [K]; empty: it is
-  /// not.
-  std::string set_point_verb = {};
+  std::map<ControllerVerb, std::vector<std::string>> takes = {}, needs = {};
+  /// How a set point is confirmed: the verb that reads it, and by how much the reading may differ [K]; absent: it
+  /// is not.
+  std::optional<ControllerVerb> set_point_verb = {};
   double set_point_step = 0.0;
-  std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
-  std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
+  std::vector<ControllerVerb> prepare = {};  ///< verbs before the first motion, in order
+  std::vector<ControllerVerb> finish = {};   ///< verbs after the last segment, in order
 
-  bool can(const std::string& verb) const;
+  bool can(ControllerVerb verb) const;
   /// Whether the verb may carry this value; true where nothing is known of the verb.
-  bool may_carry(const std::string& verb, const std::string& value) const;
+  bool may_carry(ControllerVerb verb, const std::string& value) const;
 };
 
 /// A place for a unit under test, and its stream.

@@ -94,9 +94,9 @@ TEST(StationFile, IsReadInSi) {
   const auto& table = station.devices[0];
   EXPECT_EQ(table.poll, 0.1);
   EXPECT_EQ(table.lost_after, 0.5);
-  EXPECT_EQ(table.timeouts.at("home"), 60.0);
+  EXPECT_EQ(table.timeouts.at(ControllerVerb::home), 60.0);
   EXPECT_EQ(table.stops_by_itself, 1.0);
-  EXPECT_EQ(table.prepare, (std::vector<std::string>{"identify", "take"}));
+  EXPECT_EQ(table.prepare, (std::vector{ControllerVerb::identify, ControllerVerb::take}));
   EXPECT_EQ(station.devices[1].lost_after, 10.0);
   ASSERT_EQ(station.axes.size(), 1u);
   const auto& axis = station.axes[0];
@@ -113,12 +113,23 @@ TEST(StationFile, IsReadInSi) {
   EXPECT_EQ(station.interlocks[0].debounce, 0.1);
 }
 
+TEST(StationFile, RefusesWordsThatAreNoVerbs) {
+  const auto of = [](const std::string& from, const std::string& to) {
+    return problems_of_station(with_replaced(sound_station, from, to));
+  };
+  for (const auto& problems : {of("{home = \"60 s\"}", "{hom = \"60 s\"}"), of("once = [\"home\"]", "once = [\"hom\"]"),
+                               of("\"read\", \"home\"]", "\"read\", \"home\", \"hom\"]")}) {
+    ASSERT_EQ(problems.size(), 1u);
+    EXPECT_TRUE(has_problem(problems, "unknown verb 'hom'; did you mean 'home'?")) << problems[0];
+  }
+}
+
 TEST(StationFile, HasASafeListWhereItStatesNone) {
   const Station station = read_station(sound_station, "bench.toml");
   ASSERT_EQ(station.safe.size(), 2u);
-  EXPECT_EQ(station.safe[0].request.verb, "stop");
+  EXPECT_EQ(station.safe[0].request.verb, ControllerVerb::stop);
   EXPECT_FALSE(station.safe[0].wait);
-  EXPECT_EQ(station.safe[1].request.verb, "off");
+  EXPECT_EQ(station.safe[1].request.verb, ControllerVerb::off);
   EXPECT_TRUE(station.safe[1].wait);
 }
 
@@ -243,11 +254,12 @@ TEST(StationCheck, RefusesARequestThatTheControllerWouldRefuseInMotion) {
   const auto plan = plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}}),
                                    testing::bench_segment("again", 10.0, {{"table", held_at(1.0)}})});
   station.axes[0].speed = si(10.0, "deg/s");
-  station.devices[0].takes["position"] = {"position"};
-  station.devices[0].needs["position"] = {"position"};
+  station.devices[0].takes[ControllerVerb::position] = {"position"};
+  station.devices[0].needs[ControllerVerb::position] = {"position"};
   EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty()) << "the speed is omitted";
   station.axes[0].speed.reset();
-  station.devices[0].takes["position"] = station.devices[0].needs["position"] = {"position", "rate"};
+  station.devices[0].takes[ControllerVerb::position] =
+      station.devices[0].needs[ControllerVerb::position] = {"position", "rate"};
   EXPECT_EQ(
       texts_of(check_station(plan, station, request_of_slot_1)),
       std::vector<std::string>{"table: 'position' of the controller acutrol_like needs rate: add `speed` to the axis"})
@@ -276,7 +288,7 @@ const std::string table_axis =
 TEST(StationFile, NothingMovesWhileDevicesArePrepared) {
   const auto starts = [](const Station& station) {
     const auto& prepare = station.devices[0].prepare;
-    return std::ranges::find(prepare, "start") != prepare.end();
+    return std::ranges::find(prepare, ControllerVerb::start) != prepare.end();
   };
   EXPECT_TRUE(starts(station_of("espec_p300", chamber_axis)));
   EXPECT_FALSE(starts(station_of("mn_three_axis", table_axis))) << "MNRUN begins the motion that was loaded last";

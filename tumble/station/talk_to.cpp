@@ -11,7 +11,7 @@ namespace tumble {
 namespace {
 
 /// Verbs that move nothing.
-constexpr const char* harmless[] = {"identify", "state", "read"};
+constexpr ControllerVerb harmless[] = {ControllerVerb::identify, ControllerVerb::state, ControllerVerb::read};
 
 /// The first whole answer of the device, or why there is none.
 ControllerReply answer_of(conduct::DeviceLine& line, std::size_t wire, const ControllerRequest& request,
@@ -69,7 +69,7 @@ std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& pa
   for (std::size_t d = 0; d < station.devices.size(); ++d) {
     const StationDevice& device = station.devices[d];
     conduct::DeviceLine line(parts.controllers[d], [&](std::string_view bytes) { wires.send(d, bytes); });
-    for (const char* verb : harmless) {
+    for (const ControllerVerb verb : harmless) {
       if (!device.can(verb)) continue;
       const double begin = wires.now();
       const auto timeout = device.timeouts.find(verb);

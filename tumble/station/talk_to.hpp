@@ -9,7 +9,8 @@ namespace tumble {
 
 /// Answer of one device of a station to a question.
 struct DeviceAnswer {
-  std::string device, verb;
+  std::string device;
+  ControllerVerb verb{};
   ControllerReply reply;  ///< without an answer its problem says so
   double after = 0.0;     ///< [s]
 };

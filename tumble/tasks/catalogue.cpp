@@ -181,7 +181,7 @@ std::string said_of(const ControllerLink& link) {
 Json json(const Controller& controller) {
   Json commands = Json::array(), settings = Json::array();
   for (const auto& command : controller.commands)
-    commands.push_back({{"name", command.verb},
+    commands.push_back({{"name", name(command.verb)},
                         {"takes", command.takes},
                         {"gives", command.gives},
                         {"certainty", std::string(name(command.certainty))},

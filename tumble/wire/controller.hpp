@@ -13,6 +13,7 @@
 
 #include "tumble/units/sentence.hpp"
 #include "tumble/units/unit.hpp"
+#include "tumble/wire/controller_verb.hpp"
 #include "tumble/wire/frames.hpp"
 
 namespace tumble {
@@ -20,15 +21,15 @@ namespace tumble {
 /// A request of a station to a rig, a chamber or a supply. Values are SI: {"position", rad}. `position.2` is the
 /// position of axis 2 in a command that carries several axes; `position` is that of `axis`.
 struct ControllerRequest {
-  std::string verb;
+  ControllerVerb verb{};
   std::map<std::string, double> values = {};
   int axis = 1;
 };
 
 /// A reply of a controller. Only a reply without `problem` and without `refused` carries values.
 struct ControllerReply {
-  std::string verb;                           ///< of the request; "notice": the controller spoke without being asked
-  std::map<std::string, double> values = {};  ///< [SI]
+  ControllerVerb verb{};                          ///< of the request, or `notice`
+  std::map<std::string, double> values = {};      ///< [SI]
   std::map<std::string, std::string> words = {};  ///< {"state", "moving"}
   bool refused = false;      ///< the controller understood and said no, or reads back another value
   std::string text = {};     ///< why; of a notice, the text
@@ -84,11 +85,11 @@ struct ControllerExchange {
 
 /// A verb as this controller carries it out.
 struct ControllerCommand {
-  std::string verb;
+  ControllerVerb verb{};
   std::vector<ControllerExchange> exchanges;
-  bool once = false;      ///< must never be sent again when its fate is unknown
-  std::string read_back;  ///< the verb that reads what this one set; empty: none
-  std::string same_as;    ///< the verb that sends the same bytes, which the device side reports; empty: none
+  bool once = false;                             ///< must never be sent again when its fate is unknown
+  std::optional<ControllerVerb> read_back = {};  ///< the verb that reads what this one set
+  std::optional<ControllerVerb> same_as = {};    ///< the verb that sends the same bytes, which the device side reports
   FrameCertainty certainty = FrameCertainty::uncertain;
   std::string note;
   std::vector<std::string> takes;      ///< names of values that a request may carry
@@ -187,7 +188,7 @@ struct Controller {
   std::vector<ControllerVector> vectors;
 
   /// Null where the controller cannot do it.
-  const ControllerCommand* find(std::string_view verb) const;
+  const ControllerCommand* find(ControllerVerb verb) const;
   bool is_modbus() const { return protocol == Protocol::modbus_tcp || protocol == Protocol::modbus_rtu; }
   /// A maker's or two independent sources say it; the others are examples.
   bool supported() const { return certainty == FrameCertainty::maker || certainty == FrameCertainty::crossed; }
@@ -210,7 +211,7 @@ Controller read_controller(std::string_view toml, const std::string& file,
 Problems problems_of_vectors(const Controller& controller);
 
 /// [SI] by how much a value may change on its way through the template of this verb: half a step of its format.
-double resolution_of(const Controller& controller, const std::string& verb, const std::string& value, double si);
+double resolution_of(const Controller& controller, ControllerVerb verb, const std::string& value, double si);
 
 /// The side of the station. Pure: the caller sends bytes, keeps the clock, and says when a reply is overdue.
 ///

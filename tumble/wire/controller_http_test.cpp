@@ -14,7 +14,7 @@ const Controller& shaker() {
 /// What a host that asked for the level gets from these bytes.
 std::vector<ControllerReply> replies_to_read(const std::string& bytes) {
   ControllerHost host(shaker());
-  host.ask({"read"});
+  host.ask({ControllerVerb::read});
   return host.feed(bytes);
 }
 

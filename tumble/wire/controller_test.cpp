@@ -79,6 +79,18 @@ std::string problems_of(const std::string& text) {
   return "";
 }
 
+TEST(ControllerVerb, IsFoundByTheWordThatItHas) {
+  for (const auto& word : controller_verbs()) {
+    const auto verb = find_verb(word);
+    ASSERT_TRUE(verb) << word;
+    EXPECT_EQ(name(*verb), word);
+  }
+  EXPECT_EQ(find_verb("set_temperature"), ControllerVerb::set_temperature);
+  EXPECT_EQ(find_verb("random"), ControllerVerb::random);
+  EXPECT_FALSE(find_verb("notice")) << "only a reply has it";
+  EXPECT_FALSE(find_verb(""));
+}
+
 TEST(ReadController, SaysEveryProblemWithItsLineAndTheNearestKey) {
   const std::string all = problems_of(table_text(position_vector) + R"(
 [command.sine]
@@ -131,9 +143,9 @@ TEST(ReadController, RefusesCommandsThatTheDeviceSideCannotDistinguish) {
 TEST(ControllerHost, SendsOnlyTheExchangesThatTheRequestWants) {
   const Controller controller = table();
   ControllerHost host(controller);
-  EXPECT_EQ(host.ask({"rate", {{"rate", si(2.0, "deg/s")}}, 2}), line("V 0.000,2.000"));
+  EXPECT_EQ(host.ask({ControllerVerb::rate, {{"rate", si(2.0, "deg/s")}}, 2}), line("V 0.000,2.000"));
   EXPECT_EQ(host.feed(line("OK V")).size(), 1u);
-  EXPECT_EQ(host.ask({"rate", {{"rate", si(1.0, "deg/s")}, {"acceleration", si(5.0, "deg/s^2")}}, 1}),
+  EXPECT_EQ(host.ask({ControllerVerb::rate, {{"rate", si(1.0, "deg/s")}, {"acceleration", si(5.0, "deg/s^2")}}, 1}),
             line("A X,5.00"));
   EXPECT_TRUE(host.feed(line("OK A")).empty());
   EXPECT_EQ(host.next(), line("V 1.000,2.000")) << "the other axis keeps what was sent last";
@@ -145,7 +157,7 @@ TEST(ControllerHost, SendsOnlyTheExchangesThatTheRequestWants) {
 TEST(ControllerHost, ReportsWhatIsNoAnswerAndGoesOnWaiting) {
   const Controller controller = table();
   ControllerHost host(controller);
-  host.ask({"read", {}, 1});
+  host.ask({ControllerVerb::read, {}, 1});
   const auto problem_after = [&](const std::string& bytes) {
     const auto replies = host.feed(bytes);
     return replies.size() == 1 && replies[0].values.empty() ? replies[0].problem : "not one problem";
@@ -168,7 +180,7 @@ TEST(ControllerHost, ReportsWhatIsNoAnswerAndGoesOnWaiting) {
 TEST(ControllerHost, FindsTheReplyBehindACutLine) {
   const Controller controller = table();
   ControllerHost host(controller);
-  host.ask({"read", {}, 1});
+  host.ask({ControllerVerb::read, {}, 1});
   const auto replies = host.feed("$R X 1.0" + line("R X 2.000"));
   ASSERT_EQ(replies.size(), 2u);
   EXPECT_NE(replies[0].problem.find("stands before"), std::string::npos);
@@ -178,13 +190,13 @@ TEST(ControllerHost, FindsTheReplyBehindACutLine) {
 TEST(ControllerHost, RefusesByErrorTextsAndByValuesThatComeBackOtherwise) {
   const Controller controller = table();
   ControllerHost host(controller);
-  host.ask({"position", {{"position", si(10.0, "deg")}}, 1});
+  host.ask({ControllerVerb::position, {{"position", si(10.0, "deg")}}, 1});
   EXPECT_DOUBLE_EQ(host.timeout(), 3.0);
   auto replies = host.feed(line("ERR 7"));
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_TRUE(replies[0].refused);
   EXPECT_EQ(replies[0].text, "ERR 7: locked");
-  host.ask({"position", {{"position", si(10.0, "deg")}}, 1});
+  host.ask({ControllerVerb::position, {{"position", si(10.0, "deg")}}, 1});
   replies = host.feed(line("OK 11.000"));
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_TRUE(replies[0].refused && replies[0].values.empty()) << replies[0].text;
@@ -193,7 +205,7 @@ TEST(ControllerHost, RefusesByErrorTextsAndByValuesThatComeBackOtherwise) {
 TEST(ControllerHost, SaysWhatIsMissingWhenItGivesUp) {
   const Controller controller = table();
   ControllerHost host(controller);
-  host.ask({"read", {}, 2});
+  host.ask({ControllerVerb::read, {}, 2});
   host.feed("$R Y 1.2");
   const std::string problem = host.give_up().problem;
   EXPECT_NE(problem.find("no reply to 'R Y' within 1 s; received was '$R Y 1.2', which is cut"), std::string::npos)
@@ -204,14 +216,15 @@ TEST(ControllerHost, SaysWhatIsMissingWhenItGivesUp) {
 TEST(ControllerHost, RefusesRequestsThatDoNotFitBeforeAnythingIsSent) {
   const Controller controller = table();
   ControllerHost host(controller);
-  EXPECT_THROW(host.ask({"position", {}, 1}), Error);
-  EXPECT_THROW(host.ask({"position", {{"position", 1.0}, {"rate", 1.0}}, 1}), Error) << "a rate would be ignored";
-  EXPECT_THROW(host.ask({"position", {{"position", std::nan("")}}, 1}), Error);
-  EXPECT_THROW(host.ask({"read", {}, 3}), Error);
-  EXPECT_THROW(host.ask({"home", {}, 1}), Error);
+  EXPECT_THROW(host.ask({ControllerVerb::position, {}, 1}), Error);
+  EXPECT_THROW(host.ask({ControllerVerb::position, {{"position", 1.0}, {"rate", 1.0}}, 1}), Error)
+      << "a rate would be ignored";
+  EXPECT_THROW(host.ask({ControllerVerb::position, {{"position", std::nan("")}}, 1}), Error);
+  EXPECT_THROW(host.ask({ControllerVerb::read, {}, 3}), Error);
+  EXPECT_THROW(host.ask({ControllerVerb::home, {}, 1}), Error);
   EXPECT_TRUE(host.idle());
-  host.ask({"read", {}, 1});
-  EXPECT_THROW(host.ask({"read", {}, 1}), Error) << "one request at a time";
+  host.ask({ControllerVerb::read, {}, 1});
+  EXPECT_THROW(host.ask({ControllerVerb::read, {}, 1}), Error) << "one request at a time";
 }
 
 TEST(ControllerHost, PassesNoticesOn) {
@@ -221,7 +234,7 @@ TEST(ControllerHost, PassesNoticesOn) {
   device.notice("fault");
   const auto replies = host.feed(device.output());
   ASSERT_EQ(replies.size(), 1u);
-  EXPECT_EQ(replies[0].verb, "notice");
+  EXPECT_EQ(replies[0].verb, ControllerVerb::notice);
   EXPECT_EQ(replies[0].words.at("state"), "fault");
 }
 
@@ -230,16 +243,16 @@ TEST(ControllerDevice, AnswersInOrderAndRefusesWhatItDoesNotKnow) {
   ControllerDevice device(controller);
   const auto requests = device.feed(line("R X") + line("what") + "!" + line("S"));
   ASSERT_EQ(requests.size(), 3u);
-  EXPECT_EQ(requests[1].verb, "stop");
+  EXPECT_EQ(requests[1].verb, ControllerVerb::stop);
   EXPECT_EQ(device.output(), "") << "the first request has no answer yet";
-  device.answer({"read", {{"position", si(1.0, "deg")}}});
+  device.answer({ControllerVerb::read, {{"position", si(1.0, "deg")}}});
   EXPECT_EQ(device.output(), line("R X 1.000") + line("ERR 7"));
-  device.answer({"stop"});
-  device.answer({"state", {}, {{"state", "ready"}}});
+  device.answer({ControllerVerb::stop});
+  device.answer({ControllerVerb::state, {}, {{"state", "ready"}}});
   EXPECT_EQ(device.output(), line("S S"));
   EXPECT_EQ(device.problems().size(), 1u);
   device.feed(line("S"));
-  EXPECT_THROW(device.answer({"state", {}, {{"state", "flying"}}}), Error);
+  EXPECT_THROW(device.answer({ControllerVerb::state, {}, {{"state", "flying"}}}), Error);
 }
 
 TEST(ControllerDevice, AcknowledgesTheStepsBeforeTheLast) {
@@ -279,10 +292,10 @@ TEST(ControllerHost, SpeaksBinaryFramesWithoutATail) {
   const Controller controller = read_controller(binary_text, "binary.toml");
   ControllerHost host(controller);
   ControllerDevice device(controller);
-  const auto requests = device.feed("\x55noise" + host.ask({"read"}));
+  const auto requests = device.feed("\x55noise" + host.ask({ControllerVerb::read}));
   ASSERT_EQ(requests.size(), 1u);
   EXPECT_EQ(device.problems().size(), 1u) << "the noise";
-  device.answer({"read", {{"position", si(-123.4567, "deg")}, {"rate", si(0.5, "deg/s")}}});
+  device.answer({ControllerVerb::read, {{"position", si(-123.4567, "deg")}, {"rate", si(0.5, "deg/s")}}});
   std::string bytes = device.output();
   std::vector<ControllerReply> replies;
   for (const char c : bytes)
@@ -290,7 +303,7 @@ TEST(ControllerHost, SpeaksBinaryFramesWithoutATail) {
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_NEAR(replies[0].values.at("position"), si(-123.4567, "deg"), si(5e-5, "deg"));
   EXPECT_DOUBLE_EQ(replies[0].values.at("rate"), si(0.5, "deg/s"));
-  EXPECT_THROW(host.ask({"rate", {{"rate", si(3e5, "deg/s")}}}), Error) << "more than 32 bits";
+  EXPECT_THROW(host.ask({ControllerVerb::rate, {{"rate", si(3e5, "deg/s")}}}), Error) << "more than 32 bits";
 }
 
 }  // namespace

@@ -9,9 +9,6 @@
 
 namespace tumble {
 
-/// All verbs that a declaration may have: what a station can ask for.
-const std::vector<std::string>& controller_verbs();
-
 /// A declaration of a controller that travels inside the program.
 struct ShippedController {
   std::string_view name;  ///< of its file, without .toml

@@ -152,8 +152,8 @@ bool has_known_words(const Controller& controller, const ControllerReply& reply)
 
 /// What is wrong with a reply to this request; empty: nothing.
 std::string fault_of(const Controller& controller, const ControllerRequest& request, const ControllerReply& reply) {
-  if (reply.verb == "notice") return "";
-  if (reply.verb != request.verb || reply.axis != request.axis) return "a reply of " + reply.verb;
+  if (reply.verb == ControllerVerb::notice) return "";
+  if (reply.verb != request.verb || reply.axis != request.axis) return "a reply of " + name(reply.verb);
   const bool fulfils = testing::is_accepted(reply);
   if (!fulfils && !(reply.values.empty() && reply.words.empty())) return "values of a reply that is not accepted";
   const auto& gives = controller.find(request.verb)->gives;

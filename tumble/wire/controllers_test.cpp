@@ -31,7 +31,7 @@ void expect_understood(const Controller& controller, const ControllerRequest& re
   ASSERT_FALSE(conversation.understood.empty());
   const ControllerRequest& last = conversation.understood.back();
   const auto* command = controller.find(request.verb);
-  EXPECT_EQ(last.verb, command->same_as.empty() ? request.verb : command->same_as);
+  EXPECT_EQ(last.verb, command->same_as.value_or(request.verb));
   for (const auto& [name, value] : request.values) {
     const auto single = last.values.find(name + "." + std::to_string(request.axis));
     const auto found = single == last.values.end() ? last.values.find(name) : single;
@@ -68,7 +68,7 @@ TEST(ShippedControllers, WhatIsAskedIsUnderstoodAndAnsweredByteByByte) {
     ControllerDevice device(controller);
     for (int trial = 0; trial < 40; ++trial)
       for (const auto& command : controller.commands) {
-        SCOPED_TRACE(command.verb);
+        SCOPED_TRACE(name(command.verb));
         const auto request = random_request(controller, command, random);
         const auto answer = random_reply(controller, request, random);
         const auto conversation = carry_out(host, device, request, answer);
@@ -94,7 +94,7 @@ TEST(ShippedControllers, ARefusalArrivesAsOne) {
     Random random(23);
     for (const auto& command : controller.commands) {
       if (!can_refuse(controller, command)) continue;
-      SCOPED_TRACE(command.verb);
+      SCOPED_TRACE(name(command.verb));
       ControllerHost host(controller);
       ControllerDevice device(controller);
       ControllerReply no{command.verb};
@@ -135,7 +135,7 @@ TEST(ShippedControllers, HaveVectorsAndATitleThatPromisesNothing) {
   for_each_controller([](const Controller& controller) {
     EXPECT_FALSE(controller.vectors.empty());
     EXPECT_FALSE(controller.source.empty());
-    EXPECT_NE(controller.find("read"), nullptr) << "what cannot be read cannot be confirmed";
+    EXPECT_NE(controller.find(ControllerVerb::read), nullptr) << "what cannot be read cannot be confirmed";
   });
 }
 
@@ -159,7 +159,7 @@ TEST(ShippedControllers, ALateReplyIsNotTakenForTheNextWhereRepliesSayWhoseTheyA
         const auto own = testing::talk_of(controller, second, random_reply(controller, second, random));
         if (asks_the_same || !host.waiting() || own.replies[0] == talk.replies[0]) continue;
         host.feed(talk.replies[0]);
-        EXPECT_FALSE(host.idle()) << late.verb << " for " << next.verb;
+        EXPECT_FALSE(host.idle()) << tumble::name(late.verb) << " for " << tumble::name(next.verb);
         ++tried;
       }
   }
@@ -169,9 +169,9 @@ TEST(ShippedControllers, ALateReplyIsNotTakenForTheNextWhereRepliesSayWhoseTheyA
 TEST(ShippedControllers, EveryCommandHasAVector) {
   for_each_controller([](const Controller& controller) {
     for (const auto& command : controller.commands) {
-      if (!command.same_as.empty()) continue;
+      if (command.same_as) continue;
       const auto holds = [&](const ControllerVector& vector) { return vector.request.verb == command.verb; };
-      EXPECT_TRUE(std::ranges::any_of(controller.vectors, holds)) << command.verb;
+      EXPECT_TRUE(std::ranges::any_of(controller.vectors, holds)) << name(command.verb);
     }
   });
 }
@@ -183,9 +183,9 @@ bool is_sure(FrameCertainty certainty) {
 TEST(ShippedControllers, AreOnlySupportedIfReadingAndStoppingAreSure) {
   for_each_controller([](const Controller& controller) {
     EXPECT_EQ(controller.supported(), is_sure(controller.certainty));
-    for (const char* verb : {"read", "stop", "off"}) {
+    for (const ControllerVerb verb : {ControllerVerb::read, ControllerVerb::stop, ControllerVerb::off}) {
       const auto* const command = controller.supported() ? controller.find(verb) : nullptr;
-      EXPECT_TRUE(!command || is_sure(command->certainty)) << verb;
+      EXPECT_TRUE(!command || is_sure(command->certainty)) << name(verb);
     }
   });
 }
@@ -195,9 +195,9 @@ TEST(ControllerDevice, TakesABareByteOutOfALine) {
   ControllerDevice device(controller);
   const auto requests = device.feed("$\xff?");
   ASSERT_EQ(requests.size(), 1u);
-  EXPECT_EQ(requests[0].verb, "read");
+  EXPECT_EQ(requests[0].verb, ControllerVerb::read);
   const auto later = device.feed("$X\n?");
-  EXPECT_EQ(later.back().verb, "read");
+  EXPECT_EQ(later.back().verb, ControllerVerb::read);
 }
 
 TEST(FindController, NamesTheNearest) {
@@ -213,7 +213,7 @@ TEST(ControllerOf, TakesSettings) {
   const auto& shipped = find_controller("acutrol_like");
   const Controller controller = controller_of(shipped, {{"reply_prefix", "8"}, {"axes", "2"}});
   ControllerHost host(controller);
-  EXPECT_EQ(host.ask({"stop", {}, 2}), ":mode:off 2\r\n");
+  EXPECT_EQ(host.ask({ControllerVerb::stop, {}, 2}), ":mode:off 2\r\n");
   const auto replies = host.feed("12345678OK\r\n");
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_TRUE(is_accepted(replies[0])) << replies[0].problem;
@@ -223,7 +223,7 @@ TEST(ControllerOf, TakesSettings) {
 TEST(ShippedControllers, AChamberSetToDecimalCommasIsNotRead) {
   const Controller espec = controller_of(find_controller("espec_p300"), {});
   ControllerHost host(espec);
-  host.ask({"read"});
+  host.ask({ControllerVerb::read});
   const auto replies = host.feed("23,5,25,0,180,0,-75,0\r\n");
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_FALSE(replies[0].problem.empty()) << "23.5 degC is not 23 degC";

@@ -32,7 +32,7 @@ struct LateLine {
     }
     if (auto bytes_out = device.output(); !bytes_out.empty()) waiting.push_back(std::move(bytes_out));
   }
-  void ask(const std::string& verb, int axis) {
+  void ask(ControllerVerb verb, int axis) {
     if (!host.idle()) host.give_up();
     hear(host.ask({verb, {}, axis}));
   }
@@ -56,7 +56,7 @@ void for_each_table(Test test) {
     const bool has_axes = shipped.name == "acutrol_like";  // one by default
     const Controller controller = controller_of(
         shipped, has_axes ? std::map<std::string, std::string>{{"axes", "3"}} : std::map<std::string, std::string>{});
-    const auto* read = controller.find("read");
+    const auto* read = controller.find(ControllerVerb::read);
     if (controller.axes.size() < 2 || !read || controller.is_modbus()) continue;
     SCOPED_TRACE(shipped.name);
     test(controller);
@@ -67,8 +67,8 @@ TEST(LateReply, IsNoReadingOfAnotherAxis) {
   int tables = 0;
   for_each_table([&](const Controller& controller) {
     LateLine line{controller};
-    line.ask("read", 1);
-    line.ask("read", 2);  // that of axis 1 is still on its way
+    line.ask(ControllerVerb::read, 1);
+    line.ask(ControllerVerb::read, 2);  // that of axis 1 is still on its way
     auto accepted = line.deliver();
     if (accepted.empty() && line.host.waits_for_quiet()) {  // nothing more arrives
       line.host.line_is_clear();
@@ -85,9 +85,9 @@ TEST(LateReply, IsNoReadingOfAnotherAxis) {
 TEST(LateReply, ThatNeverComesIsNotWaitedForForLong) {
   for_each_table([&](const Controller& controller) {
     LateLine line{controller};
-    line.ask("read", 1);
+    line.ask(ControllerVerb::read, 1);
     line.waiting.clear();
-    line.ask("read", 2);
+    line.ask(ControllerVerb::read, 2);
     auto accepted = line.deliver();
     if (line.host.waits_for_quiet()) {
       EXPECT_TRUE(accepted.empty());
@@ -103,20 +103,20 @@ TEST(LateReply, AStopIsSentAtOnce) {
   for_each_table([&](const Controller& controller) {
     LateLine line{controller};
     ControllerHost fresh(controller);
-    const std::string stop = fresh.ask({"stop", {}, 2});
-    line.ask("read", 1);
+    const std::string stop = fresh.ask({ControllerVerb::stop, {}, 2});
+    line.ask(ControllerVerb::read, 1);
     line.host.give_up();
-    EXPECT_EQ(line.host.ask({"stop", {}, 2}), stop);
+    EXPECT_EQ(line.host.ask({ControllerVerb::stop, {}, 2}), stop);
   });
 }
 
 TEST(LateReply, AlsoOfTheQuestionThatClearsTheLineIsNoReading) {
   for_each_table([&](const Controller& controller) {
     LateLine line{controller};
-    line.ask("read", 1);
-    line.ask("read", 2);
-    line.ask("read", 3);
-    line.ask("read", 2);
+    line.ask(ControllerVerb::read, 1);
+    line.ask(ControllerVerb::read, 2);
+    line.ask(ControllerVerb::read, 3);
+    line.ask(ControllerVerb::read, 2);
     auto accepted = line.deliver();
     if (accepted.empty() && line.host.waits_for_quiet()) {
       line.host.line_is_clear();

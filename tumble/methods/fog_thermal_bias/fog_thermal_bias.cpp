@@ -95,7 +95,8 @@ void refuse_impossible(const Evidence& evidence) {
 OutputModel model_of(const std::vector<Term>& terms, const Answer& answer, const Settings& settings,
                      const Estimate& estimate) {
   std::vector<Term> drift = terms;
-  std::erase_if(drift, [](const Term& term) { return term.name.starts_with("bias_"); });
+  for (std::size_t j = 0; j < terms.size(); ++j)  // the powers of the temperature at power-on
+    std::erase_if(drift, [&](const Term& term) { return term.name == fmt::format("bias_{}", j); });
   std::vector<Felt> felt;
   each_average(answer.runs, [&](const RunData& run, std::size_t k) { felt.push_back(run.felt[k]); });
   TermRanges ranges = ranges_over(std::move(drift), felt);

@@ -304,14 +304,15 @@ Context context_of(const vibration::Data& data, Findings& findings) {
 }
 
 /// Adds a finding; where several units have it alike in one segment, it is of the motion and stands once.
-void add_finding(Finding finding, Findings& findings) {
-  const auto label = [](const std::string& where) {
-    const auto comma = where.find(", ");
-    return comma == std::string::npos ? where : where.substr(comma + 2);
+void add_finding(const vibration::Data& data, const std::string& label, Finding finding, Findings& findings) {
+  const auto is_here = [&](const std::string& where) {
+    return where == label || std::ranges::any_of(data.series, [&](const Series& series) {
+             return series.label == label && place_of(data, series) == where;
+           });
   };
   for (auto& earlier : findings) {
-    if (!vibration::same_matter(earlier, finding) || label(earlier.where) != label(finding.where)) continue;
-    earlier.where = label(earlier.where);
+    if (!vibration::same_matter(earlier, finding) || !is_here(earlier.where)) continue;
+    earlier.where = label;
     return;
   }
   findings.push_back(std::move(finding));
@@ -370,8 +371,10 @@ Measured measure(const vibration::Data& data) {
   std::vector<Outcome> outcomes(data.series.size());
   parallel_for(outcomes.size(), [&](std::size_t i) { outcomes[i] = outcome_of(context, i); });
   std::size_t with = 0;
-  for (auto& outcome : outcomes) {
-    for (auto& finding : outcome.findings) add_finding(std::move(finding), measured.findings);
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    Outcome& outcome = outcomes[i];
+    for (auto& finding : outcome.findings)
+      add_finding(data, data.series[i].label, std::move(finding), measured.findings);
     const auto add_skipped = [&](std::size_t series, const vibration::Outliers& skipped) {
       vibration::add_outliers(data, data.series[series], skipped, measured.findings);
     };

@@ -10,8 +10,6 @@ namespace tumble::routes {
 
 /// The file that a name means. Throws Error::unsupported where it is not there, Error::bad_input.
 std::string existing(const Context& context, const std::string& name);
-/// A message with files named from the folder of the workbench on.
-std::string named_from_folder(const Context& context, std::string message);
 
 /// The file that a plan is or will be: in the folder or in one below it, "x.toml". Throws Error::bad_input.
 std::string place_of_plan(const Context& context, const std::string& name);

@@ -262,13 +262,6 @@ HttpResponse plan_job(Context& context, const HttpRequest& request) {
 
 }  // namespace
 
-std::string named_from_folder(const Context& context, std::string message) {
-  const std::string prefix = context.options.folder.string() + "/";
-  for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix))
-    message.erase(at, prefix.size());
-  return message;
-}
-
 std::string place_of_plan(const Context& context, const std::string& name) {
   if (name.empty()) return (context.options.folder / "plan.toml").string();
   if (fs::path(name).extension() != ".toml")

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -122,19 +123,27 @@ HttpResponse list_stations(Context& context, const HttpRequest& request) {
   return said_response(request, {{"stations", stations}, {"runs", runs_json(context)}});
 }
 
+/// On the devices of the station, on a virtual rig behind its links, or as fast as it goes on a virtual rig.
+enum class RunMode { run, with_virtual_rig, rehearse };
+constexpr std::array<std::string_view, 3> run_mode_words{"run", "virtual", "rehearse"};
+
 /// What somebody wants to begin.
 struct WantedRun {
-  std::string mode, plan, station, who, accept_expired, speed;  ///< names in the folder
+  RunMode mode = RunMode::run;
+  std::string plan, station, who, accept_expired, speed;  ///< names in the folder
   std::map<std::string, std::string> units;
 };
 
 WantedRun wanted_run_of(const Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
-  WantedRun wanted{plain_text_in(body, "mode"),           plain_text_in(body, "plan"),
-                   plain_text_in(body, "station"),        who_of(context, request, body),
-                   plain_text_in(body, "accept_expired"), plain_text_in(body, "speed")};
-  if (wanted.mode != "run" && wanted.mode != "virtual" && wanted.mode != "rehearse")
-    throw Error{Error::Kind::bad_input, "'mode' must be run, virtual or rehearse"};
+  const auto mode = std::ranges::find(run_mode_words, plain_text_in(body, "mode"));
+  WantedRun wanted{static_cast<RunMode>(mode - run_mode_words.begin()),
+                   plain_text_in(body, "plan"),
+                   plain_text_in(body, "station"),
+                   who_of(context, request, body),
+                   plain_text_in(body, "accept_expired"),
+                   plain_text_in(body, "speed")};
+  if (mode == run_mode_words.end()) throw Error{Error::Kind::bad_input, "'mode' must be run, virtual or rehearse"};
   if (body.contains("units"))
     for (const auto& [slot, serial] : body["units"].items())
       if (serial.is_string() && !serial.get<std::string>().empty())
@@ -157,15 +166,15 @@ std::pair<Problems, Json> checked_run(const Context& context, const WantedRun& w
   std::optional<Plan> plan;
   std::optional<Station> station;
   collect_problems(problems, [&] { plan = load_plan(existing(context, wanted.plan), {}); });
-  if (!wanted.station.empty() || wanted.mode != "rehearse")
+  if (!wanted.station.empty() || wanted.mode != RunMode::rehearse)
     collect_problems(problems, [&] {
       station = load_station(existing(context, wanted.station));
       parts_of(*station);
     });
-  if (wanted.mode != "rehearse" && wanted.who.empty())
+  if (wanted.mode != RunMode::rehearse && wanted.who.empty())
     problems.emplace_back("the operator is missing: who carries it out");
   if (plan && station) {
-    const bool rehearsed = wanted.mode == "rehearse";
+    const bool rehearsed = wanted.mode == RunMode::rehearse;
     auto units = wanted.units;
     if (rehearsed)
       for (const auto& instrument : station->instruments)
@@ -261,17 +270,17 @@ HttpResponse start_run(Context& context, const HttpRequest& request) {
   const std::string run = new_run(context, wanted.plan);
   const std::string folder = (context.options.folder / run).string();
   std::vector<std::string> arguments;
-  if (wanted.mode == "rehearse") {
+  if (wanted.mode == RunMode::rehearse) {
     arguments = {"rehearse", existing(context, wanted.plan), "-o", folder + ".h5"};
     if (!wanted.station.empty()) arguments.push_back("--station=" + existing(context, wanted.station));
   } else {
     arguments = {"run",  existing(context, wanted.plan), "--station=" + existing(context, wanted.station), "-o",
                  folder, "--operator=" + wanted.who};
     for (const auto& [slot, serial] : wanted.units) arguments.push_back("--unit=" + slot + "=" + serial);
-    if (wanted.mode == "virtual") arguments.emplace_back("--virtual-rig");
+    if (wanted.mode == RunMode::with_virtual_rig) arguments.emplace_back("--virtual-rig");
     if (!wanted.accept_expired.empty()) arguments.push_back("--accept-expired=" + wanted.accept_expired);
   }
-  if (!wanted.speed.empty() && wanted.mode != "run") arguments.push_back("--speed=" + wanted.speed);
+  if (!wanted.speed.empty() && wanted.mode != RunMode::run) arguments.push_back("--speed=" + wanted.speed);
   if (auto problems = begun_problems(context, run, arguments); !problems.empty())
     return problem_response(422, problems);
   return json_response({{"run", run}}, 201);

@@ -45,14 +45,14 @@ std::string with_declared_line(const std::string& link, long baud, const std::st
 
 /// How the controller reads back the temperature that was set, where the station lets it.
 void note_read_back(StationDevice& device, const Controller& controller) {
-  const ControllerCommand* const set = controller.find("set_temperature");
-  if (!set || set->read_back.empty() || (!device.verbs.empty() && !device.can(set->read_back))) return;
-  const ControllerCommand* const read = controller.find(set->read_back);
+  const ControllerCommand* const set = controller.find(ControllerVerb::set_temperature);
+  if (!set || !set->read_back || (!device.verbs.empty() && !device.can(*set->read_back))) return;
+  const ControllerCommand* const read = controller.find(*set->read_back);
   if (!read || std::ranges::find(read->gives, "set_point") == read->gives.end()) return;
   constexpr double room = 293.15;  // [K]
   device.set_point_verb = set->read_back;
-  device.set_point_step = 2.0 * (resolution_of(controller, "set_temperature", "temperature", room) +
-                                 resolution_of(controller, set->read_back, "set_point", room));
+  device.set_point_step = 2.0 * (resolution_of(controller, ControllerVerb::set_temperature, "temperature", room) +
+                                 resolution_of(controller, *set->read_back, "set_point", room));
 }
 
 /// Whether the controller can say that it is off.
@@ -67,10 +67,12 @@ bool says_off(const Controller& controller) {
 
 /// A device that is switched off by the safe list is asked whether it is: its acknowledgement alone is no proof.
 void confirm_by_state(Station& station, const StationDevice& device, const Controller& controller) {
-  if (!controller.find("state") || (!device.verbs.empty() && !device.can("state")) || !says_off(controller)) return;
+  if (!controller.find(ControllerVerb::state) || (!device.verbs.empty() && !device.can(ControllerVerb::state)) ||
+      !says_off(controller))
+    return;
   for (SafeCommand& command : station.safe) {
     const bool mine = &station.devices[command.device] == &device;
-    if (!mine || command.request.verb != "off" || command.confirm) continue;
+    if (!mine || command.request.verb != ControllerVerb::off || command.confirm) continue;
     Requirement off;
     off.text = device.name + ".state == off";
     off.terms = {

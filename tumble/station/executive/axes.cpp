@@ -132,8 +132,8 @@ std::optional<double> rate_of_positions(const StationAxis& axis, AxisProgress& p
 
 /// Whether the reply says where the axis is. Replies to commands repeat what was sent, and a state may be a number.
 bool is_reading(const ControllerReply& reply) {
-  if (reply.verb == "read") return !reply.values.empty();
-  return reply.verb == "state" &&
+  if (reply.verb == ControllerVerb::read) return !reply.values.empty();
+  return reply.verb == ControllerVerb::state &&
          (reply.values.contains("position") || reply.values.contains("rate") || reply.values.contains("temperature"));
 }
 
@@ -261,12 +261,12 @@ bool has_effect(const Turn& turn, std::size_t device, const ControllerRequest& r
     const auto& axis = turn.station().axes[i];
     const auto& progress = turn.state.axes[i];
     if (axis.device != device || axis.number != request.axis || !progress.rate) continue;
-    if (request.verb == "stop") return std::abs(*progress.rate) <= zero_rate(axis);
-    if (request.verb == "rate") {
+    if (request.verb == ControllerVerb::stop) return std::abs(*progress.rate) <= zero_rate(axis);
+    if (request.verb == ControllerVerb::rate) {
       const double wanted = axis.sign * request.values.at("rate");
       return std::abs(*progress.rate - wanted) <= axis.settle.rate.value_or(0.0);
     }
-    if (request.verb == "position" && progress.position && std::abs(*progress.rate) <= zero_rate(axis)) {
+    if (request.verb == ControllerVerb::position && progress.position && std::abs(*progress.rate) <= zero_rate(axis)) {
       const double wanted = axis.sign * request.values.at("position") + axis.offset;
       return std::abs(turned_difference(axis, *progress.position - wanted)) <= axis.settle.value.value_or(0.0);
     }

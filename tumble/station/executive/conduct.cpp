@@ -17,7 +17,7 @@ bool several_runs(const Turn& turn) {
 std::string unknown_yet(const Turn& turn) {
   for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
     const auto& axis = turn.station().axes[i];
-    if (turn.station().devices[axis.device].can("read") && turn.state.axes[i].read_at < 0.0)
+    if (turn.station().devices[axis.device].can(ControllerVerb::read) && turn.state.axes[i].read_at < 0.0)
       return fmt::format("{} has not been read", axis.name);
   }
   for (const auto& interlock : turn.station().interlocks) {
@@ -32,11 +32,11 @@ std::string unknown_yet(const Turn& turn) {
 void advance_supply(Turn& turn, std::size_t supply, bool only_off) {
   auto& state = turn.state;
   const auto& power = turn.station().power;
-  const auto verb = [&](const char* name) { ask(turn, supply, {{name}, Purpose::power}); };
+  const auto verb = [&](ControllerVerb one) { ask(turn, supply, {{one}, Purpose::power}); };
   if (state.power == Power::idle) {
     state.failures.clear();
     const bool off_first = several_runs(turn);
-    verb(off_first ? "off" : "start");
+    verb(off_first ? ControllerVerb::off : ControllerVerb::start);
     forget_streams(turn);
     state.power = off_first ? Power::off : Power::on;
     return;
@@ -49,7 +49,7 @@ void advance_supply(Turn& turn, std::size_t supply, bool only_off) {
     state.power_until = turn.now() + power.off_time;
   }
   if (state.power == Power::wait && turn.reached(state.power_until)) {
-    verb("start");
+    verb(ControllerVerb::start);
     state.power = Power::on;
     return;
   }

@@ -22,15 +22,15 @@ std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
   const auto& station = turn.station();
   const auto& setup = station.devices[device];
   std::vector<ControllerRequest> polls;
-  if (setup.can("read")) {
+  if (setup.can(ControllerVerb::read)) {
     for (const auto& axis : station.axes)
-      if (axis.device == device) polls.push_back({"read", {}, axis.number});
-    if (polls.empty()) polls.push_back({"read"});
+      if (axis.device == device) polls.push_back({ControllerVerb::read, {}, axis.number});
+    if (polls.empty()) polls.push_back({ControllerVerb::read});
   }
   for (auto& poll : polls_of_set_points(turn, device)) polls.push_back(std::move(poll));
   const bool often = polls.empty() || is_awaited_by_safe_list(turn, device);
   if (!often && turn.state.devices[device].turn % 5 != 0) return polls;
-  for (const char* verb : {"state", "alarm"})
+  for (const ControllerVerb verb : {ControllerVerb::state, ControllerVerb::alarm})
     if (setup.can(verb)) polls.push_back({verb});
   return polls;
 }
@@ -65,7 +65,7 @@ void check_identity(Turn& turn, std::size_t device, const ControllerReply& reply
 
 void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request, const std::string& text) {
   const auto& name = turn.station().devices[device].name;
-  turn.note(EventKind::refused, fmt::format("{} refuses {}: {}", name, request.request.verb, text));
+  turn.note(EventKind::refused, fmt::format("{} refuses {}: {}", name, tumble::name(request.request.verb), text));
   auto& progress = turn.state.devices[device];
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   if (is_poll(request) || request.purpose == Purpose::verify) {
@@ -73,7 +73,7 @@ void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request,
       begin_safe(turn, RunPhase::stopping, RunEnding::stopped, fmt::format("{} refuses to be read: {}", name, text));
     return;
   }
-  turn.state.failures[name] = fmt::format("{} refuses {}: {}", name, request.request.verb, text);
+  turn.state.failures[name] = fmt::format("{} refuses {}: {}", name, tumble::name(request.request.verb), text);
 }
 
 void take_good_reply(Turn& turn, std::size_t device, const PendingRequest& request, const ControllerReply& reply) {
@@ -82,13 +82,14 @@ void take_good_reply(Turn& turn, std::size_t device, const PendingRequest& reque
   take_reading(turn, device, request.request.axis, reply);
   take_set_point(turn, device, request.request.axis, reply);
   expect_set_point(turn, device, request.request);
-  if (request.request.verb == "identify") check_identity(turn, device, reply);
+  if (request.request.verb == ControllerVerb::identify) check_identity(turn, device, reply);
   if (request.purpose == Purpose::safe) {
     take_safe_reply(turn, request.safe, false);
-    const bool by_state = turn.station().safe[request.safe].confirm && turn.station().devices[device].can("state");
-    if (by_state) progress.waiting.push_front({{"state"}});
+    const bool by_state =
+        turn.station().safe[request.safe].confirm && turn.station().devices[device].can(ControllerVerb::state);
+    if (by_state) progress.waiting.push_front({{ControllerVerb::state}});
   }
-  if (request.request.verb == "stop")
+  if (request.request.verb == ControllerVerb::stop)
     for (std::size_t i = 0; i < turn.station().axes.size(); ++i)
       if (turn.station().axes[i].device == device) turn.state.axes[i].at_rest = 0;
   take_words(turn, device, reply);
@@ -100,19 +101,21 @@ void take_timeout(Turn& turn, std::size_t device) {
   const auto& setup = turn.station().devices[device];
   PendingRequest request = *progress.asked;
   progress.asked.reset();
-  const auto& verb = request.request.verb;
+  const ControllerVerb verb = request.request.verb;
   turn.note(EventKind::timeout,
-            fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, time_to_answer(setup, verb)));
+            fmt::format("{} did not answer {} in {:.3g} s", setup.name, name(verb), time_to_answer(setup, verb)));
   if (is_poll(request)) return;
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
-  const PendingRequest verify{{setup.can("read") ? "read" : "state", {}, request.request.axis}, Purpose::verify};
+  const PendingRequest verify{
+      {setup.can(ControllerVerb::read) ? ControllerVerb::read : ControllerVerb::state, {}, request.request.axis},
+      Purpose::verify};
   if (request.purpose == Purpose::verify) {
     progress.waiting.push_front(request);
-  } else if (has_word(setup.once, verb)) {
+  } else if (std::ranges::find(setup.once, verb) != setup.once.end()) {
     turn.state.failures[setup.name] =
-        fmt::format("{} did not answer {}, which is never sent twice: look at the device", setup.name, verb);
-  } else if (request.sent >= most_sends || !(setup.can("read") || setup.can("state"))) {
-    turn.state.failures[setup.name] = fmt::format("{} did not answer {}", setup.name, verb);
+        fmt::format("{} did not answer {}, which is never sent twice: look at the device", setup.name, name(verb));
+  } else if (request.sent >= most_sends || !(setup.can(ControllerVerb::read) || setup.can(ControllerVerb::state))) {
+    turn.state.failures[setup.name] = fmt::format("{} did not answer {}", setup.name, name(verb));
   } else {
     progress.waiting.push_front(request);
     progress.waiting.push_front(verify);
@@ -135,7 +138,9 @@ void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
   if (is_active(turn.state.phase)) begin_safe(turn, RunPhase::stopping, RunEnding::stopped, text);
 }
 
-bool can_be_polled(const StationDevice& device) { return device.can("read") || device.can("state"); }
+bool can_be_polled(const StationDevice& device) {
+  return device.can(ControllerVerb::read) || device.can(ControllerVerb::state);
+}
 
 /// A request that takes long is awaited until its own deadline.
 double lost_time(const Turn& turn, std::size_t device) {
@@ -164,7 +169,7 @@ void send(Turn& turn, std::size_t device, PendingRequest request) {
 
 }  // namespace
 
-double time_to_answer(const StationDevice& device, const std::string& verb) {
+double time_to_answer(const StationDevice& device, ControllerVerb verb) {
   const auto found = device.timeouts.find(verb);
   return found == device.timeouts.end() ? device.timeout : found->second;
 }
@@ -204,14 +209,14 @@ void take_reply(Turn& turn, const DeviceReply& event) {
   const auto& reply = event.reply;
   if (!reply.problem.empty())
     return turn.note(EventKind::reply, fmt::format("{}: not an answer: {}", event.device, reply.problem));
-  if (reply.verb == "notice") {
+  if (reply.verb == ControllerVerb::notice) {
     turn.note(EventKind::notice, fmt::format("{}: {}", event.device, reply.text));
     return take_words(turn, device, reply);
   }
   if (progress.cut) return;
   if (!progress.asked || progress.asked->request.verb != reply.verb)
     return turn.note(EventKind::reply,
-                     fmt::format("{}: a reply to {}, which is not awaited", event.device, reply.verb));
+                     fmt::format("{}: a reply to {}, which is not awaited", event.device, name(reply.verb)));
   const PendingRequest request = *progress.asked;
   progress.asked.reset();
   progress.heard = turn.now();

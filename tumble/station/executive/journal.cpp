@@ -22,7 +22,7 @@ std::set<int> whole_runs(const Schedule& schedule, const std::map<std::size_t, i
 /// Whether the safe list, with which every interrupted run has ended, takes the power from the unit.
 bool is_switched_off(const Station& station) {
   return std::any_of(station.safe.begin(), station.safe.end(), [&](const SafeCommand& command) {
-    return station.power.device == command.device && command.request.verb != "stop";
+    return station.power.device == command.device && command.request.verb != ControllerVerb::stop;
   });
 }
 

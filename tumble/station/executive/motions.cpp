@@ -36,14 +36,14 @@ void demand(AxisProgress& progress, Demand what, double value) {
   progress.turned_at.clear();
 }
 
-void send_motion(Turn& turn, std::size_t index, const std::string& verb, std::map<std::string, double> values,
+void send_motion(Turn& turn, std::size_t index, ControllerVerb verb, std::map<std::string, double> values,
                  Purpose purpose = Purpose::motion) {
   const auto& axis = turn.station().axes[index];
   ask(turn, axis.device, {{verb, std::move(values), axis.number}, purpose});
 }
 
 /// The controller keeps to the limit of the station where its command can carry it.
-void limit_acceleration(const Turn& turn, const StationAxis& axis, const std::string& verb,
+void limit_acceleration(const Turn& turn, const StationAxis& axis, ControllerVerb verb,
                         std::map<std::string, double>& values) {
   const auto& device = turn.station().devices[axis.device];
   const bool known = device.takes.contains(verb);  // else the value could be refused
@@ -54,8 +54,8 @@ void limit_acceleration(const Turn& turn, const StationAxis& axis, const std::st
 std::map<std::string, double> position_values(const Turn& turn, const StationAxis& axis, double position,
                                               std::optional<double> speed) {
   std::map<std::string, double> values{{"position", to_controller(axis, position)}};
-  if (speed && turn.station().devices[axis.device].may_carry("position", "rate")) values["rate"] = *speed;
-  limit_acceleration(turn, axis, "position", values);
+  if (speed && turn.station().devices[axis.device].may_carry(ControllerVerb::position, "rate")) values["rate"] = *speed;
+  limit_acceleration(turn, axis, ControllerVerb::position, values);
   return values;
 }
 
@@ -77,7 +77,7 @@ void rest_axis(Turn& turn, std::size_t index, Purpose purpose) {
   }
   demand(progress, Demand::rest, 0.0);
   progress.at_rest = 0;
-  send_motion(turn, index, "stop", {}, purpose);
+  send_motion(turn, index, ControllerVerb::stop, {}, purpose);
 }
 
 /// A rate that the command carries is the greatest of its way.
@@ -90,7 +90,7 @@ void send_position(Turn& turn, std::size_t index, double position, std::optional
   auto values = position_values(turn, turn.station().axes[index], position, speed);
   note_fastest(turn, index, values);
   turn.state.axes[index].goal = position;
-  send_motion(turn, index, "position", std::move(values));
+  send_motion(turn, index, ControllerVerb::position, std::move(values));
 }
 
 /// A vibration that goes on until it is stopped.
@@ -100,7 +100,7 @@ void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
   if (motion.kind == Kind::random) {
     demand(progress, Demand::sine, rms_of(motion));
     progress.period = 1.0 / motion.psd_frequency.front();
-    return send_motion(turn, index, "random", {{"rms", progress.value}});
+    return send_motion(turn, index, ControllerVerb::random, {{"rms", progress.value}});
   }
   demand(progress, Demand::sine, motion.amplitude);
   progress.period = 1.0 / motion.frequency;
@@ -108,7 +108,7 @@ void send_vibration(Turn& turn, std::size_t index, const Motion& motion) {
   std::map<std::string, double> values{{"amplitude", to_controller_rate(axis, motion.amplitude)},
                                        {"frequency", motion.frequency}};
   if (motion.phase != 0.0) values["phase"] = motion.phase;
-  send_motion(turn, index, "sine", std::move(values));
+  send_motion(turn, index, ControllerVerb::sine, std::move(values));
 }
 
 void set_ramp_point(Turn& turn, std::size_t index) {
@@ -117,7 +117,7 @@ void set_ramp_point(Turn& turn, std::size_t index) {
   const double span = progress.ramp_to - progress.ramp_from;
   const double gone = progress.ramp_rate * (turn.now() - progress.ramp_begin + axis.ramp_step);
   const double point = gone >= std::abs(span) ? progress.ramp_to : progress.ramp_from + std::copysign(gone, span);
-  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, point)}});
+  send_motion(turn, index, ControllerVerb::set_temperature, {{"temperature", to_controller(axis, point)}});
   progress.next_set = turn.now() + axis.ramp_step;
   if (point == progress.ramp_to) progress.ramping = false;
 }
@@ -134,7 +134,7 @@ void approach(Turn& turn, std::size_t index, double temperature) {
   progress.ramping = axis.max_rate.has_value();
   progress.ramp_rate = axis.max_rate.value_or(0.0);
   if (progress.ramping) return set_ramp_point(turn, index);
-  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, temperature)}});
+  send_motion(turn, index, ControllerVerb::set_temperature, {{"temperature", to_controller(axis, temperature)}});
 }
 
 /// The motion of one axis before recording.
@@ -145,8 +145,8 @@ void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
     demand(progress, Demand::rate, motion.value);
     progress.turned = true;
     std::map<std::string, double> values{{"rate", to_controller_rate(axis, motion.value)}};
-    limit_acceleration(turn, axis, "rate", values);
-    send_motion(turn, index, "rate", std::move(values));
+    limit_acceleration(turn, axis, ControllerVerb::rate, values);
+    send_motion(turn, index, ControllerVerb::rate, std::move(values));
   } else if (motion.kind == Kind::sine || motion.kind == Kind::random) {
     send_vibration(turn, index, motion);
   } else if (axis.kind == StationAxis::Kind::acceleration) {
@@ -165,7 +165,7 @@ void begin_sweep(Turn& turn, std::size_t index, const Motion& motion) {
   turn.state.axes[index].period = 1.0 / motion.frequency;
   turn.state.axes[index].watch.fastest =
       two_pi * std::max(motion.frequency, motion.to_frequency) * std::abs(motion.amplitude);
-  send_motion(turn, index, "sweep",
+  send_motion(turn, index, ControllerVerb::sweep,
               {{"amplitude", to_controller_rate(axis, motion.amplitude)},
                {"frequency", motion.frequency},
                {"to_frequency", motion.to_frequency},

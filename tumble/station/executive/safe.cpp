@@ -65,7 +65,7 @@ bool reads_back(const Turn& turn, const SafeCommand& command, const SafeProgress
 bool is_confirmed(const Turn& turn, const SafeCommand& command, const SafeProgress& progress) {
   const auto& setup = turn.station().devices[command.device];
   if (!progress.sent) return false;
-  if (command.request.verb == "set_temperature" && !setup.set_point_verb.empty())
+  if (command.request.verb == ControllerVerb::set_temperature && setup.set_point_verb)
     return progress.replied && reads_back(turn, command, progress);
   if (command.confirm)
     return evaluate(*command.confirm, [&](const std::string& channel) -> ChannelReading {
@@ -73,7 +73,7 @@ bool is_confirmed(const Turn& turn, const SafeCommand& command, const SafeProgre
              if (found == turn.state.channels.end() || found->second.time <= progress.sent_at) return {};
              return found->second.value;
            }) == Holds::yes;
-  return command.request.verb == "stop" ? stands_still(turn, command, progress) : progress.replied;
+  return command.request.verb == ControllerVerb::stop ? stands_still(turn, command, progress) : progress.replied;
 }
 
 void check_command(Turn& turn, std::size_t index) {
@@ -85,15 +85,15 @@ void check_command(Turn& turn, std::size_t index) {
   if (is_confirmed(turn, command, progress)) {
     progress.confirmed = true;
     turn.note(EventKind::safe, fmt::format("{}: {} is confirmed {:.3g} s after the decision", setup.name,
-                                           command.request.verb, turn.now() - turn.state.decided));
-  } else if (device.lost && setup.stops_by_itself && command.request.verb == "stop" &&
+                                           name(command.request.verb), turn.now() - turn.state.decided));
+  } else if (device.lost && setup.stops_by_itself && command.request.verb == ControllerVerb::stop &&
              turn.reached(device.lost_at + *setup.stops_by_itself)) {
     progress.confirmed = true;
     turn.note(EventKind::safe, fmt::format("{}: no link; it has stopped by itself as its maker states", setup.name));
   } else if (turn.reached(progress.since + command.within)) {
     progress.overdue = true;
-    turn.note(EventKind::safe,
-              fmt::format("{}: {} is not confirmed after {:.3g} s", setup.name, command.request.verb, command.within));
+    turn.note(EventKind::safe, fmt::format("{}: {} is not confirmed after {:.3g} s", setup.name,
+                                           name(command.request.verb), command.within));
   }
 }
 
@@ -103,7 +103,7 @@ std::string words_of_failure(const Turn& turn) {
     if (!turn.state.safe[i].overdue) continue;
     const auto& command = turn.station().safe[i];
     const auto& setup = turn.station().devices[command.device];
-    text += fmt::format(" {}: '{}' was not confirmed within {:.3g} s{}. ", setup.name, command.request.verb,
+    text += fmt::format(" {}: '{}' was not confirmed within {:.3g} s{}. ", setup.name, name(command.request.verb),
                         command.within, turn.state.devices[command.device].lost ? ", and the link is lost" : "");
     text += command.words.empty() ? "Press the emergency stop of " + setup.name + ", and look whether it stands still."
                                   : command.words;

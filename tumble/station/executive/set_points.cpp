@@ -18,19 +18,19 @@ std::string in_degrees(double si) { return format_in(si, Unit::parse("degC")) + 
 void expect_set_point(Turn& turn, std::size_t device, const ControllerRequest& request) {
   const auto& setup = turn.station().devices[device];
   const auto value = request.values.find("temperature");
-  if (request.verb != "set_temperature" || setup.set_point_verb.empty() || value == request.values.end()) return;
+  if (request.verb != ControllerVerb::set_temperature || !setup.set_point_verb || value == request.values.end()) return;
   auto& progress = turn.state.devices[device];
   std::erase_if(progress.set_points, [&](const OpenSetPoint& one) { return one.axis == request.axis; });
   progress.set_points.push_back(
       {request.axis, value->second,
-       turn.now() + polls_to_confirm * setup.poll + time_to_answer(setup, setup.set_point_verb)});
-  ask(turn, device, {{setup.set_point_verb, {}, request.axis}});
+       turn.now() + polls_to_confirm * setup.poll + time_to_answer(setup, *setup.set_point_verb)});
+  ask(turn, device, {{*setup.set_point_verb, {}, request.axis}});
 }
 
 std::vector<ControllerRequest> polls_of_set_points(const Turn& turn, std::size_t device) {
   std::vector<ControllerRequest> polls;
   for (const auto& one : turn.state.devices[device].set_points)
-    polls.push_back({turn.station().devices[device].set_point_verb, {}, one.axis});
+    polls.push_back({turn.station().devices[device].set_point_verb.value_or(ControllerVerb::set_point), {}, one.axis});
   return polls;
 }
 

@@ -68,7 +68,7 @@ void forgive(Turn& turn, double overslept);
 void send_waiting(Turn& turn);
 
 /// [s] in which the verb must be answered.
-double time_to_answer(const StationDevice& device, const std::string& verb);
+double time_to_answer(const StationDevice& device, ControllerVerb verb);
 
 // set_points.cpp
 /// The request was acknowledged: where it sets a temperature that the controller can read back, it must do so in time.

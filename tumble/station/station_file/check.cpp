@@ -70,38 +70,40 @@ void check_axes_of_rig(Checking& checking) {
 }
 
 /// The verb by which a controller carries out a motion.
-const char* verb_of(const StationAxis& axis, const Motion& motion) {
+ControllerVerb verb_of(const StationAxis& axis, const Motion& motion) {
   switch (motion.kind) {
     case MotionKind::rate:
-      return "rate";
+      return ControllerVerb::rate;
     case MotionKind::sine:
-      return "sine";
+      return ControllerVerb::sine;
     case MotionKind::sweep:
-      return "sweep";
+      return ControllerVerb::sweep;
     case MotionKind::random:
-      return "random";
+      return ControllerVerb::random;
     default:
-      return axis.kind == Kind::temperature ? "set_temperature" : axis.kind == Kind::angle ? "position" : "stop";
+      return axis.kind == Kind::temperature ? ControllerVerb::set_temperature
+             : axis.kind == Kind::angle     ? ControllerVerb::position
+                                            : ControllerVerb::stop;
   }
 }
 
 /// The values of the request by which the executive commands a motion (executive/motions.cpp), which omits those of
 /// speed and acceleration that a controller does not take.
 std::vector<std::string> values_of(const StationDevice& device, const StationAxis& axis, const Motion& motion,
-                                   const std::string& verb) {
+                                   ControllerVerb verb) {
   std::vector<std::string> values;
   if (axis.max_acceleration && device.may_carry(verb, "acceleration")) values.emplace_back("acceleration");
   const auto with = [&](std::initializer_list<const char*> more) {
     values.insert(values.end(), more.begin(), more.end());
     return values;
   };
-  if (verb == "position")
+  if (verb == ControllerVerb::position)
     return axis.speed && device.may_carry(verb, "rate") ? with({"position", "rate"}) : with({"position"});
-  if (verb == "rate") return with({"rate"});
-  if (verb == "set_temperature") return {"temperature"};
-  if (verb == "random") return {"rms"};
-  if (verb == "sweep") return {"amplitude", "frequency", "to_frequency", "duration"};
-  if (verb != "sine") return {};
+  if (verb == ControllerVerb::rate) return with({"rate"});
+  if (verb == ControllerVerb::set_temperature) return {"temperature"};
+  if (verb == ControllerVerb::random) return {"rms"};
+  if (verb == ControllerVerb::sweep) return {"amplitude", "frequency", "to_frequency", "duration"};
+  if (verb != ControllerVerb::sine) return {};
   return motion.phase != 0.0 ? std::vector<std::string>{"amplitude", "frequency", "phase"}
                              : std::vector<std::string>{"amplitude", "frequency"};
 }
@@ -109,32 +111,33 @@ std::vector<std::string> values_of(const StationDevice& device, const StationAxi
 /// What a request would carry that the controller does not take, or lacks what it needs.
 void check_values(Checking& checking, const StationAxis& axis, const Motion& motion) {
   const auto& device = checking.station.devices[axis.device];
-  const std::string verb = verb_of(axis, motion);
+  const ControllerVerb verb = verb_of(axis, motion);
   if (!device.takes.contains(verb) || !device.needs.contains(verb)) return;
   const auto values = values_of(device, axis, motion, verb);
   for (const auto& value : values)
     if (!device.may_carry(verb, value))
-      checking.add(say("{}: '{}' of the controller {} takes no {}", Name{axis.name}, verb, Name{device.controller},
-                       Name{value}));
+      checking.add(say("{}: '{}' of the controller {} takes no {}", Name{axis.name}, name(verb),
+                       Name{device.controller}, Name{value}));
   for (const auto& value : device.needs.at(verb))
     if (!contains(values, value))
-      checking.add(say("{}: '{}' of the controller {} needs {}{}", Name{axis.name}, verb, Name{device.controller},
-                       Name{value}, verb == "position" && value == "rate" ? ": add `speed` to the axis" : ""));
+      checking.add(say("{}: '{}' of the controller {} needs {}{}", Name{axis.name}, name(verb), Name{device.controller},
+                       Name{value},
+                       verb == ControllerVerb::position && value == "rate" ? ": add `speed` to the axis" : ""));
 }
 
 void check_verbs(Checking& checking, const Segment& segment, const StationAxis& axis, const Motion& motion) {
   const auto& device = checking.station.devices[axis.device];
-  const std::string verb = verb_of(axis, motion);
-  std::vector<std::string> needed{verb};
-  if (axis.kind != Kind::acceleration) needed.emplace_back("read");
-  if (axis.kind != Kind::temperature) needed.emplace_back("stop");
+  const ControllerVerb verb = verb_of(axis, motion);
+  std::vector<ControllerVerb> needed{verb};
+  if (axis.kind != Kind::acceleration) needed.push_back(ControllerVerb::read);
+  if (axis.kind != Kind::temperature) needed.push_back(ControllerVerb::stop);
   for (const auto& one : needed)
     if (!device.verbs.empty() && !device.can(one))
       checking.add(say("segment '{}': {} needs the verb '{}', which the controller {} lacks", segment.label,
-                       Name{axis.name}, one, Name{device.controller}));
+                       Name{axis.name}, name(one), Name{device.controller}));
   if (motion.kind == MotionKind::slew && !device.may_carry(verb, "rate"))
     checking.add(say("segment '{}': {} slews at a speed, which the verb '{}' of the controller {} does not carry",
-                     segment.label, Name{axis.name}, verb, Name{device.controller}));
+                     segment.label, Name{axis.name}, name(verb), Name{device.controller}));
 }
 
 /// Where an axis stands after a motion of the plan; nothing: not known.

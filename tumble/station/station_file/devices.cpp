@@ -146,11 +146,14 @@ void read_times(Section& section, StationDevice& device, Draft& draft, bool turn
   const auto* table = section.table("timeouts");
   if (!table) return;
   Section times(*table, section.name() + " timeouts", draft.problems);
-  for (const auto& verb : times.unread())
-    if (const auto time = times.quantity(verb, second)) {
-      device.timeouts[verb] = *time;
-      must_be_positive(times, verb, time);
-    }
+  for (const auto& word : times.unread()) {
+    const auto time = times.quantity(word, second);
+    const auto verb = find_verb(word);
+    if (!verb) times.problem_at(word, unknown_verb(word));
+    if (!time || !verb) continue;
+    device.timeouts[*verb] = *time;
+    must_be_positive(times, word, time);
+  }
 }
 
 void read_link(Section& section, StationDevice& device) {
@@ -167,24 +170,36 @@ void read_settings(Section& section, StationDevice& device, Draft& draft) {
     if (const auto text = settings.text(key)) device.settings[key] = *text;
 }
 
+/// The verbs that a key names; another word is refused.
+std::vector<ControllerVerb> verbs_at(Section& section, const char* key, const StationDevice& device) {
+  std::vector<ControllerVerb> verbs;
+  for (const auto& word : section.texts(key)) {
+    const auto verb = find_verb(word);
+    if (verb) verbs.push_back(*verb);
+    if (!device.verbs.empty() && (!verb || !device.can(*verb)))
+      section.problem_at(key, say("{} has no verb '{}'", Name{device.controller}, word));
+    else if (!verb)
+      section.problem_at(key, unknown_verb(word));
+  }
+  return verbs;
+}
+
 /// What a device does before and after the segments, where the file does not say it: nothing that moves an axis, and no
 /// verb of `needing`, which want a value.
-void default_conduct(Section& section, StationDevice& device, bool moves, const std::vector<std::string>& needing) {
-  const auto those = [&](std::initializer_list<const char*> verbs) {
-    std::vector<std::string> list;
-    for (const std::string verb : verbs) {
-      const bool starts_motion = moves && verb == "start";
+void default_conduct(Section& section, StationDevice& device, bool moves, const std::vector<ControllerVerb>& needing) {
+  const auto those = [&](std::initializer_list<ControllerVerb> verbs) {
+    std::vector<ControllerVerb> list;
+    for (const ControllerVerb verb : verbs) {
+      const bool starts_motion = moves && verb == ControllerVerb::start;
       if (device.can(verb) && !starts_motion && std::ranges::find(needing, verb) == needing.end()) list.push_back(verb);
     }
     return list;
   };
-  const bool prepares = section.find("prepare") != nullptr, finishes = section.find("finish") != nullptr;
-  device.prepare = prepares ? section.texts("prepare") : those({"identify", "take", "clear_fault", "enable", "start"});
-  device.finish = finishes ? section.texts("finish") : those({"release"});
-  if (device.verbs.empty()) return;
-  for (const auto& [key, list] : {std::pair{"prepare", &device.prepare}, std::pair{"finish", &device.finish}})
-    for (const auto& verb : *list)
-      if (!device.can(verb)) section.problem_at(key, say("{} has no verb '{}'", Name{device.controller}, verb));
+  device.prepare = section.find("prepare")
+                       ? verbs_at(section, "prepare", device)
+                       : those({ControllerVerb::identify, ControllerVerb::take, ControllerVerb::clear_fault,
+                                ControllerVerb::enable, ControllerVerb::start});
+  device.finish = section.find("finish") ? verbs_at(section, "finish", device) : those({ControllerVerb::release});
 }
 
 /// A request is answered after the pauses that its declaration wants.
@@ -206,10 +221,10 @@ bool needs_value(const ControllerCommand& command) {
 
 /// What the controller can do, where the file does not say it: as its declaration has it. Returned: verbs that need a
 /// value.
-std::vector<std::string> read_verbs(Section& section, StationDevice& device, const Draft& draft) {
-  std::vector<std::string> needing;
-  device.verbs = section.texts("verbs");
-  device.once = section.texts("once");
+std::vector<ControllerVerb> read_verbs(Section& section, StationDevice& device, const Draft& draft) {
+  std::vector<ControllerVerb> needing;
+  device.once = verbs_at(section, "once", device);
+  device.verbs = verbs_at(section, "verbs", device);
   if (!device.verbs.empty() || device.controller.empty()) return needing;
   try {
     for (const ControllerCommand& command : controller_of_device(device, draft.folder).commands) {

@@ -2,8 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <set>
+#include <span>
 
 #include "tumble/core/tables/document.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -99,31 +101,39 @@ void check_safe_temperature(Section& section, const SafeCommand& command, double
                            celsius.from_si(temperature), celsius.from_si(coldest), celsius.from_si(hottest)));
 }
 
+std::vector<std::string> words_of(std::span<const ControllerVerb> verbs) {
+  std::vector<std::string> words;
+  for (const ControllerVerb verb : verbs) words.push_back(name(verb));
+  return words;
+}
+
 void read_safe_command(Section& section, Draft& draft) {
   SafeCommand command;
   const auto device = device_at(section, "device", draft.station);
-  command.request.verb = needed(section, "verb", "\"stop\"");
+  const std::string word = needed(section, "verb", "\"stop\"");
+  const auto verb = find_verb(word);
+  command.request.verb = verb.value_or(ControllerVerb{});
   command.request.axis = section.integer("axis").value_or(1);
   command.confirm = requirement_at(section, "confirm");
   command.within = section.quantity("within", seconds()).value_or(command.within);
   command.wait = flag(section, "wait");
   command.words = section.text("words").value_or("");
-  static const std::vector<std::string> harmless{"stop", "hold", "off", "disable", "release", "set_temperature"};
+  constexpr std::array harmless{ControllerVerb::stop,    ControllerVerb::hold,    ControllerVerb::off,
+                                ControllerVerb::disable, ControllerVerb::release, ControllerVerb::set_temperature};
   const auto temperature = section.quantity("temperature", Unit::parse("degC"));
-  const bool sets = command.request.verb == "set_temperature";
+  const bool sets = verb == ControllerVerb::set_temperature;
   if (sets && !temperature && !section.find("temperature")) section.missing("temperature", "\"23 degC\"");
   if (!sets && section.find("temperature")) section.problem_at("temperature", "is for verb = \"set_temperature\"");
   if (sets && temperature) command.request.values["temperature"] = *temperature;
-  if (!command.request.verb.empty() &&
-      std::find(harmless.begin(), harmless.end(), command.request.verb) == harmless.end())
-    section.problem_at(
-        "verb", say("'{}' is not for a safe list; accepted: {}", command.request.verb, fmt::join(harmless, ", ")));
+  if (!word.empty() && std::ranges::find(harmless, verb) == harmless.end())
+    section.problem_at("verb",
+                       say("'{}' is not for a safe list; accepted: {}", word, fmt::join(words_of(harmless), ", ")));
   if (command.within <= 0.0) section.problem_at("within", "must be above zero");
   section.close();
   if (!device) return;
   const auto& setup = draft.station.devices[*device];
-  if (!setup.verbs.empty() && !command.request.verb.empty() && !setup.can(command.request.verb))
-    section.problem_at("verb", say("{} has no verb '{}'", Name{setup.controller}, command.request.verb));
+  if (!setup.verbs.empty() && !word.empty() && (!verb || !setup.can(*verb)))
+    section.problem_at("verb", say("{} has no verb '{}'", Name{setup.controller}, word));
   command.device = *device;
   if (sets && temperature) check_safe_temperature(section, command, *temperature, draft.station);
   draft.station.safe.push_back(std::move(command));
@@ -134,18 +144,21 @@ void default_safe_list(Draft& draft) {
   auto& station = draft.station;
   for (const auto& axis : station.axes)
     if (axis.kind != StationAxis::Kind::temperature)
-      station.safe.push_back({.device = axis.device, .request = {"stop", {}, axis.number}});
+      station.safe.push_back({.device = axis.device, .request = {ControllerVerb::stop, {}, axis.number}});
   for (std::size_t i = 0; i < station.devices.size(); ++i) {
     const bool warms = std::any_of(station.axes.begin(), station.axes.end(), [&](const StationAxis& axis) {
       return axis.device == i && axis.kind == StationAxis::Kind::temperature;
     });
     const auto& device = station.devices[i];
-    const char* verb = device.can("hold") ? "hold" : device.can("stop") ? "stop" : "off";
+    const ControllerVerb verb = device.can(ControllerVerb::hold)   ? ControllerVerb::hold
+                                : device.can(ControllerVerb::stop) ? ControllerVerb::stop
+                                                                   : ControllerVerb::off;
     if (!warms || !device.can(verb)) continue;
     station.safe.push_back({.device = i, .request = {verb}, .within = 30.0});
   }
   if (station.power.device)
-    station.safe.push_back({.device = *station.power.device, .request = {"off"}, .within = 10.0, .wait = true});
+    station.safe.push_back(
+        {.device = *station.power.device, .request = {ControllerVerb::off}, .within = 10.0, .wait = true});
 }
 
 /// Every axis that moves must be stopped by the safe list.
@@ -154,7 +167,8 @@ void check_safe_list(Section& root, Draft& draft) {
   for (const auto& axis : station.axes) {
     if (axis.kind == StationAxis::Kind::temperature) continue;
     const bool stopped = std::any_of(station.safe.begin(), station.safe.end(), [&](const SafeCommand& command) {
-      return command.device == axis.device && command.request.axis == axis.number && command.request.verb == "stop";
+      return command.device == axis.device && command.request.axis == axis.number &&
+             command.request.verb == ControllerVerb::stop;
     });
     if (!stopped)
       root.problem(say("[[safe]]: nothing stops the axis '{}': add device = \"{}\", verb = \"stop\", axis = {}",

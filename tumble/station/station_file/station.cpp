@@ -8,11 +8,11 @@
 
 namespace tumble {
 
-bool StationDevice::can(const std::string& verb) const {
+bool StationDevice::can(ControllerVerb verb) const {
   return std::find(verbs.begin(), verbs.end(), verb) != verbs.end();
 }
 
-bool StationDevice::may_carry(const std::string& verb, const std::string& value) const {
+bool StationDevice::may_carry(ControllerVerb verb, const std::string& value) const {
   const auto found = takes.find(verb);
   return found == takes.end() || std::ranges::find(found->second, value) != found->second.end();
 }

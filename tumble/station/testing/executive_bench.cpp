@@ -14,7 +14,9 @@ namespace {
 
 using Kind = BenchFault::Kind;
 
-const std::set<std::string> harmless{"stop", "hold", "off", "read", "state", "disable", "release"};
+const std::set<ControllerVerb> harmless{ControllerVerb::stop,   ControllerVerb::hold,  ControllerVerb::off,
+                                        ControllerVerb::read,   ControllerVerb::state, ControllerVerb::disable,
+                                        ControllerVerb::release};
 
 double towards(double from, double to, double most) {
   return std::abs(to - from) <= most ? to : from + std::copysign(most, to - from);
@@ -106,7 +108,7 @@ void ExecutiveBench::perform(const std::vector<RunAction>& actions, RunPhase pha
     } else if (const auto* ask = std::get_if<Ask>(&action)) {
       asked.push_back({now_, *ask, state.phase});
       safe_began_ = safe_began_ || ask->urgent;
-      if (safe_began_ && !harmless.contains(ask->request.verb)) faults_of_order.push_back(ask->request.verb);
+      if (safe_began_ && !harmless.contains(ask->request.verb)) faults_of_order.push_back(name(ask->request.verb));
       carry_out(*ask);
     }
   }
@@ -117,27 +119,27 @@ void ExecutiveBench::carry_out(const Ask& ask) {
   if (gone) return;
   ControllerReply reply = reply_to(ask);
   const auto* lost = fault_of(Kind::deaf_reply, ask.device, now_);
-  if (lost && (lost->verb.empty() || lost->verb == ask.request.verb)) return;
-  if (fault_of(Kind::wrong_reply, ask.device, now_)) reply.verb = "identify";
+  if (lost && (!lost->verb || lost->verb == ask.request.verb)) return;
+  if (fault_of(Kind::wrong_reply, ask.device, now_)) reply.verb = ControllerVerb::identify;
   at(now_ + reply_after, DeviceReply{ask.device, reply});
 }
 
 void ExecutiveBench::command(Physical& axis, const StationAxis& setup, const ControllerRequest& request) {
   using Mode = Physical::Mode;
   const auto value = [&](const char* name) { return request.values.at(name); };
-  if (request.verb == "position") {
+  if (request.verb == ControllerVerb::position) {
     axis.mode = Mode::position;
     axis.target = setup.sign * value("position") + setup.offset;
     axis.speed = request.values.contains("rate") ? value("rate") : 1.0;
-  } else if (request.verb == "rate") {
+  } else if (request.verb == ControllerVerb::rate) {
     axis.mode = Mode::rate;
     axis.target = setup.sign * value("rate");
-  } else if (request.verb == "sine") {
+  } else if (request.verb == ControllerVerb::sine) {
     axis.mode = Mode::sine;
     axis.target = value("frequency");
-  } else if (request.verb == "set_temperature") {
+  } else if (request.verb == ControllerVerb::set_temperature) {
     axis.set_point = setup.sign * value("temperature") + setup.offset;
-  } else if (request.verb == "stop") {
+  } else if (request.verb == ControllerVerb::stop) {
     axis.mode = Mode::rest;
   }
 }
@@ -151,16 +153,18 @@ ControllerReply ExecutiveBench::reply_to(const Ask& ask) {
     reply.text = "not now";
     return reply;
   }
-  if (reply.verb == "identify") reply.words["identity"] = "BENCH " + ask.device + " SN 7";
-  if (reply.verb == "state") reply.values["motion"] = 0.0;
-  if (reply.verb == "state") reply.words["state"] = fault_of(Kind::alarm, ask.device, now_) ? "alarm" : "ready";
+  if (reply.verb == ControllerVerb::identify) reply.words["identity"] = "BENCH " + ask.device + " SN 7";
+  if (reply.verb == ControllerVerb::state) reply.values["motion"] = 0.0;
+  if (reply.verb == ControllerVerb::state)
+    reply.words["state"] = fault_of(Kind::alarm, ask.device, now_) ? "alarm" : "ready";
   const bool stuck = fault_of(Kind::stuck, ask.device, now_) || fault_of(Kind::ignores, ask.device, now_);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto& setup = course_->station.axes[i];
     if (course_->station.devices[setup.device].name != ask.device || setup.number != ask.request.axis) continue;
     if (!stuck) command(axes_[i], setup, ask.request);
-    if (reply.verb == "set_point") reply.values["set_point"] = setup.sign * (axes_[i].set_point - setup.offset);
-    if (reply.verb != "read") continue;
+    if (reply.verb == ControllerVerb::set_point)
+      reply.values["set_point"] = setup.sign * (axes_[i].set_point - setup.offset);
+    if (reply.verb != ControllerVerb::read) continue;
     const auto* noise = fault_of(Kind::noise, ask.device, now_);
     const double error = noise ? (++readings_ % 2 ? noise->size : -noise->size) : 0.0;
     if (setup.kind == StationAxis::Kind::temperature) {
@@ -214,9 +218,14 @@ double ExecutiveBench::true_position(const std::string& axis) const {
 Station bench_station(bool supply) {
   Station station;
   station.name = "bench";
-  const std::vector<std::string> table{"identify", "take", "enable", "position", "rate",
-                                       "sine",     "stop", "read",   "state",    "release"};
-  const std::vector<std::string> chamber{"identify", "start", "set_temperature", "read", "state", "hold", "off"};
+  const std::vector<ControllerVerb> table{ControllerVerb::identify, ControllerVerb::take, ControllerVerb::enable,
+                                          ControllerVerb::position, ControllerVerb::rate, ControllerVerb::sine,
+                                          ControllerVerb::stop,     ControllerVerb::read, ControllerVerb::state,
+                                          ControllerVerb::release};
+  const std::vector<ControllerVerb> chamber{
+      ControllerVerb::identify, ControllerVerb::start, ControllerVerb::set_temperature,
+      ControllerVerb::read,     ControllerVerb::state, ControllerVerb::hold,
+      ControllerVerb::off};
   station.devices.push_back({.name = "servo",
                              .link = "tcp:host:1",
                              .poll = 0.1,
@@ -224,33 +233,33 @@ Station bench_station(bool supply) {
                              .lost_after = 0.5,
                              .identity = "SN 7",
                              .verbs = table,
-                             .once = {"enable"},
-                             .prepare = {"identify", "take", "enable"},
-                             .finish = {"release"}});
+                             .once = {ControllerVerb::enable},
+                             .prepare = {ControllerVerb::identify, ControllerVerb::take, ControllerVerb::enable},
+                             .finish = {ControllerVerb::release}});
   station.devices.push_back({.name = "climate",
                              .link = "tcp:host:2",
                              .poll = 1.0,
                              .timeout = 2.0,
                              .lost_after = 10.0,
                              .verbs = chamber,
-                             .prepare = {"identify", "start"}});
+                             .prepare = {ControllerVerb::identify, ControllerVerb::start}});
   StationAxis axis{.name = "table", .sign = -1, .offset = 0.3, .turns = StationAxis::Turns::counted};
   axis.settle = {.value = si(0.01, "deg"), .rate = si(0.01, "deg/s"), .hold = 1.0, .timeout = 30.0};
   station.axes.push_back(axis);
   StationAxis oven{.name = "chamber", .device = 1, .kind = StationAxis::Kind::temperature};
   oven.settle = {.value = 0.5, .rate = si(0.5, "K/min"), .hold = 30.0, .timeout = 900.0, .soak = 60.0};
   station.axes.push_back(oven);
-  station.safe.push_back({.device = 0, .request = {"stop"}, .within = 5.0});
-  station.safe.push_back({.device = 1, .request = {"hold"}, .within = 15.0});
+  station.safe.push_back({.device = 0, .request = {ControllerVerb::stop}, .within = 5.0});
+  station.safe.push_back({.device = 1, .request = {ControllerVerb::hold}, .within = 15.0});
   if (supply) {
     station.devices.push_back({.name = "supply",
                                .link = "tcp:host:3",
                                .poll = 1.0,
                                .timeout = 1.0,
                                .lost_after = 5.0,
-                               .verbs = {"start", "off", "read"}});
+                               .verbs = {ControllerVerb::start, ControllerVerb::off, ControllerVerb::read}});
     station.power.device = 2;
-    station.safe.push_back({.device = 2, .request = {"off"}, .within = 5.0, .wait = true});
+    station.safe.push_back({.device = 2, .request = {ControllerVerb::off}, .within = 5.0, .wait = true});
   }
   return station;
 }
@@ -283,7 +292,7 @@ std::vector<RunRow> rows_of_kind(const ExecutiveBench& bench, RunRow::Kind kind)
   return rows;
 }
 
-std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb) {
+std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, ControllerVerb verb) {
   std::vector<ExecutiveBench::Asked> asked;
   for (const auto& one : bench.asked)
     if (one.ask.request.verb == verb) asked.push_back(one);

@@ -31,7 +31,7 @@ struct BenchFault {
   Kind kind = Kind::silent;
   std::string device;
   double from = 0.0, until = std::numeric_limits<double>::infinity();
-  std::string verb = {};
+  std::optional<ControllerVerb> verb = {};
   double size = 0.0;
 };
 
@@ -123,6 +123,6 @@ Motion warm_to(double celsius);             ///< [degC]
 /// The rows of one kind in the journal of the bench.
 std::vector<RunRow> rows_of_kind(const ExecutiveBench& bench, RunRow::Kind kind);
 /// Requests that the bench got with this verb.
-std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, const std::string& verb);
+std::vector<ExecutiveBench::Asked> asked_for(const ExecutiveBench& bench, ControllerVerb verb);
 
 }  // namespace tumble::testing

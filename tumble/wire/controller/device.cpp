@@ -64,7 +64,7 @@ std::vector<ControllerDevice::Match> ControllerDevice::matches_of(const std::str
   std::vector<Match> matches;
   for (std::size_t c = 0; c < controller_->commands.size(); ++c) {
     const auto& command = controller_->commands[c];
-    if (!command.same_as.empty()) continue;
+    if (command.same_as) continue;
     const auto try_from = [&](std::size_t from) {
       for (std::size_t e = from; e < command.exchanges.size(); ++e) {
         const auto& exchange = command.exchanges[e];
@@ -153,7 +153,7 @@ void ControllerDevice::answer(const ControllerReply& reply) {
     slot->bytes = reply_bytes(*slot, reply);
   } catch (const Error& error) {
     throw Error(error.kind,
-                say("{}: answer to {}: {}", Name{controller_->name}, Name{slot->request.verb}, reason_of(error)));
+                say("{}: answer to {}: {}", Name{controller_->name}, Name{name(slot->request.verb)}, reason_of(error)));
   }
   slot->answered = true;
 }

@@ -27,25 +27,28 @@ void require_values(const Controller& declaration, const ControllerCommand& comm
   Problems problems;
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
-      problems.push_back(say("{}: {} takes no '{}' (it takes: {})", Name{declaration.name}, Name{command.verb}, name,
-                             command.takes.empty() ? Sentence("nothing") : say("{}", fmt::join(command.takes, ", "))));
+      problems.push_back(
+          say("{}: {} takes no '{}' (it takes: {})", Name{declaration.name}, Name{tumble::name(command.verb)}, name,
+              command.takes.empty() ? Sentence("nothing")
+                                    : say("{}", fmt::join(command.takes, ", "))));
     if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", Name{declaration.name}, Name{name}));
   }
   for (const auto& name : command.requires_)
     if (!request.values.contains(name))
-      problems.push_back(say("{}: {} needs the value '{}'", Name{declaration.name}, Name{command.verb}, name));
+      problems.push_back(
+          say("{}: {} needs the value '{}'", Name{declaration.name}, Name{tumble::name(command.verb)}, name));
   const int axes = static_cast<int>(declaration.axes.size());
   if (request.axis < 1 || request.axis > axes)
     problems.push_back(say("{}: there is no axis {} (it has {})", Name{declaration.name}, request.axis, axes));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-const ControllerCommand& command_of(const Controller& declaration, const std::string& verb) {
+const ControllerCommand& command_of(const Controller& declaration, ControllerVerb verb) {
   if (const auto* command = declaration.find(verb)) return *command;
   std::vector<std::string> known;
-  for (const auto& command : declaration.commands) known.push_back(command.verb);
-  throw Error(Error::Kind::unsupported, say("{} cannot '{}'{} (it can: {})", Name{declaration.name}, verb,
-                                            did_you_mean(verb, known), fmt::join(known, ", ")));
+  for (const auto& command : declaration.commands) known.push_back(name(command.verb));
+  throw Error(Error::Kind::unsupported, say("{} cannot '{}'{} (it can: {})", Name{declaration.name}, name(verb),
+                                            did_you_mean(name(verb), known), fmt::join(known, ", ")));
 }
 
 /// A value that comes back under the name that was sent, and is another one.
@@ -62,7 +65,7 @@ std::string other_value(const Controller& declaration, const ControllerRequest& 
 
 }  // namespace
 
-const ControllerCommand* Controller::find(std::string_view verb) const {
+const ControllerCommand* Controller::find(ControllerVerb verb) const {
   const auto found = std::ranges::find(commands, verb, &ControllerCommand::verb);
   return found == commands.end() ? nullptr : &*found;
 }
@@ -93,7 +96,7 @@ std::map<std::string, double> ControllerHost::values_to_send(const ControllerExc
 std::string ControllerHost::ask(const ControllerRequest& request) {
   if (command_)
     throw Error(Error::Kind::bad_input, say("{}: {} was asked while {} is outstanding", Name{controller_->name},
-                                            Name{request.verb}, Name{request_.verb}));
+                                            Name{name(request.verb)}, Name{name(request_.verb)}));
   const ControllerCommand& command = command_of(*controller_, request.verb);
   require_values(*controller_, command, request);
   const ControllerRequest before = request_;
@@ -104,7 +107,7 @@ std::string ControllerHost::ask(const ControllerRequest& request) {
         controller::request_body(*controller_, exchange, {values_to_send(exchange), {}, request.axis});
   } catch (const Error& error) {
     request_ = before;
-    throw Error(error.kind, say("{}: {}: {}", Name{controller_->name}, Name{request.verb}, reason_of(error)));
+    throw Error(error.kind, say("{}: {}: {}", Name{controller_->name}, Name{name(request.verb)}, reason_of(error)));
   }
   command_ = &command;
   reply_ = {request.verb};
@@ -164,7 +167,7 @@ void ControllerHost::forget_motions() {
 }
 
 void ControllerHost::end(ControllerReply reply, std::vector<ControllerReply>& replies) {
-  if (command_->verb == "stop") forget_motions();
+  if (command_->verb == ControllerVerb::stop) forget_motions();
   replies.push_back(std::move(reply));
   command_ = nullptr;
   awaits_ = due_ = false;
@@ -205,8 +208,8 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   for (const auto& command : controller_->commands)
     for (const auto& other : command.exchanges)
       if (&command != command_ && !other.modbus && controller::parse_reply(*controller_, other, "", body))
-        return replies.push_back(
-            problem(say("{} is a reply to '{}', and '{}' was asked", Name{quoted(body)}, command.verb, request_.verb)));
+        return replies.push_back(problem(say("{} is a reply to '{}', and '{}' was asked", Name{quoted(body)},
+                                             name(command.verb), name(request_.verb))));
   spoiled_ = true;
   replies.push_back(problem(say("unknown reply {} to {}", Name{quoted(body)}, Name{quoted(sent_)})));
 }

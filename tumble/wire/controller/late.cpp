@@ -9,7 +9,8 @@
 namespace tumble {
 namespace {
 
-constexpr const char* harmless_questions[] = {"identify", "state", "alarm", "read", "set_point"};
+constexpr ControllerVerb harmless_questions[] = {ControllerVerb::identify, ControllerVerb::state, ControllerVerb::alarm,
+                                                 ControllerVerb::read, ControllerVerb::set_point};
 
 /// A reply to this exchange, with any values; absent: none can be made.
 std::optional<std::string> any_reply(const Controller& controller, const ControllerExchange& exchange) {
@@ -30,7 +31,7 @@ std::optional<std::string> any_reply(const Controller& controller, const Control
 }
 
 /// A question that can be asked at any time: one exchange without values, with a reply.
-const ControllerExchange* question_of(const Controller& controller, const char* verb) {
+const ControllerExchange* question_of(const Controller& controller, ControllerVerb verb) {
   const ControllerCommand* const command = controller.find(verb);
   if (!command || !command->takes.empty() || command->exchanges.size() != 1) return nullptr;
   const ControllerExchange& exchange = command->exchanges.front();
@@ -83,7 +84,7 @@ bool ControllerHost::must_clear() const {
 
 /// One whose answer is like none that may come late.
 const ControllerExchange* ControllerHost::question_to_clear() const {
-  for (const char* verb : harmless_questions) {
+  for (const ControllerVerb verb : harmless_questions) {
     const ControllerExchange* const question = question_of(*controller_, verb);
     const auto reply = question ? any_reply(*controller_, *question) : std::nullopt;
     if (reply && controller::parse_reply(*controller_, *question, "", *reply) && !late_match(*reply)) return question;

@@ -12,14 +12,6 @@
 
 namespace tumble {
 
-const std::vector<std::string>& controller_verbs() {
-  static const std::vector<std::string> verbs{
-      "identify", "take",      "release", "enable",      "disable",         "home",       "rate",  "position", "sine",
-      "stop",     "read",      "state",   "clear_fault", "set_temperature", "set_ramp",   "start", "hold",     "off",
-      "resume",   "set_point", "alarm",   "set_voltage", "set_current",     "set_limits", "sweep", "random"};
-  return verbs;
-}
-
 namespace controller {
 
 namespace {
@@ -188,25 +180,36 @@ void summarise(ControllerCommand& command) {
   command.gives.assign(gives.begin(), gives.end());
 }
 
-ControllerCommand command_at(const std::string& verb, const toml::table& table, Declared& declared) {
-  Section section = declared.draft.section(table, fmt::format("[command.{}]", verb));
+/// The other commands that a command names.
+void read_others(Section& section, ControllerCommand& command) {
+  if (const auto word = section.text("read_back")) {
+    command.read_back = find_verb(*word);
+    if (!command.read_back) section.problem(say("read_back: there is no command '{}'", *word));
+  }
+  if (const auto word = section.text("same_as")) {
+    command.same_as = find_verb(*word);
+    if (!command.same_as) section.problem(say("same_as: there is no command '{}'", *word));
+  }
+}
+
+/// Absent where the word is no verb.
+std::optional<ControllerCommand> command_at(const std::string& word, const toml::table& table, Declared& declared) {
+  Section section = declared.draft.section(table, fmt::format("[command.{}]", word));
   ControllerCommand command;
-  command.verb = verb;
+  const auto verb = find_verb(word);
+  if (!verb) section.problem(unknown_verb(word));
+  command.verb = verb.value_or(ControllerVerb{});
   command.once = flag_at(section, "once", false);
-  command.read_back = section.text("read_back").value_or("");
-  command.same_as = section.text("same_as").value_or("");
+  read_others(section, command);
   command.note = section.text("note").value_or("");
   command.certainty = declaration::certainty_at(section, declared.controller.certainty);
-  const auto& verbs = controller_verbs();
-  if (std::ranges::find(verbs, verb) == verbs.end())
-    section.problem(say("unknown verb '{}'{} (known: {})", verb, did_you_mean(verb, verbs), fmt::join(verbs, ", ")));
   if (table.contains("exchange")) {
     for (const auto* one : declaration::tables_at(section, "exchange")) {
-      Section inner = declared.draft.section(*one, fmt::format("[command.{}] exchange", verb));
+      Section inner = declared.draft.section(*one, fmt::format("[command.{}] exchange", word));
       command.exchanges.push_back(exchange_of(inner, declared));
       inner.close();
     }
-  } else if (command.same_as.empty()) {
+  } else if (!table.contains("same_as")) {
     command.exchanges.push_back(exchange_of(section, declared));
   }
   const auto is_optional = [](const ControllerExchange& exchange) { return !exchange.when.empty(); };
@@ -214,16 +217,16 @@ ControllerCommand command_at(const std::string& verb, const toml::table& table, 
     section.problem_at("when", "the last exchange of a command is always sent; put this one before it");
   section.close();
   summarise(command);
-  return command;
+  return verb ? std::optional(std::move(command)) : std::nullopt;
 }
 
 void resolve_same(ControllerCommand& command, Declared& declared, Section& root) {
-  if (command.same_as.empty()) return;
-  const auto* other = declared.controller.find(command.same_as);
-  if (!other || !other->same_as.empty() || !command.exchanges.empty())
+  if (!command.same_as) return;
+  const auto* other = declared.controller.find(*command.same_as);
+  if (!other || other->same_as || !command.exchanges.empty())
     return root.problem_at("command", say("[command.{}]: same_as names another command, and has nothing to send "
                                           "beside it",
-                                          Name{command.verb}));
+                                          Name{name(command.verb)}));
   command.exchanges = other->exchanges;
   summarise(command);
 }
@@ -263,9 +266,9 @@ void read_commands(Section& root, Declared& declared) {
     if (!node.is_table()) root.problem_at("command", "a table for each verb is expected, [command.stop]");
   }
   std::ranges::sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (const auto& [place, verb] : order)
-    if (const auto* table = all->get(verb)->as_table())
-      declared.controller.commands.push_back(command_at(verb, *table, declared));
+  for (const auto& [place, word] : order)
+    if (const auto* table = all->get(word)->as_table())
+      if (auto command = command_at(word, *table, declared)) declared.controller.commands.push_back(std::move(*command));
   for (auto& command : declared.controller.commands) resolve_same(command, declared, root);
 }
 

@@ -61,8 +61,9 @@ void read_vector(const toml::table& table, Declared& declared) {
   Section section = declared.draft.section(table, "[[vector]]");
   ControllerVector vector;
   vector.place = declared.draft.problems.where(table.source());
-  vector.request.verb = section.text("verb").value_or("");
-  const auto* command = declared.controller.find(vector.request.verb);
+  const auto verb = find_verb(section.text("verb").value_or(""));
+  const auto* command = verb ? declared.controller.find(*verb) : nullptr;
+  if (command) vector.request.verb = command->verb;
   if (!command) section.problem_at("verb", "one of the commands of this declaration is expected");
   vector.request.axis = section.integer("axis").value_or(1);
   vector.request.values = quantities_at(section, "values", declared, nullptr);

@@ -27,19 +27,19 @@ bool is_same(const ControllerCommand& a, const ControllerCommand& b) {
 
 void require_sense(Declared& declared) {
   const auto& commands = declared.controller.commands;
-  const auto add = [&](const std::string& verb, const Sentence& said) {
-    const Where table{.table = "command." + verb, .place = say("[command.{}]", Name{verb})};
+  const auto add = [&](ControllerVerb verb, const Sentence& said) {
+    const Where table{.table = "command." + name(verb), .place = say("[command.{}]", Name{name(verb)})};
     declared.draft.add(within(table, said));
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const auto& command = commands[i];
     if (command.exchanges.empty()) add(command.verb, "there is nothing to send");
-    if (!command.read_back.empty() && !declared.controller.find(command.read_back))
-      add(command.verb, say("read_back: there is no command '{}'", command.read_back));
+    if (command.read_back && !declared.controller.find(*command.read_back))
+      add(command.verb, say("read_back: there is no command '{}'", name(*command.read_back)));
     for (std::size_t j = 0; j < i; ++j)
-      if (command.same_as.empty() && commands[j].same_as.empty() && is_same(command, commands[j]))
-        add(command.verb,
-            say("sends the same as '{}'; write same_as = \"{}\" in place of it", commands[j].verb, commands[j].verb));
+      if (!command.same_as && !commands[j].same_as && is_same(command, commands[j]))
+        add(command.verb, say("sends the same as '{}'; write same_as = \"{}\" in place of it", name(commands[j].verb),
+                              name(commands[j].verb)));
   }
   for (const auto& bits : declared.controller.bits) {
     const bool carried = std::ranges::any_of(commands, [&](const ControllerCommand& command) {

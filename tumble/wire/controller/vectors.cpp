@@ -16,7 +16,7 @@ struct VectorCheck {
   Problems& problems;
 
   void add(const Sentence& said) const {
-    const Where table{.table = "vector", .place = say("[[vector]] {}", Name{vector.request.verb})};
+    const Where table{.table = "vector", .place = say("[[vector]] {}", Name{name(vector.request.verb)})};
     problems.push_back(within(vector.place, within(table, said)));
   }
   void compare_bytes(const char* side, std::size_t line, const std::vector<std::string>& stated,
@@ -77,7 +77,7 @@ void VectorCheck::as_host() const {
 void VectorCheck::as_device() const {
   ControllerDevice device(declaration);
   std::size_t answered = 0;
-  ControllerRequest last;
+  std::optional<ControllerRequest> last;
   for (const auto& bytes : vector.sends) {
     const auto requests = device.feed(bytes);
     for (const auto& request : requests) device.answer(vector.reply), last = request;
@@ -89,12 +89,12 @@ void VectorCheck::as_device() const {
   if (!vector.host_only && answered != vector.replies.size())
     add(say("device answers: {} replies are stated, and it gives {}", vector.replies.size(), answered));
   const auto* command = declaration.find(vector.request.verb);
-  const std::string verb = command->same_as.empty() ? command->verb : command->same_as;
-  if (last.verb != verb) return add(say("device: it is taken for '{}'", last.verb));
+  if (!last || last->verb != command->same_as.value_or(command->verb))
+    return add(say("device: it is taken for '{}'", last ? name(last->verb) : std::string()));
   for (const auto& [name, value] : vector.request.values) {
-    const auto found = last.values.find(name);
+    const auto found = last->values.find(name);
     const double step = resolution_of(declaration, vector.request.verb, name, value);
-    if (found != last.values.end() && std::abs(found->second - value) > step)
+    if (found != last->values.end() && std::abs(found->second - value) > step)
       add(say("device: {} is {:.9g} [SI], and {:.9g} was sent", Name{name}, found->second, value));
   }
 }
@@ -115,7 +115,7 @@ Problems problems_of_vectors(const Controller& declaration) {
   return problems;
 }
 
-double resolution_of(const Controller& declaration, const std::string& verb, const std::string& value, double si) {
+double resolution_of(const Controller& declaration, ControllerVerb verb, const std::string& value, double si) {
   const auto* command = declaration.find(verb);
   double coarsest = 0.0;
   if (!command) return coarsest;

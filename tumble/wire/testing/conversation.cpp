@@ -25,7 +25,7 @@ double random_value(const std::string& name, ControllerRandom& random) {
 /// What the virtual rig says to the request that the device understood: the whole answer to the one that was asked.
 ControllerReply reply_to(const ControllerRequest& understood, const ControllerRequest& asked,
                          const ControllerReply& answer) {
-  return understood.verb == "stop" && asked.verb != "stop" ? ControllerReply{} : answer;
+  return understood.verb == ControllerVerb::stop && asked.verb != ControllerVerb::stop ? ControllerReply{} : answer;
 }
 
 }  // namespace
@@ -40,9 +40,9 @@ ControllerRequest random_request(const Controller& controller, const ControllerC
   }
   // A speed has no sign where a position says the direction; a chamber is told a temperature before it is started
   // again.
-  if (command.verb == "position" && request.values.contains("rate"))
+  if (command.verb == ControllerVerb::position && request.values.contains("rate"))
     request.values["rate"] = std::abs(request.values["rate"]);
-  if (controller.name == "voetsch_ascii2" && command.verb != "off" && !command.takes.empty())
+  if (controller.name == "voetsch_ascii2" && command.verb != ControllerVerb::off && !command.takes.empty())
     request.values["temperature"] = random_value("temperature", random);
   return request;
 }
@@ -95,7 +95,7 @@ ControllerTalk talk_of(const Controller& controller, const ControllerRequest& re
 }
 
 bool is_accepted(const ControllerReply& reply) {
-  return reply.problem.empty() && !reply.refused && reply.verb != "notice";
+  return reply.problem.empty() && !reply.refused && reply.verb != ControllerVerb::notice;
 }
 
 }  // namespace tumble::testing
