@@ -75,9 +75,13 @@ TEST(Capability, DrawsOfThePopulationHaveItsIntervals) {
 
 TEST(Capability, RefusesLimitsThatAreNone) {
   const auto units = production(5, 0.1, RandomStream(7));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {1.0, -1.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {NAN, 1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-inf", "inf"}}, [&] { capability_of(units, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1", "-1"}}, [&] {
+    capability_of(units, {1.0, -1.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"nan", "1"}}, [&] {
+    capability_of(units, {NAN, 1.0});
+  }));
 }
 
 TEST(CapabilityCoverage, IntervalsHoldTheTrueIndex) {

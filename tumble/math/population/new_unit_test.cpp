@@ -30,9 +30,15 @@ TEST(UnitInPopulation, IsThatOfAnIndependentCalculation) {
 
 TEST(UnitInPopulation, NeedsFiveUnitsAndAnUncertainty) {
   const std::span all(others);
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(all.first(4), {1.0, 1.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {1.0, 0.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {NAN, 1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"4"}}, [&] {
+    unit_in_population(all.first(4), {1.0, 1.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "a value and a standard uncertainty"}, [&] {
+    unit_in_population(others, {1.0, 0.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "a value and a standard uncertainty"}, [&] {
+    unit_in_population(others, {NAN, 1.0});
+  }));
 }
 
 TEST(UnitInPopulationCoverage, HoldsTheTruthOfUnitsOfThePopulation) {

@@ -32,9 +32,12 @@ TEST(RunLength, ShiftsAreFoundSooner) {
 TEST(RunLength, OfEachPointAloneIsThatOfTheNormalLaw) { EXPECT_NEAR(run_length_of_ewma(1.0, 3.0), 370.4, 0.05); }
 
 TEST(RunLength, RefusesImpossibleCharts) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.0, 370.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.2, 1.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_cusum(-1.0, 370.0); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.values = {"0"}, .pattern = "lambda"}, [&] { limit_of_ewma(0.0, 370.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1"}, .pattern = "run length"},
+                      [&] { limit_of_ewma(0.2, 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1"}, .pattern = "k of"},
+                      [&] { limit_of_cusum(-1.0, 370.0); }));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -92,12 +92,18 @@ TEST(SineFitCoverage, UncertaintiesHoldInWhiteAndInColouredNoise) {
 
 TEST(SineFit, RefusesWhatCannotBeTold) {
   const Made made = wave(100.0, 1.0, 0.3, 200.0, 400);
-  EXPECT_THROW(fit_sine(made.time, made.value, 100.0, {.rate = 200.0}), Error);  // half of the rate
-  EXPECT_THROW(fit_sine(made.time, made.value, 200.1, {.rate = 200.0}), Error);  // next to an offset
-  EXPECT_THROW(fit_sine(made.time, made.value, 0.2, {.rate = 200.0}), Error);    // less than a cycle
-  EXPECT_THROW(fit_sine(made.time, made.value, -1.0, {.rate = 200.0}), Error);
-  EXPECT_THROW(fit_sine(made.time, std::vector<double>(400, std::nan("")), 10.0, {.rate = 200.0}), Error);
-  EXPECT_THROW(strongest_frequency(std::vector<double>(100, 2.5), 10.0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"100", "2", "200"}},
+                      [&] { fit_sine(made.time, made.value, 100.0, {.rate = 200.0}); }));  // half of the rate
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"200.1", "2", "200"}},
+                      [&] { fit_sine(made.time, made.value, 200.1, {.rate = 200.0}); }));  // next to an offset
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"2", "0.2"}},
+                      [&] { fit_sine(made.time, made.value, 0.2, {.rate = 200.0}); }));  // less than a cycle
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1"}},
+                      [&] { fit_sine(made.time, made.value, -1.0, {.rate = 200.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "fewer than two samples"},
+                      [&] { fit_sine(made.time, std::vector<double>(400, std::nan("")), 10.0, {.rate = 200.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "does not move"},
+                      [&] { strongest_frequency(std::vector<double>(100, 2.5), 10.0); }));
 }
 
 TEST(SineFit, FindsTheStrongestLine) {
