@@ -32,8 +32,14 @@ TEST(Capability, IsTheRoomToTheNearerLimit) {
 
 TEST(Capability, ChargesTheProductionWithItsOwnSpreadOnly) {
   const auto found = capability_of(production(4000, 1.0, RandomStream(3)), {-4.0, 4.0});
+  // What the measurement adds is subtracted: the variance that remains, 1 of 2, is known to 2 sqrt(2/4000), its root to
+  // 2.2 %, which is 0.030 of the index; 0.1 is a little more than three of these.
   EXPECT_NEAR(found.index, 4.0 / 3.0, 0.1);
-  EXPECT_NEAR(found.measured, 4.0 / 3.0 / std::sqrt(2.0), 0.05);
+  // The sd of 4000 values is known to 1/sqrt(8000), their mean to 1/sqrt(4000) of it, in a room of 4/sqrt(2): together
+  // 1.2 % of the index; four of these.
+  const double room = 4.0 / std::sqrt(2.0), expected = room / 3.0;
+  EXPECT_NEAR(found.measured, expected,
+              4.0 * expected * std::hypot(1.0 / std::sqrt(8000.0), 1.0 / std::sqrt(4000.0) / room));
   EXPECT_LT(found.lower, found.index);
   EXPECT_GT(found.upper, found.index);
 }

@@ -18,6 +18,7 @@ UnitHistory worked() {
 
 TEST(Drift, ForecastIsThatOfAnIndependentCalculation) {
   const auto in_a_year = forecast(worked(), 1.0, 5.0);
+  // The independent calculation was printed with four decimals: half of the last.
   EXPECT_NEAR(in_a_year.value, 2.1246, 5e-5);
   EXPECT_NEAR(in_a_year.variance, 1.3062, 5e-5);
 }
@@ -75,6 +76,7 @@ TEST(Drift, RiskAtTheIntervalIsTheOneStated) {
 
 TEST(Drift, TheTrendIsThatOfAnIndependentCalculation) {
   const auto trend = drift_rate(worked(), 1.0);
+  // The independent calculation was printed with four decimals: half of the last.
   EXPECT_NEAR(trend.value, 0.1192, 5e-5);
   EXPECT_NEAR(trend.sd, 0.2608, 5e-5);
 }
