@@ -232,7 +232,7 @@ TEST(FrameStream, UnwrapsTheClockOfTheDevice) {
     content.time = time;
     stream.feed(encode_frame(codec, content), [&](const StreamFrame& frame) { last = *frame.time; });
   }
-  EXPECT_NEAR(last, wrap + 0.005, 2e-6);
+  EXPECT_NEAR(last, wrap + 0.005, 2e-6);  // two counts of the clock of the device, 1 us each
 }
 
 TEST(FrameStatus, BlanksTheChannelsItIsAbout) {
