@@ -121,9 +121,9 @@ TEST(StationFile, RefusesASafeListThatLeavesAnAxisTurning) {
                                        .pattern = "[[safe]]: nothing stops the axis",
                                        .file = "bench.toml",
                                        .line = 1}));
-  EXPECT_TRUE(
-      has_problem(problems_of_station(sound_station + "[[safe]]\ndevice = \"table\"\nverb = \"rate\"\n"),
-                  {.values = {"rate", "stop, hold, off, disable, release"}, .table = "[[safe]]", .key = "verb"}));
+  EXPECT_TRUE(has_problem(
+      problems_of_station(sound_station + "[[safe]]\ndevice = \"table\"\nverb = \"rate\"\n"),
+      {.values = {"rate"}, .part = "stop, hold, off, disable, release", .table = "[[safe]]", .key = "verb"}));
 }
 
 TEST(StationFile, StatesAllProblemsWithLineAndNearestKey) {
