@@ -123,6 +123,7 @@ TEST_F(PopulationArchive, GivesComponentsOfAllResults) {
   ASSERT_EQ(found.parameters.size(), 5u);
   EXPECT_EQ(found.parameters[3].name, "bias_rig_sd");
   EXPECT_EQ(found.parameters[4].name, "bias_turn_on_sd");
+  // 15 pairs give the sd to 0.1/sqrt(30): four of them, and less than the 0.013 by which the stated 0.05 lowers it.
   EXPECT_NEAR(found.parameters[4].unit.from_si(found.parameters[4].value), 0.1, 0.08);
   EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"triad", "bais", "bias"}},
                       [&] { components_of(open(), {"triad"}, "bais"); }));
