@@ -21,7 +21,7 @@
 #include "tumble/archive/verify.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -59,24 +59,20 @@ TEST(ArchiveOnPostgres, PassesEveryCaseOfTheSuite) {
 
 TEST(Archive, SaysWhatAnAddressHoldsThatIsNoArchive) {
   const ScratchFolder folder;
-  const auto problem = [](const std::string& address) -> std::string {
-    try {
-      Archive archive(address);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "none";
-  };
-  EXPECT_NE(problem(folder.file("none.db")).find("tumble archive init"), std::string::npos);
+  const auto refusal = [](const std::string& address) { return refusal_of([&] { Archive archive(address); }); };
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      Asked{.values = {folder.file("none.db")}, .pattern = "tumble archive init"},
+                      refusal(folder.file("none.db"))));
   std::ofstream(folder.file("text.db"))
       << "This is a text, and it is long enough to be taken for a header of a database file.\n";
-  EXPECT_NE(problem(folder.file("text.db")).find("not a database"), std::string::npos)
-      << problem(folder.file("text.db"));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("text.db")}, .part = "not a database"},
+                      refusal(folder.file("text.db"))));
   std::ofstream(folder.file("empty.db"));
-  EXPECT_NE(problem(folder.file("empty.db")).find("no archive"), std::string::npos);
-  const std::string lost = problem("postgresql://me:secret@/none?host=" + folder.path.string());
-  EXPECT_NE(lost.find("archive 'postgresql://me:...@"), std::string::npos) << lost;
-  EXPECT_EQ(lost.find("secret"), std::string::npos) << lost;
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("empty.db")}, .pattern = "holds no archive"},
+                      refusal(folder.file("empty.db"))));
+  const Refused lost = refusal("postgresql://me:secret@/none?host=" + folder.path.string());
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "postgresql://me:...@"}, lost));
+  for (const std::string& text : texts_of(lost.problems)) EXPECT_EQ(text.find("secret"), std::string::npos) << text;
 }
 
 /// How many of some processes that begin at once end well. Each does `work` with its number, which throws Error
@@ -170,15 +166,12 @@ TEST(Archive, RefusesALaterSchemaAndASecondInit) {
   const ScratchFolder folder;
   const std::string address = folder.file("lab.db");
   make_archive(address, "", testing::sample_act());
-  EXPECT_THROW(make_archive(address, "", testing::sample_act()), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {address}, .pattern = "holds an archive already"},
+                      [&] { make_archive(address, "", testing::sample_act()); }));
   database::Database(address, false)
       .run("INSERT INTO schema_version (version, applied, program) VALUES (99, 'x', 'x')");
-  try {
-    Archive archive(address);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("version 99"), std::string::npos);
-  }
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {address, "99"}, .pattern = "use a newer one"},
+                      [&] { Archive archive(address); }));
 }
 
 TEST(Archive, FindsEveryFlippedByteOfAStoredFile) {
@@ -200,7 +193,9 @@ TEST(Archive, FindsEveryFlippedByteOfAStoredFile) {
     std::string after = before;
     after[i] = static_cast<char>(after[i] ^ (1 << i % 8));
     std::ofstream(place, std::ios::binary) << after;
-    EXPECT_THROW(storage::unpack({archive.folder(), nullptr}, sha256_of(text), [](std::string_view) {}), Error) << i;
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {place}, .pattern = "its bytes have changed"}, [&] {
+      storage::unpack({archive.folder(), nullptr}, sha256_of(text), [](std::string_view) {});
+    })) << i;
   }
   std::ofstream(place, std::ios::binary) << before.substr(0, before.size() - 1);
   EXPECT_EQ(verify_archive(archive).problems.size(), 1u);

@@ -157,8 +157,12 @@ TEST_F(ArchiveStatistics, QuantitiesOfOneNameAreNotMixed) {
     deposit_.results.back().unit.model = "accelerometer";
   }
   put();
-  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", {}, {}}}), Error);
-  EXPECT_THROW(summary_of_model(*archive_, {.what = {"bias", {}, {}}}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"bias"}, .pattern = "not the same quantity"}, [&] {
+    chart_of_archive(*archive_, {.what = {"bias", {}, {}}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"bias"}, .pattern = "not the same quantity"}, [&] {
+    summary_of_model(*archive_, {.what = {"bias", {}, {}}});
+  }));
   const auto estimate = chart_of_archive(*archive_, {.what = {"bias", "accelerometer", {}}});
   EXPECT_EQ(estimate.parameters[0].unit.text(), "ug");
   EXPECT_EQ(table(estimate, "chart").rows.size(), 6u);
@@ -177,10 +181,18 @@ TEST_F(ArchiveStatistics, AChartOverUnitsTakesEachOnceOrEachDay) {
 TEST_F(ArchiveStatistics, PointsThatAreTooFewOrAbsentAreRefused) {
   for (int i = 0; i < 3; ++i) add({.bias = 1.0 * i, .ended = noon(i)});
   put();
-  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}}), Error);
-  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bais", {}, {}}}), Error);
-  EXPECT_THROW(chart_of_archive(*archive_, {.what = {"bias", "other", {}}}), Error);
-  EXPECT_THROW(summary_of_model(*archive_, {.what = {"bias", "gyro", {}}}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"bias", "3"}}, [&] {
+    chart_of_archive(*archive_, {.what = {"bias", {}, {"gyro", "0173"}}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"bais", "bias"}}, [&] {
+    chart_of_archive(*archive_, {.what = {"bais", {}, {}}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"other", "bias"}}, [&] {
+    chart_of_archive(*archive_, {.what = {"bias", "other", {}}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"bias", "1"}}, [&] {
+    summary_of_model(*archive_, {.what = {"bias", "gyro", {}}});
+  }));
 }
 
 TEST_F(ArchiveStatistics, DriftComparesWithSharedErrorsSubtracted) {

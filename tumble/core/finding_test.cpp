@@ -96,10 +96,14 @@ TEST(Finding, PlacesAreLabelsOrTimes) {
 }
 
 TEST(Finding, AbsentValueOrUnknownCodeIsADefect) {
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { filled("{rate}", with({{"ratio", 1.0}})); }));
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { Finding(Severity::info, "constant_output", {}); }));
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { Finding(Severity::info, "no_such_code", {}); }));
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"test"}}, [&] {
+    filled("{rate}", with({{"ratio", 1.0}}));
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"constant_output"}},
+                      [&] { Finding(Severity::info, "constant_output", {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"finding", "no_such_code"}},
+                      [&] { Finding(Severity::info, "no_such_code", {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"no_such_phrase"}}, [&] {
     filled("{of}", with({{"of", Phrase{"no_such_phrase"}}}));
   }));
   try {

@@ -12,7 +12,7 @@
 #include "tumble/methods/testing/trials.hpp"
 #include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -43,13 +43,8 @@ ImuCalibration calibration_from(const Estimate& estimate, const std::string& axi
   return calibration_of({{estimate, "result.json", "0123", axis}});
 }
 
-std::string refusal(const std::vector<CalibrationInput>& inputs) {
-  try {
-    calibration_of(inputs);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+Refused refusal(const std::vector<CalibrationInput>& inputs) {
+  return refusal_of([&] { calibration_of(inputs); });
 }
 
 /// The six outputs of a recording, and where they are.
@@ -249,8 +244,9 @@ TEST(CalibrationOf, NoiseOfAChannelWithoutAnAxisIsRefusedAmongOthers) {
   noise.parameters = {{"gyro_x_dps.angle_random_walk", "N", Unit::parse("deg/sqrt(h)"), 1e-4, ""},
                       {"angular_velocity.angle_random_walk", "N", Unit::parse("deg/sqrt(h)"), 1e-3, ""}};
   noise.covariance = Matrix(2, 2);
-  EXPECT_NE(refusal({{noise, "n.json", "01"}}).find("of the channel angular_velocity the axis is not known"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      Asked{.values = {"n.json", "angular_velocity"}, .pattern = "axis is not known"},
+                      refusal({{noise, "n.json", "01"}})));
   noise.parameters.erase(noise.parameters.begin());
   noise.covariance = Matrix(1, 1);
   EXPECT_EQ(calibration_from(noise).gyros.noise[0].white, 1e-3);  // the only channel: all axes
@@ -258,32 +254,34 @@ TEST(CalibrationOf, NoiseOfAChannelWithoutAnAxisIsRefusedAmongOthers) {
 
 TEST(CalibrationOf, TwoResultsOfOneThingAreRefused) {
   const Conducted test = conducted("imu_ferraris");
-  EXPECT_NE(refusal({{test.estimate, "a.json", "01"}, {test.estimate, "b.json", "23"}})
-                .find("b.json: another result states accelerometer_x bias as well"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      Asked{.values = {"b.json", "accelerometer_x bias"}, .pattern = "another result states"},
+                      refusal({{test.estimate, "a.json", "01"}, {test.estimate, "b.json", "23"}})));
 }
 
 TEST(CalibrationOf, ResultsWithoutACommonTemperatureAreRefused) {
   Estimate cold = conducted("fog_thermal_bias").estimate, warm = conducted("accelerometer_four_position").estimate;
-  EXPECT_EQ(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}), "");
+  EXPECT_TRUE(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}).empty());
   for (Covered& covered : warm.models.at(0).covered)
     if (covered.weights[0].first == Input::temperature)
       covered.least = si(90.0, "degC"), covered.greatest = si(95.0, "degC");
-  EXPECT_NE(refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}}).find("no temperature is covered by all results"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"90.0"}, .pattern = "no temperature is covered"},
+                      refusal({{cold, "g.json", "01"}, {warm, "a.json", "23"}})));
 }
 
 TEST(CalibrationOf, NegativeNoiseIsRefused) {
   Estimate noise = conducted("allan_noise").estimate;
   for (auto& parameter : noise.parameters)
     if (parameter.name.ends_with("random_walk")) parameter.value = -parameter.value;
-  EXPECT_NE(refusal({{noise, "n.json", "01"}}).find("is negative"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"n.json"}, .pattern = "is negative"},
+                      refusal({{noise, "n.json", "01"}})));
 }
 
 TEST(CalibrationOf, ResultsWithoutAModelAndWithoutNoiseAreRefused) {
   Estimate other;
   other.method = "north_finding";
-  EXPECT_NE(refusal({{other, "north.json", "01"}}).find("holds no error model and no noise"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"north.json", "north_finding"}},
+                      refusal({{other, "north.json", "01"}})));
 }
 
 /// What each method finds can be placed, or its note names it: none is lost in silence.

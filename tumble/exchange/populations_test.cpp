@@ -11,8 +11,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/report.hpp"
-#include "tumble/units/error.hpp"
-#include "tumble/units/testing/problem_of.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -86,14 +85,16 @@ TEST(PopulationOfUnits, RefusesFewUnitsAndSaysWhy) {
   auto units = tested(fleet_results({}, RandomStream(5), 6));
   units[5].estimate = units[0].estimate;  // one unit under two serial numbers
   units[4].simulated = true;
-  const auto problem = problem_of([&] {
-    population_of_units("m", "accelerometer_tumble", units, {{"U7", "abc", "result_with_prior"}});
-  });
-  EXPECT_NE(problem.find("there are 4 of the model 'm'"), std::string::npos) << problem;
-  EXPECT_NE(problem.find("unit U1005 is not used: the same values as another unit"), std::string::npos) << problem;
-  EXPECT_NE(problem.find("unit U1004 is not used: simulated"), std::string::npos) << problem;
-  EXPECT_NE(problem.find("unit U7 is not used: made with a prior"), std::string::npos) << problem;
-  EXPECT_NE(problem_of([] { population_of_units("m", "x", {}); }).find("there are 0"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data,
+                      {{.values = {"4", "m", "accelerometer_tumble"}},
+                       {.values = {"U1005"}, .pattern = "the same values as another unit"},
+                       {.values = {"U1004"}, .pattern = "simulated"},
+                       {.values = {"U7"}, .pattern = "made with a prior"}},
+                      [&] {
+                        population_of_units("m", "accelerometer_tumble", units, {{"U7", "abc", "result_with_prior"}});
+                      }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_data, Asked{.values = {"0", "m", "x"}}, [] { population_of_units("m", "x", {}); }));
 }
 
 TEST(PopulationOfUnits, UsesResultsInWhichAParameterIsMissingOrPartOfASum) {
@@ -231,10 +232,10 @@ TEST(ComponentsOfResults, MergeWhatCannotBeSeparatedAndSaySo) {
   EXPECT_EQ(names_of(components_of_results("m", "bias", single)),
             "bias_mean bias_unit_day_and_turn_on_sd one_result_a_unit ");
   single.resize(3);
-  EXPECT_NE(problem_of([&] { components_of_results("m", "bias", single); }).find("at least four results"),
-            std::string::npos);
-  EXPECT_NE(problem_of([&] { components_of_results("m", "bais", results); }).find("did you mean 'bias'"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"m", "bias", "3"}, .pattern = "at least four results"},
+                      [&] { components_of_results("m", "bias", single); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"m", "bais", "0", "bias"}},
+                      [&] { components_of_results("m", "bais", results); }));
 }
 
 }  // namespace

@@ -61,7 +61,8 @@ TEST_F(AtomicFileTest, FollowsALinkToAFileThatIsNotThereYet) {
   EXPECT_TRUE(fs::is_symlink(folder / "first"));
   EXPECT_EQ(read_text_file(in("there/file")), "new");
   fs::create_symlink("round", folder / "round");
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { write_file_atomically(in("round/x"), "new"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {in("round/x")}, .pattern = "cannot write"},
+                      [&] { write_file_atomically(in("round/x"), "new"); }));
 }
 
 TEST_F(AtomicFileTest, WritesToDevicesDirectly) {
@@ -89,8 +90,8 @@ TEST_F(AtomicFileTest, FullDiskLeavesNothingBehind) {
   const rlimit small{4096, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
   write_file_atomically(in("fits"), std::string(4096, 'x'));
-  EXPECT_TRUE(
-      refuses(Error::Kind::bad_file, Asked{}, [&] { write_file_atomically(in("large"), std::string(100000, 'x')); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {in("large")}, .part = "File too large"},
+                      [&] { write_file_atomically(in("large"), std::string(100000, 'x')); }));
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(entries(), 1u);
@@ -106,7 +107,8 @@ TEST_F(AtomicFileTest, AnInterruptedProgramLeavesOnlyWhatWasCommitted) {
 }
 
 TEST_F(AtomicFileTest, MissingFileIsSaid) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { read_text_file(in("none")); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {in("none")}, .pattern = "cannot read"},
+                      [&] { read_text_file(in("none")); }));
 }
 
 }  // namespace

@@ -73,9 +73,12 @@ TEST(Confinement, HoldsWhereFilesAreOpened) {
   {
     const Confinement confined(folders.inside);
     EXPECT_EQ(read_text_file((folders.inside / "absolute.toml").string()), "x = 1\n");
-    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { read_text_file(link); }));
-    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { write_file_atomically(link, "y"); }));
-    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{},
+    EXPECT_TRUE(
+        refuses(Error::Kind::bad_file, Asked{.values = {link}, .pattern = "leads out"}, [&] { read_text_file(link); }));
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {link}, .pattern = "leads out"},
+                        [&] { write_file_atomically(link, "y"); }));
+    EXPECT_TRUE(refuses(Error::Kind::bad_file,
+                        Asked{.values = {(folders.inside / "away/new.toml").string()}, .pattern = "leads out"},
                         [&] { write_file_atomically((folders.inside / "away/new.toml").string(), "y"); }));
     EXPECT_EQ(read_text_file((folders.outside / "secret.toml").string()), "x = 1\n") << "that somebody names himself";
   }
@@ -97,8 +100,12 @@ TEST(Confinement, JournalsOfDatabasesAreFilesOfTheirOwn) {
     for (const auto& target :
          {folders.outside / "secret.toml", folders.outside / "absent.toml", folders.inside / "x"}) {
       fs::create_symlink(target, database + end);
-      EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { require_own_journals(database); })) << end << target;
-      EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { require_own_journals(link); })) << end << target;
+      EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {database}, .pattern = "a link or a device"},
+                          [&] { require_own_journals(database); }))
+          << end << target;
+      EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {link}, .pattern = "a link or a device"},
+                          [&] { require_own_journals(link); }))
+          << end << target;
       fs::remove(database + end);
     }
   }

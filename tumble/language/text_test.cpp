@@ -40,8 +40,10 @@ TEST(Text, EveryLanguageHasTheWordsOfTheCertificateAndOfTheReport) {
 TEST(Text, AKeyThatALanguageLacksIsADefect) {
   EXPECT_EQ(text_of(Language::chinese, "certificate", "pass"), "合格");
   EXPECT_EQ(text_of(Language::english, "certificate", "pass"), "Pass");
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { text_of(Language::chinese, "certificate", "nothing"); }));
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { text_of(Language::chinese, "nothing", "pass"); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"certificate", "nothing"}},
+                      [&] { text_of(Language::chinese, "certificate", "nothing"); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"nothing", "pass"}},
+                      [&] { text_of(Language::chinese, "nothing", "pass"); }));
 }
 
 TEST(Text, LanguagesHaveTheirCodes) {

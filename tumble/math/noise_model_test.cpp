@@ -110,6 +110,8 @@ TEST(NoiseModel, MarkovAllanVarianceJoinsItsSeries) {
   EXPECT_LT(at(1.99), at(1.89));
 }
 
+// Times a factor 4 apart leave a ripple of 2/cosh(pi^2/ln 4), 0.32 %; at 0.5 Hz the times below 1 ms that are missing
+// would add 0.1 %.
 TEST(NoiseModel, FlickerBankHasThePowerLawBetweenItsTimes) {
   using std::numbers::pi;
   const auto bank = flicker_bank(2.0, 1e-3, 1e5);

@@ -15,6 +15,7 @@
 #include "tumble/methods/testing/trials.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -247,8 +248,10 @@ TEST(SubtractedModel, OfABiasSaysWhatOnePowerUpDoesNotShow) {
   Recording two = trial.evidence.recordings[0];
   two.channels.push_back(two.channels[0]);
   two.channels[1].name = "other";
-  EXPECT_THROW(compensate(estimate, two, nullptr), Error);
-  EXPECT_THROW(compensate(estimate, done.recording, nullptr), Error);  // not twice
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "no channel for the role"},
+                      [&] { compensate(estimate, two, nullptr); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "compensated already"},
+                      [&] { compensate(estimate, done.recording, nullptr); }));  // not twice
 }
 
 }  // namespace

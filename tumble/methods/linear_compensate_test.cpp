@@ -13,6 +13,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -202,7 +203,9 @@ TEST(LinearCompensation, AnOutputOfAnotherKindIsRefused) {
   const Estimate estimate = result_of(method, trial);
   for (const char* unit : {"V", "m/s^2", "deg/h"}) {
     use.recording.channels[0].unit = Unit::parse(unit);
-    EXPECT_THROW(compensate(estimate, use.recording, &use.plan), Error) << unit;
+    EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {unit}, .pattern = "was calibrated in"}, [&] {
+      compensate(estimate, use.recording, &use.plan);
+    })) << unit;
   }
 }
 

@@ -7,8 +7,7 @@
 namespace tumble {
 namespace {
 
-// Worked numbers of the lecture (Yan Gongmin, NWPU, 2015, slides 49-58), recomputed to the digits shown.
-
+// Worked numbers of the lecture (Yan Gongmin, NWPU, 2015, slides 49-58), recomputed to half of the last digit shown.
 TEST(Sagnac, RingOfTenCentimetres) {
   const double K = ring_laser_scale_factor(3, 0.1, 632.8e-9);
   EXPECT_NEAR(K, 91237.4003, 5e-5);

@@ -230,8 +230,10 @@ TEST(LiveRecording, ADamagedFileIsRefused) {
     }
   }
   std::ofstream(path, std::ios::binary) << "something else";
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { LiveRecording{path}; }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { LiveRecording{folder.file("none")}; }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {path}, .pattern = "does not hold the samples of a run"},
+                      [&] { LiveRecording{path}; }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("none")}, .pattern = "cannot be read"},
+                      [&] { LiveRecording{folder.file("none")}; }));
 }
 
 TEST(LiveRecording, WithoutRoomNothingIsWrittenAndNobodyWaits) {

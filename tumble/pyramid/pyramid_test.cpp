@@ -11,7 +11,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -264,7 +264,8 @@ TEST(Pyramid, EverySampleAboutAGapLiesInsideOfItsBar) {
 TEST(Pyramid, AnInfiniteSampleIsRefusedNotDrawn) {
   const ScratchFolder folder;
   std::ofstream(folder.file("a.csv")) << "time[s],gyro.x[deg/s]\n0,1\n0.1,inf\n0.2,3\n0.3,4\n";
-  EXPECT_THROW(build_pyramid(folder.file("a.csv"), {}, folder.file("a.pyr"), {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"inf"}, .line = 3, .column = 2},
+                      [&] { build_pyramid(folder.file("a.csv"), {}, folder.file("a.pyr"), {}); }));
   EXPECT_FALSE(std::filesystem::exists(folder.file("a.pyr")));
 }
 
@@ -301,8 +302,9 @@ TEST(Pyramid, RefusesADamagedFile) {
     std::ofstream(copy, std::ios::binary) << content;
     return copy;
   };
-  EXPECT_THROW(Pyramid(written(bytes.substr(0, bytes.size() / 2)), {}), Error);
-  EXPECT_THROW(Pyramid(written("x"), {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "damaged"},
+                      [&] { Pyramid(written(bytes.substr(0, bytes.size() / 2)), {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "damaged"}, [&] { Pyramid(written("x"), {}); }));
   const std::size_t text = bytes.size() - 3000;  // the description: a changed byte may be refused, and must not crash
   for (int trial = 0; trial < 300; ++trial) {
     std::string changed = bytes;

@@ -8,7 +8,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/recorder/testing/faulty_disk.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -25,9 +25,13 @@ TEST(Disk, RefusesEverythingAfterAFailedSynchronisation) {
   FaultyDisk faulty({DiskFault::Kind::fails, 2, 0});
   Disk& disk = faulty.disk();
   EXPECT_NO_THROW(disk.synchronise(path));
-  EXPECT_THROW(disk.synchronise(path), Error);
-  EXPECT_THROW(disk.synchronise(path), Error) << "a second one would succeed, and the data would not be there";
-  EXPECT_THROW(disk.rename(path, folder.file("b")), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {path}, .pattern = "synchronise"},
+                      [&] { disk.synchronise(path); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {path}, .pattern = "synchronise"}, [&] {
+    disk.synchronise(path);
+  })) << "a second one would succeed, and the data would not be there";
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {path}, .pattern = "rename"},
+                      [&] { disk.rename(path, folder.file("b")); }));
   EXPECT_TRUE(disk.failed());
 }
 
@@ -40,7 +44,8 @@ TEST(Disk, APowerCutTakesBackANameWhoseFolderWasNotSynchronised) {
     disk.produce(folder.file("part"), [&] { put_disk_text(folder.file("part"), "whole"); });
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
-    EXPECT_THROW(disk.synchronise_folder(folder.path), Error);
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.path}, .pattern = "synchronise"},
+                        [&] { disk.synchronise_folder(folder.path); }));
     faulty.power_cut();
     const bool there = std::filesystem::exists(folder.file("name"));
     (there ? kept : lost) += 1;
@@ -61,7 +66,8 @@ TEST(Disk, APowerCutKeepsAFolderThatWasSynchronised) {
     disk.synchronise(folder.file("part"));
     disk.rename(folder.file("part"), folder.file("name"));
     disk.synchronise_folder(folder.path);
-    EXPECT_THROW(disk.remove(folder.file("name")), Error);
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("name")}, .pattern = "remove"},
+                        [&] { disk.remove(folder.file("name")); }));
     faulty.power_cut();
     EXPECT_FALSE(std::filesystem::exists(folder.file("part")));
     if (std::filesystem::exists(folder.file("name"))) {
@@ -76,7 +82,8 @@ TEST(Disk, AFullDiskHasRoomAgainForWhatIsRemoved) {
   Disk& disk = faulty.disk();
   disk.allocate(folder.file("reserve"), 1000);
   EXPECT_EQ(std::filesystem::file_size(folder.file("reserve")), 1000u);
-  EXPECT_THROW(disk.allocate(folder.file("more"), 10), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("more")}, .part = "No space left"},
+                      [&] { disk.allocate(folder.file("more"), 10); }));
   EXPECT_FALSE(disk.failed()) << "nothing was written, and room can be made";
   EXPECT_NO_THROW(disk.remove(folder.file("reserve")));
 }

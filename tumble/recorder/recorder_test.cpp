@@ -10,8 +10,7 @@
 #include "tumble/recorder/live_store/front.hpp"
 #include "tumble/recorder/recorder_read.hpp"
 #include "tumble/recorder/testing/small_run.hpp"
-#include "tumble/units/error.hpp"
-#include "tumble/units/testing/problem_of.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -100,19 +99,22 @@ TEST(Recorder, ContinuesAStoreAndItsNumbers) {
 
 TEST(Recorder, RefusesASecondWriterAndAStoreThatIsThere) {
   const ScratchFolder folder;
+  const std::string store = folder.file("live.sqlite");
   Disk disk;
   auto options = small_options(true);
   {
     Recorder recorder(folder.path, disk, options);
     begin_run(recorder);
     recorder.flush();
-    EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("still being recorded"), std::string::npos);
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {store}, .pattern = "still being recorded"},
+                        [&] { visit_store(folder.path, {}); }));
     options.resume = true;
-    EXPECT_NE(problem_of([&] { Recorder second(folder.path, disk, options); }).find("another process"),
-              std::string::npos);
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {store}, .pattern = "one process writes a store"},
+                        [&] { Recorder second(folder.path, disk, options); }));
   }
   options.resume = false;
-  EXPECT_NE(problem_of([&] { Recorder second(folder.path, disk, options); }).find("tumble seal"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {store, folder.path}, .pattern = "tumble seal"},
+                      [&] { Recorder second(folder.path, disk, options); }));
 }
 
 TEST(Recorder, StopsWithAReasonWhenMoreWaitsThanMay) {
@@ -143,9 +145,10 @@ TEST(Recorder, RefusesToBeginWithoutRoom) {
   Disk disk;
   auto options = small_options(false);
   options.floor_bytes = std::uint64_t{1} << 60;
-  EXPECT_NE(problem_of([&] { Recorder recorder(folder.path, disk, options); }).find("has room for"), std::string::npos);
-  EXPECT_NE(problem_of([&] { Recorder recorder(folder.file("none"), disk, options); }).find("no such folder"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.path}, .pattern = "has room for"},
+                      [&] { Recorder recorder(folder.path, disk, options); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("none")}, .pattern = "no such folder"},
+                      [&] { Recorder recorder(folder.file("none"), disk, options); }));
 }
 
 TEST(Recorder, CopiesItsLogBackWhileItRuns) {
@@ -166,10 +169,12 @@ TEST(Recorder, CopiesItsLogBackWhileItRuns) {
 
 TEST(Recorder, RefusesToReadWhatIsNoStore) {
   const ScratchFolder folder;
-  EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.path, "live.sqlite"}},
+                      [&] { visit_store(folder.path, {}); }));
   { std::ofstream(folder.file("live.sqlite")) << std::string(5000, 'x'); }
-  EXPECT_NE(problem_of([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file,
+                      Asked{.values = {folder.file("live.sqlite")}, .pattern = "cannot be read as a live store"},
+                      [&] { visit_store(folder.path, {}); }));
 }
 
 }  // namespace

@@ -139,12 +139,13 @@ TEST(Answer, FindingsFollowTheirParameters) {
 }
 
 TEST(Answer, ACovarianceThatIsNoneIsADefect) {
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"noise"}, .pattern = "not positive semidefinite"}, [&] {
     from_covariance("noise", columns(2, {1.0, 1.1, 1.1, 1.0}));
   }));
   Estimate estimate = two_parameters();
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] { settle(estimate, {from_variances("noise", {1.0})}); }));
-  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"noise"}, .pattern = "one row a parameter"},
+                      [&] { settle(estimate, {from_variances("noise", {1.0})}); }));
+  EXPECT_TRUE(refuses(Error::Kind::internal, Asked{.values = {"level", "R1"}}, [&] {
     settle(estimate, {from_shifts("level", columns(2, {1.0, 1.0}), "R1"),
                       from_shifts("level", columns(2, {1.0, 1.0, 2.0, 2.0}), "R1")});
   }));

@@ -10,7 +10,7 @@
 
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -85,7 +85,8 @@ TEST(Rehearse, ARefusedOneLeavesNoFolder) {
   const ScratchFolder scratch;
   Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
   rehearsal.station = load_station(TUMBLE_SOURCE_DIR "/stations/sine_vibration.toml");
-  EXPECT_THROW(rehearse(rehearsal), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"table"}, .pattern = "no device of the station moves"},
+                      [&] { rehearse(rehearsal); }));
   EXPECT_FALSE(std::filesystem::exists(rehearsal.folder));
 }
 

@@ -15,7 +15,7 @@
 #include "tumble/recorder/recorder_read.hpp"
 #include "tumble/rehearsal/testing/served_rig.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -75,13 +75,8 @@ struct WatchedRun {
     ADD_FAILURE() << "it has not come to this: " << state()["view"].dump();
     return state();
   }
-  std::string refusal(const Json& request) const {
-    try {
-      ask_desk(folder, request.dump());
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+  Refused refusal(const Json& request) const {
+    return refusal_of([&] { ask_desk(folder, request.dump()); });
   }
 };
 
@@ -95,17 +90,20 @@ TEST(RunDesk, AQuestionIsAnsweredFromElsewhereAndNothingThatHappensIsMissed) {
   DeskWatch watch(run.folder);
   const Json open = run.state_when(asks);
   const int question = open["view"]["prompt"]["id"];
-  EXPECT_EQ(run.refusal({{"order", "answer"}, {"prompt", question}, {"choice", "done"}}),
-            "an order needs a name: who gives it");
-  EXPECT_EQ(run.refusal({{"order", "answer"}, {"prompt", question + 1}, {"choice", "done"}, {"who", "Li Wei"}}),
-            "question 2 is closed");
-  EXPECT_NE(run.refusal({{"order", "answer"}, {"prompt", question}, {"choice", "perhaps"}, {"who", "Li Wei"}})
-                .find("'perhaps' is no answer to question 1 (answers: done"),
-            std::string::npos);
-  EXPECT_EQ(run.refusal({{"order", "answer"}, {"prompt", question}, {"choice", "done"}, {"who", "Li Wei"}}), "");
-  EXPECT_EQ(run.refusal({{"order", "answer"}, {"prompt", question}, {"choice", "done"}, {"who", "Li Wei"}}),
-            "question 1 is closed")
-      << "it is answered once";
+  const auto refused = [&](const std::string& part, const Json& order) {  // the desk sends the text of its problem
+    return refuses(Error::Kind::bad_input, Asked{.part = part}, run.refusal(order));
+  };
+  const Json answer{{"order", "answer"}, {"prompt", question}, {"choice", "done"}, {"who", "Li Wei"}};
+  const auto changed = [&](const char* key, const Json& value) {
+    Json order = answer;
+    order[key] = value;
+    return order;
+  };
+  EXPECT_TRUE(refused("an order needs a name", changed("who", "")));
+  EXPECT_TRUE(refused("question 2 ", changed("prompt", question + 1)));
+  EXPECT_TRUE(refused("'perhaps' is no answer to question 1 (answers: done", changed("choice", "perhaps")));
+  EXPECT_TRUE(run.refusal(answer).empty());
+  EXPECT_TRUE(refused("question 1 ", answer)) << "it is answered once";
   run.finish();
   EXPECT_EQ(run.end.ending, RunEnding::complete) << run.end.text;
 
@@ -150,7 +148,9 @@ TEST(RunDesk, ARunIsPausedCarriedOnAndStoppedFromElsewhere) {
   EXPECT_EQ(run.end.ending, RunEnding::stopped) << run.end.text;
   EXPECT_FALSE(process_at_desk(run.folder));
   EXPECT_FALSE(std::filesystem::exists(std::filesystem::path(run.folder) / desk_name));
-  EXPECT_THROW(ask_desk(run.folder, R"({"ask":"state"})"), Error) << "it does not go on";
+  EXPECT_TRUE(refuses(Error::Kind::unsupported, Asked{.values = {run.folder}, .pattern = "does not go on"}, [&] {
+    ask_desk(run.folder, R"({"ask":"state"})");
+  })) << "it does not go on";
 }
 
 TEST(RunDesk, TheStateOfARunIsTheSameWhenItHasEnded) {
@@ -203,10 +203,15 @@ TEST(RunDesk, ARunThatWasCarriedOnAndKilledIsNotCalledSafe) {
 TEST(RunDesk, WhatIsNoRequestIsRefused) {
   WatchedRun run;
   for (const char* request : {"", "{", "[]", "7", R"({"ask":"everything"})", R"({"order":7})", R"({"ask":[]})"})
-    EXPECT_THROW(ask_desk(run.folder, request), Error) << request;
-  EXPECT_EQ(run.refusal({{"order", "faster"}, {"who", "x"}}),
-            "'faster' is no order (orders: pause, resume, stop, abort, answer)");
-  EXPECT_THROW(ask_desk(run.folder, std::string(1 << 17, 'x')), Error) << "a line that does not end";
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "the request is not"}, [&] {
+      ask_desk(run.folder, request);
+    })) << request;
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      Asked{.part = "'faster' is no order (orders: pause, resume, stop, abort, answer)"},
+                      run.refusal({{"order", "faster"}, {"who", "x"}})));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {run.folder}, .pattern = "has not answered"}, [&] {
+    ask_desk(run.folder, std::string(1 << 17, 'x'));
+  })) << "a line that does not end";
   ask_desk(run.folder, R"({"order":"abort","who":"Li Wei"})");
   run.finish();
   EXPECT_EQ(run.end.ending, RunEnding::aborted);

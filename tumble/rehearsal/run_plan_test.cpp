@@ -17,7 +17,7 @@
 #include "tumble/station/lease.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::run_plan_test {
 namespace {
@@ -43,7 +43,9 @@ TEST(RunPlan, APlanIsCarriedOutOverTcp) {
   station.equipment = {{"table", "RT-1", "C-1", "2020-01-01"}};
   ServedRig rig(plan, station, fast);
   auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
-  EXPECT_THROW(run_plan(run), Error) << "its calibration has expired";
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "table RT-1", .pattern = "--accept-expired"}, [&] {
+    run_plan(run);
+  })) << "its calibration has expired";
   run.accept_expired = "the laboratory is closed";
   const RunEnd end = run_plan(run);
   EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
@@ -86,12 +88,8 @@ TEST(RunPlan, ASecondRunOnTheSameRigIsRefusedBeforeAnythingMoves) {
   ServedRig rig(plan, station, fast);
   Lease first(station, scratch.file("first"));
   auto second = run_over_tcp(plan, station, scratch.file("second"), fast);
-  try {
-    run_plan(second);
-    FAIL() << "two runs on one rig";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("is in use by the run"), std::string::npos) << error.what();
-  }
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = scratch.file("first"), .pattern = "is in use by the run"},
+                      [&] { run_plan(second); }));
   EXPECT_FALSE(std::filesystem::exists(second.folder)) << "nothing is begun";
   EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   first.end();
@@ -104,7 +102,9 @@ TEST(RunPlan, ARunThatIsRefusedLeavesNothingToBeTakenOver) {
   ServedRig rig(plan, station, fast);
   const auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
   std::filesystem::create_directory(run.folder);
-  EXPECT_THROW(run_plan(run), Error) << "its folder is there already";
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {run.folder}, .pattern = "is there already"}, [&] {
+    run_plan(run);
+  })) << "its folder is there already";
   EXPECT_TRUE(Lease(station, scratch.file("other")).left_behind().empty());
 }
 
@@ -134,35 +134,27 @@ TEST(RunPlan, WithoutRoomIsNotBegunAndSaysWhichFileHasNone) {
   const Station station = station_over_tcp(plan, scratch);
   ServedRig rig(plan, station, fast);
   const auto run = run_over_tcp(plan, station, scratch.file("run"), fast);
-  const auto refusal = [&](rlim_t bytes) -> std::string {
+  const auto refusal = [&](rlim_t bytes) {
     const FileLimit limit(bytes);
-    try {
-      run_plan(run);
-    } catch (const Error& error) {
-      return error.problems.front().text();
-    }
-    return "";
+    return refusal_of([&] { run_plan(run); });
   };
-  EXPECT_EQ(refusal(1000), "the run was not begun: cannot write '" + run.folder + "/plan.toml': File too large");
-  EXPECT_EQ(refusal(1'000'000), "the run was not begun: cannot keep 67108864 bytes free in '" + run.folder + "/" +
-                                    std::string(reserve_name) + "': File too large");
+  EXPECT_TRUE(refuses(Error::Kind::bad_file,
+                      Asked{.values = {run.folder + "/plan.toml"}, .part = "File too large", .pattern = "cannot write"},
+                      refusal(1000)));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_file,
+              Asked{.values = {"67108864", run.folder + "/" + std::string(reserve_name)}, .part = "File too large"},
+              refusal(1'000'000)));
   EXPECT_FALSE(std::filesystem::exists(run.folder)) << "it would be taken for a run";
   EXPECT_TRUE(Lease(station, scratch.file("other")).left_behind().empty());
   EXPECT_EQ(run_plan(run).ending, RunEnding::complete) << "as soon as there is room";
   {
     const FileLimit limit(10'000);
     Disk disk;
-    try {
-      seal(run.folder, disk);
-      FAIL() << "the file has no room";
-    } catch (const Error& error) {
-      const std::string file = run.folder + "/recording.h5";
-      EXPECT_TRUE(error.problems.front().text().starts_with("'" + file +
-                                                            "' was not written, and the live store is kept: cannot "
-                                                            "write '" +
-                                                            file))
-          << error.problems.front().text();
-    }
+    const std::string file = run.folder + "/recording.h5";
+    EXPECT_TRUE(refuses(Error::Kind::bad_file,
+                        Asked{.values = {file, file}, .pattern = "was not written, and the live store is kept"},
+                        [&] { seal(run.folder, disk); }));
   }
   Disk disk;
   EXPECT_EQ(seal(run.folder, disk).size(), 1u);

@@ -36,7 +36,8 @@ TEST(ProblemJson, IsReadAsItWasWritten) {
   EXPECT_EQ(read.code, "x");
   EXPECT_EQ(read.problems, problems);
   EXPECT_EQ(problems_to_json("x", read.problems, Language::english), text);
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, [&] { coded_problems_from_json("[{}]"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "problems cannot be read"},
+                      [&] { coded_problems_from_json("[{}]"); }));
 }
 
 TEST(ProblemJson, AListKeepsItsNames) {

@@ -12,7 +12,7 @@
 #include "tumble/serve/guard.hpp"
 #include "tumble/serve/passwords.hpp"
 #include "tumble/serve/sign_in.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -80,9 +80,11 @@ TEST(Password, OfADamagedFileIsNobodys) {
 }
 
 TEST(Password, MustBeHardToGuess) {
-  for (const std::string poor : {"", "short", "123456789", "a password\n", "\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff"})
-    EXPECT_FALSE(problems_of_password(poor, "x").empty()) << poor;
-  EXPECT_FALSE(problems_of_password("Li Wei Wang", "Li Wei Wang").empty());
+  for (const std::string poor : {"", "short", "123456789"})
+    EXPECT_TRUE(has_problem(problems_of_password(poor, "x"), {.pattern = "too short"})) << poor;
+  for (const std::string poor : {"a password\n", "\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff"})
+    EXPECT_TRUE(has_problem(problems_of_password(poor, "x"), {.pattern = "control characters"})) << poor;
+  EXPECT_TRUE(has_problem(problems_of_password("Li Wei Wang", "Li Wei Wang"), {.pattern = "the name of the user"}));
   EXPECT_TRUE(problems_of_password("correct horse", "Li Wei").empty());
   EXPECT_TRUE(problems_of_password("测试密码测试", "Li Wei").empty());
 }
@@ -98,7 +100,9 @@ TEST(Users, AreReadAsTheyWereWritten) {
   struct stat state {};
   ASSERT_EQ(stat(office.file.c_str(), &state), 0);
   EXPECT_EQ(state.st_mode & 0777, 0600u);
-  EXPECT_THROW(add_user(office.file, {"Li Wei", {Right::read}, hash_of_horse()}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"Li Wei"}, .key = "name", .table = "[[user]]"}, [&] {
+    add_user(office.file, {"Li Wei", {Right::read}, hash_of_horse()});
+  }));
 }
 
 TEST(Users, KeepTheRestOfTheFileWhenAPasswordChanges) {
@@ -112,7 +116,8 @@ TEST(Users, KeepTheRestOfTheFileWhenAPasswordChanges) {
   EXPECT_NE(changed.find("# remark of the laboratory"), std::string::npos);
   EXPECT_EQ(read_users(office.file)[1].password, other);
   EXPECT_EQ(read_users(office.file)[0].password, hash_of_horse());
-  EXPECT_THROW(change_password(office.file, "nobody", other), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"nobody"}},
+                      [&] { change_password(office.file, "nobody", other); }));
 }
 
 TEST(Users, SayAllThatIsWrongWithTheirFile) {
@@ -134,7 +139,8 @@ TEST(Users, SayAllThatIsWrongWithTheirFile) {
 TEST(Users, OfAFileThatOthersMayWriteAreRefused) {
   const Office office;
   chmod(office.file.c_str(), 0666);
-  EXPECT_THROW(read_users(office.file), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {office.file}, .pattern = "chmod"},
+                      [&] { read_users(office.file); }));
 }
 
 TEST(SignIn, OpensASessionWithTheRolesOfItsUser) {

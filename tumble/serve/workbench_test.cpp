@@ -10,7 +10,7 @@
 #include "tumble/serve/event_feed.hpp"
 #include "tumble/serve/folder_paths.hpp"
 #include "tumble/serve/guard.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -92,12 +92,23 @@ TEST(FolderPaths, LeadNowhereOutside) {
   fs::create_symlink("sub/a.csv", root / "near.csv");
   EXPECT_EQ(inside(root, "sub/a.csv"), root / "sub/a.csv");
   EXPECT_EQ(inside(root, "near.csv"), root / "near.csv");
-  for (const std::string name : {"", "../b.csv", "sub/../../b.csv", "/etc/passwd", "link.csv", "./sub/a.csv",
-                                 "sub//../a.csv", ".", "..", "a\nb", "a\x7f", "\xff", "sub/.hidden", "none.csv"})
-    EXPECT_THROW(inside(root, name), Error) << name;
-  EXPECT_NO_THROW(require_file_name("测试 1.csv"));
-  for (const std::string name : {"", "a/b", "a\\b", ".a", "-a", "a\rb", "\xc3"})
-    EXPECT_THROW(require_file_name(name), Error);
+  const auto input = Error::Kind::bad_input;
+  for (const std::string name : {"../b.csv", "sub/../../b.csv", "/etc/passwd", "link.csv", "./sub/a.csv",
+                                 "sub//../a.csv", ".", "..", "sub/.hidden"})
+    EXPECT_TRUE(refuses(input, Asked{.values = {name}}, [&] { inside(root, name); })) << name;
+  EXPECT_TRUE(refuses(input, Asked{.pattern = "a link leads out"}, [&] { inside(root, "link.csv"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"none.csv"}}, [&] { inside(root, "none.csv"); }));
+  EXPECT_TRUE(refuses(input, Asked{.pattern = "a name is missing"}, [&] { inside(root, ""); }));
+  for (const std::string name : {"a/b", "a\\b", ".a", "-a"})
+    EXPECT_TRUE(refuses(input, Asked{.values = {name}}, [&] { require_file_name(name); })) << name;
+  EXPECT_TRUE(refuses(input, Asked{.pattern = "1 to 200 bytes"}, [] { require_file_name(""); }));
+  EXPECT_TRUE(refuses(input, Asked{.pattern = "1 to 200 bytes"}, [] { require_file_name(std::string(201, 'a')); }));
+  const Asked cannot_be_shown{.pattern = "characters that cannot be shown"};
+  for (const std::string name : {"a\nb", "a\x7f", "\xff", "a\rb", "\xc3"}) {
+    EXPECT_TRUE(refuses(input, cannot_be_shown, [&] { inside(root, name); })) << name;
+    EXPECT_TRUE(refuses(input, cannot_be_shown, [&] { require_file_name(name); })) << name;
+  }
+  EXPECT_TRUE(refusal_of([] { require_file_name("测试 1.csv"); }).empty());
 }
 
 HttpRequest from(std::map<std::string, std::string> headers, const std::string& method = "GET",

@@ -7,7 +7,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/station/testing/executive_bench.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -139,7 +139,7 @@ TEST(Executive, EndsASegmentWhenTheEstimateIsGoodEnough) {
   EXPECT_NEAR(bench.recorded[0].end, 300.0, 1e-9);
   EXPECT_NEAR(ends[0].reached.value(), 300.0 - bench.recorded[0].begin, 1e-9);
   for (const char* bad : {"", "sd() <= 1 deg/h", "sd(bias) >= 1 deg/h", "bias <= 1 deg/h", "sd(bias) <= -1 deg/h"})
-    EXPECT_THROW(parse_stopping_rule(bad, 1.0), Error) << bad;
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {bad}}, [&] { parse_stopping_rule(bad, 1.0); })) << bad;
 }
 
 // Power-ups.

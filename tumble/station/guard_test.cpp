@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -74,13 +74,8 @@ pid_t guard_other_than(pid_t other, const std::string& run, RigGuard& guard) {
   return 0;
 }
 
-std::string refusal_of_guard(const std::string& run) {
-  try {
-    RigGuard guard(run, {}, {}, patience);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+Refused refusal_of_guard(const std::string& run) {
+  return refusal_of([&] { RigGuard guard(run, {}, {}, patience); });
 }
 
 TEST(RigGuard, OneThatIsNotArmedSendsNothingHoweverLongNobodyLooks) {
@@ -164,9 +159,10 @@ TEST(RigGuard, WritesNothingOutsideTheFolderAndWaitsForNoPipe) {
   fs::create_symlink(other, led + "/guard");
   ASSERT_EQ(mkfifo((piped + "/guard").c_str(), 0600), 0);
   for (const std::string& run : {led, piped}) {
-    EXPECT_NE(refusal_of_guard(run).find("cannot be started"), std::string::npos);
+    EXPECT_TRUE(
+        refuses(Error::Kind::bad_file, Asked{.part = run, .pattern = "cannot be started"}, refusal_of_guard(run)));
     EXPECT_EQ(words_of_guard(run), "");
-    EXPECT_NO_THROW(relieve_guard(run));
+    EXPECT_TRUE(refusal_of([&] { relieve_guard(run); }).empty());
   }
   std::ifstream file(other);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "text of somebody");

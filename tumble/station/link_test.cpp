@@ -13,8 +13,7 @@
 #include <csignal>
 #include <thread>
 
-#include "tumble/units/error.hpp"
-#include "tumble/units/testing/problem_of.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -69,7 +68,9 @@ TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
   for (const char* text :
        {"", "http:a:1", "udp:", "udp:0", "udp::5", "udp:host", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999",
         "tcp::5", "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
-    EXPECT_NE(problem_of([&] { parse_link(text); }).find("a link is written tcp:HOST:PORT, udp:"), std::string::npos)
+    EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                        {{.values = {text}}, {.pattern = "a link is written tcp:HOST:PORT, udp:"}},
+                        [&] { parse_link(text); }))
         << text;
 }
 
@@ -216,11 +217,13 @@ TEST(Link, SaysWhatIsMissing) {
     Links other(steady_seconds);
     closed = other.listen(0);
   }
-  EXPECT_NE(problem_of([&] { links.open(port_here(closed)); }).find("nothing listens at this port"), std::string::npos);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }).find("no serial device"),
-            std::string::npos);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:/dev/null")); }).find("is not a serial device"),
-            std::string::npos);
+  const auto file = Error::Kind::bad_file;
+  EXPECT_TRUE(refuses(file, Asked{.values = {text_of(port_here(closed))}, .pattern = "nothing listens at this port"},
+                      [&] { links.open(port_here(closed)); }));
+  EXPECT_TRUE(refuses(file, Asked{.values = {"/dev/no-such-line"}, .pattern = "there is no serial device"},
+                      [&] { links.open(parse_link("serial:/dev/no-such-line:9600")); }));
+  EXPECT_TRUE(refuses(file, Asked{.values = {"/dev/null"}, .pattern = "is not a serial device"},
+                      [&] { links.open(parse_link("serial:/dev/null")); }));
 }
 
 TEST(Link, CarriesBytesOverASerialLine) {
@@ -233,8 +236,8 @@ TEST(Link, CarriesBytesOverASerialLine) {
   EXPECT_EQ(received_by(links, line, bytes.size()), bytes);
   links.send(line, bytes);
   EXPECT_EQ(received_by(links, terminal.link, bytes.size()), bytes);
-  EXPECT_NE(problem_of([&] { links.open(parse_link("serial:" + terminal.device)); }).find("another program"),
-            std::string::npos);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {terminal.device}, .part = "another program"},
+                      [&] { links.open(parse_link("serial:" + terminal.device)); }));
 }
 
 TEST(Link, ReportsAnUnpluggedSerialLine) {

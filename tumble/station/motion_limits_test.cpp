@@ -10,7 +10,7 @@
 #include "tumble/station/station_file.hpp"
 #include "tumble/station/station_file/motion_extremes.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -44,6 +44,8 @@ StationAxis limited_axis(StationAxis::Kind kind) {
   return axis;
 }
 
+const Asked beyond{.values = {"s", "it"}, .pattern = "is beyond the station's"};
+
 TEST(MotionLimits, NoKindOfMotionLeavesTheTable) {
   const auto motions = motions_of_each_kind();
   for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -54,7 +56,8 @@ TEST(MotionLimits, NoKindOfMotionLeavesTheTable) {
       const bool is_rate_of_a_shaker = kind == StationAxis::Kind::acceleration && motions[i].kind == Kind::random;
       if (is_rate_of_a_shaker) axis.max_acceleration = 0.5;
       const Segment segment{"s", 10.0, 1, {}};
-      EXPECT_FALSE(beyond_limits(segment, axis, motions[i], 0.0).empty()) << i << " of " << static_cast<int>(kind);
+      EXPECT_TRUE(has_problem(beyond_limits(segment, axis, motions[i], 0.0), beyond))
+          << i << " of " << static_cast<int>(kind);
       axis.lowest = -1e9, axis.highest = 1e9, axis.max_rate = axis.max_acceleration = 1e9;
       EXPECT_TRUE(beyond_limits(segment, axis, motions[i], 0.0).empty()) << i << " of " << static_cast<int>(kind);
     }
@@ -99,10 +102,10 @@ TEST(MotionLimits, PeaksOfARandomVibrationAreComparedWithTheAcceleration) {
   axis.lowest.reset(), axis.highest.reset(), axis.max_rate.reset();
   const Segment segment{"shake", 60.0, 1, {}};
   axis.max_acceleration = 1.7;  // 3 times 0.548 m/s^2 is 1.64
-  const auto problems = texts_of(beyond_limits(segment, axis, small_random(), {}));
+  const auto problems = beyond_limits(segment, axis, small_random(), {});
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_NE(problems[0].find("standard deviations"), std::string::npos) << problems[0];
-  EXPECT_NE(problems[0].find("`clips_at`"), std::string::npos) << problems[0];
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"shake"}, .pattern = "standard deviations"}));
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"shake"}, .pattern = "`clips_at`"}));
   axis.clips_at = 3.0;
   EXPECT_TRUE(beyond_limits(segment, axis, small_random(), {}).empty());
   axis.clips_at = 4.0;
@@ -111,36 +114,38 @@ TEST(MotionLimits, PeaksOfARandomVibrationAreComparedWithTheAcceleration) {
 
 TEST(MotionLimits, WhatIsNoNumberIsBeyondThem) {
   const StationAxis axis = limited_axis(StationAxis::Kind::angle);
-  EXPECT_FALSE(beyond_limits({"s", 1.0, 1, {}}, axis, {.kind = Kind::rate, .value = NAN}, 0.0).empty());
-  EXPECT_FALSE(beyond_limits({"s", 1.0, 1, {}}, axis, {.kind = Kind::hold, .value = NAN}, 0.0).empty());
+  for (const Kind kind : {Kind::rate, Kind::hold})
+    EXPECT_TRUE(has_problem(beyond_limits({"s", 1.0, 1, {}}, axis, {.kind = kind, .value = NAN}, 0.0), beyond));
 }
 
 /// Problems of a station whose safe list sets a chamber to this temperature.
-std::string problems_of_safe(const std::string& temperature, const std::string& limits) {
-  try {
+Refused refused_safe(const std::string& temperature, const std::string& limits) {
+  return refusal_of([&] {
     read_station(
         "[station]\nname = \"bench\"\n[[device]]\nname = \"oven\"\ncontroller = \"espec_p300\"\nlink = "
         "\"tcp:host:1\"\n[[device.axis]]\nrig = \"chamber\"\nmoves = \"temperature\"\nsettle = {temperature = "
         "\"0.5 K\", hold = \"1 min\"}\n" +
             limits + "[[safe]]\ndevice = \"oven\"\nverb = \"set_temperature\"\ntemperature = \"" + temperature + "\"\n",
         "bench.toml");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  });
 }
 
 TEST(MotionLimits, ASafeTemperatureKeepsToThem) {
   const std::string limits = "lowest = \"-40 degC\"\nhighest = \"85 degC\"\n";
-  EXPECT_EQ(problems_of_safe("23 degC", limits), "");
-  EXPECT_NE(problems_of_safe("90 degC", limits).find("chamber: 90 degC is beyond the station's 85 degC"),
-            std::string::npos);
-  EXPECT_NE(problems_of_safe("-41 degC", limits).find("beyond the station's -40 degC"), std::string::npos);
-  EXPECT_NE(problems_of_safe("73 degC", limits + "offset = \"20 K\"\n").find("93 degC is beyond"), std::string::npos)
+  const auto input = Error::Kind::bad_input;
+  EXPECT_TRUE(refused_safe("23 degC", limits).empty());
+  EXPECT_TRUE(
+      refuses(input, Asked{.values = {"chamber", "90", "degC", "85", "degC"}}, refused_safe("90 degC", limits)));
+  EXPECT_TRUE(
+      refuses(input, Asked{.values = {"chamber", "-41", "degC", "-40", "degC"}}, refused_safe("-41 degC", limits)));
+  EXPECT_TRUE(refuses(input, Asked{.values = {"chamber", "93", "degC", "85", "degC"}},
+                      refused_safe("73 degC", limits + "offset = \"20 K\"\n")))
       << "the limits are those of the axis, and the command is that of the controller";
-  EXPECT_EQ(problems_of_safe("90 degC", ""), "");
-  EXPECT_NE(problems_of_safe("1e300 degC", "").find("is not a temperature of a chamber"), std::string::npos);
-  EXPECT_NE(problems_of_safe("-300 degC", "").find("is not a temperature of a chamber"), std::string::npos);
+  EXPECT_TRUE(refused_safe("90 degC", "").empty());
+  EXPECT_TRUE(refuses(input, Asked{.values = {"1e+300"}, .pattern = "is not a temperature of a chamber"},
+                      refused_safe("1e300 degC", "")));
+  EXPECT_TRUE(refuses(input, Asked{.values = {"-300"}, .pattern = "is not a temperature of a chamber"},
+                      refused_safe("-300 degC", "")));
 }
 
 }  // namespace

@@ -53,17 +53,31 @@ TEST(Requirement, IsUnknownOnlyWhereTheUnknownPartDecides) {
 }
 
 TEST(Requirement, SaysWhereItCannotBeRead) {
-  for (const char* bad : {"", "and", "arm.rate <", "arm.rate < fast", "arm.rate < 1 m", "(a", "a b", "abs(a)", "a or",
-                          "chamber.temperature < 90", "not", "abs(a) == closed", "a == 1 deg) and b"})
-    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { parse_requirement(bad); })) << bad;
-  try {
-    parse_requirement("input.door == closed but why");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.problems.front().text(),
-              "'input.door == closed but why': at character 22: 'and', 'or' or the end is expected");
-  }
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { parse_requirement(std::string(100'000, '(')); }));
+  const std::pair<const char*, const char*> all[] = {// with the character at which the reading stops
+                                                     {"", "1"},
+                                                     {"and", "1"},
+                                                     {"arm.rate <", "11"},
+                                                     {"arm.rate < fast", "12"},
+                                                     {"(a", "3"},
+                                                     {"a b", "3"},
+                                                     {"abs(a)", "7"},
+                                                     {"a or", "5"},
+                                                     {"not", "4"},
+                                                     {"abs(a) == closed", "11"},
+                                                     {"a == 1 deg) and b", "11"},
+                                                     {"input.door == closed but why", "22"}};
+  for (const auto& [bad, character] : all)
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {bad, character}}, [&, text = bad] {
+      parse_requirement(text);
+    })) << bad;
+  const std::pair<const char*, const char*> quantities[] = {{"arm.rate < 1 m", "1 m"},
+                                                            {"chamber.temperature < 90", "90"}};
+  for (const auto& [bad, quantity] : quantities)
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {quantity}}, [&, text = bad] {
+      parse_requirement(text);
+    })) << bad;
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "nested too deeply"},
+                      [&] { parse_requirement(std::string(100'000, '(')); }));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -62,8 +62,12 @@ TEST(Cut, OfChosenChannelsOnly) {
 TEST(Cut, RefusesASpanWithoutSamples) {
   const ScratchFolder folder;
   write_recording(turned(), folder.file("a.h5"));
-  EXPECT_THROW(cut(folder.file("a.h5"), folder.file("b.h5"), {}, {9000.0, 9001.0}, {}), Error);
-  EXPECT_THROW(cut(folder.file("a.h5"), folder.file("b.h5"), {}, {2.0, 1.0}, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"9000", "9001"}}, [&] {
+    cut(folder.file("a.h5"), folder.file("b.h5"), {}, {9000.0, 9001.0}, {});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "--from must be before --to"}, [&] {
+    cut(folder.file("a.h5"), folder.file("b.h5"), {}, {2.0, 1.0}, {});
+  }));
   EXPECT_EQ(folder.entries(), 1u);
 }
 

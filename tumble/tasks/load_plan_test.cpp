@@ -62,9 +62,15 @@ TEST_F(LoadPlan, ANameMayStandForManyFiles) {
   std::vector<std::string> files;
   for (const auto& entry : plan.recordings) files.push_back(std::filesystem::path(entry.file).filename());
   EXPECT_EQ(files, (std::vector<std::string>{"run-1.csv", "run-9.csv", "run-10.csv", "odd[1].csv"}));
-  EXPECT_EQ(problems(chamber + "[[recording]]\nfile = \"soak-*.csv\"\n"),
-            std::vector<std::string>{"plan.toml:8: [[recording]]: file: no file is called like " +
-                                     (folder_ / "soak-*.csv").string()});
+  const Refused refusal = refusal_of([&] { load(chamber + "[[recording]]\nfile = \"soak-*.csv\"\n"); });
+  EXPECT_EQ(refusal.problems.size(), 1u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      Asked{.values = {(folder_ / "soak-*.csv").string()},
+                            .file = (folder_ / "plan.toml").string(),
+                            .table = "[[recording]]",
+                            .key = "file",
+                            .line = 8},
+                      refusal));
 }
 
 TEST_F(LoadPlan, ReadsEverySection) {
@@ -148,8 +154,9 @@ head = {hold = "180 deg"}
     return "[[recording]]\nfile = \"" + label + ".csv\"\nsegment = \"" + label + "\"\n";
   };
   EXPECT_EQ(load(head + file("down") + file("up")).schedule.size(), 2u);
-  EXPECT_THROW(load(head), Error);
-  EXPECT_THROW(load(head + file("down")), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"up", "head", "27.5", "20"}}, [&] { load(head); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"up", "head", "27.5", "20"}},
+                      [&] { load(head + file("down")); }));
 }
 
 TEST_F(LoadPlan, RepeatsASegmentForItsRunsAndSortsByRun) {
@@ -342,9 +349,13 @@ TEST(ReadOptions, TakesOnlyWhatSpeaksOfReading) {
   EXPECT_EQ(options.units.at("gyro.x").text(), "deg/h");
   EXPECT_EQ(options.missing, "NA");
   EXPECT_EQ(read_options({{"rate", "2 kHz"}}).rate, 2000.0);
-  EXPECT_THROW(read_options({{"rate", "-1"}}), Error);
-  EXPECT_THROW(read_options({{"rate", "1 deg"}}), Error);
-  EXPECT_THROW(read_options({{"rates", "1"}}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"rate", "-1"}}, [&] {
+    read_options({{"rate", "-1"}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"rate", "1 deg"}}, [&] {
+    read_options({{"rate", "1 deg"}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"rates"}}, [&] { read_options({{"rates", "1"}}); }));
 }
 
 Estimate estimate_of(double value_deg_h, double sd_deg_h) {

@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/reduce/terms.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -120,9 +120,10 @@ TEST_F(Predict, NamesWhatSixFacesDoNotShowAndWhatWould) {
   ASSERT_EQ(estimate.parameters.size(), 6u);
   EXPECT_EQ(estimate.parameters[0].name, "D_F");
   EXPECT_DOUBLE_EQ(estimate.parameters[0].value, si(3.0, "deg/h")) << "the truth";
-  EXPECT_TRUE(finding(estimate, "not excited by this schedule, and assumed to be known: D_IO, D_OS, D_IS"));
-  EXPECT_TRUE(finding(estimate, "add to the schedule: outer 45 deg, inner 45 deg"));
-  EXPECT_TRUE(finding(estimate, "distinguishes D_F, D_II, D_OO, D_SS"));
+  const auto said = [&](const char* code, const char* name) { return text_of(estimate.findings, code, name); };
+  EXPECT_EQ(said("not_excited", "terms"), "D_IO, D_OS, D_IS");
+  EXPECT_TRUE(said("add_to_schedule", "additions").starts_with("outer 45 deg, inner 45 deg"));
+  EXPECT_TRUE(said("out_of_reach_of_rig", "terms").starts_with("D_F, D_II, D_OO, D_SS"));
 }
 
 // The additions that it advises do show what it says.
@@ -297,7 +298,8 @@ TEST_F(Predict, RampsAreNotOptimised) {
            "[[schedule]]\nlabel = \"soak\"\nduration = \"1 h\"\nchamber = {dwell = \"0 degC\"}\n[[schedule]]"
            "\nlabel = \"up\"\nchamber = {ramp = \"1 K/min\", to = \"60 degC\"}\n[truth]\n"
            "angle_random_walk = \"0.005 deg/sqrt(h)\"\n");
-  EXPECT_THROW(optimise(plan, {}, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"up", "chamber"}, .pattern = "only holds"},
+                      [&] { optimise(plan, {}, {}); }));
 }
 
 TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
@@ -306,19 +308,22 @@ TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
   options.terms = {"D_X"};
   options.total_time = -1.0;
   options.step = 0.0;
-  try {
-    optimise(plan, options, {});
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.problems.size(), 3u);
-  }
+  const Refused refusal = refusal_of([&] { optimise(plan, options, {}); });
+  EXPECT_EQ(refusal.problems.size(), 3u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      {{.values = {"D_X"}}, {.pattern = "total time"}, {.pattern = "step between positions"}},
+                      refusal));
   options = {};
   options.step = si(400.0, "deg");
-  EXPECT_THROW(optimise(plan, options, {}), Error) << "one position would be left";
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "step between positions"}, [&] {
+    optimise(plan, options, {});
+  })) << "one position would be left";
   options = {};
   options.total_time = 1.0;
   options.terms = ten_terms;
-  EXPECT_THROW(optimise(plan, options, {}), Error) << "too short for anything";
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "too short for any two motions"}, [&] {
+    optimise(plan, options, {});
+  })) << "too short for anything";
 }
 
 /// Every motion survives the way through the text.

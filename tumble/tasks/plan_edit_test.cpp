@@ -98,19 +98,35 @@ TEST(PlanEdit, CopiesMovesAndDeletesSegments) {
 }
 
 TEST(PlanEdit, RefusesWhatItCannotDo) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {}, "1"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {"rig"}, "1"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {"rig", "kind"}, "not TOML"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {"rig", "kind"}, "1\nother = 2"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {"schedule", "7", "label"}, "1"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set(plan, {"title", "deeper"}, "1"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { set("title = ", {"title"}, "1"); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { with_copy(plan, "plan.toml", {"schedule", 2}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { with_next_before(plan, "plan.toml", {"schedule", 1}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "the place of the value is missing"},
+                      [&] { set(plan, {}, "1"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"rig"}, .pattern = "is a section"},
+                      [&] { set(plan, {"rig"}, "1"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"not TOML"}}, [&] {
+    set(plan, {"rig", "kind"}, "not TOML");
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1\nother = 2"}}, [&] {
+    set(plan, {"rig", "kind"}, "1\nother = 2");
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "schedule.7.label"}, [&] {
+    set(plan, {"schedule", "7", "label"}, "1");
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "title.deeper"}, [&] {
+    set(plan, {"title", "deeper"}, "1");
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "not TOML", .file = "plan.toml", .line = 1},
+                      [&] { set("title = ", {"title"}, "1"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"plan.toml", "schedule"}, .pattern = "no such"}, [&] {
+    with_copy(plan, "plan.toml", {"schedule", 2});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"plan.toml"}, .pattern = "the last one"}, [&] {
+    with_next_before(plan, "plan.toml", {"schedule", 1});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"plan.toml", "schedule", "schedule"}}, [&] {
     without_table("schedule = [{label = \"a\"}]", "plan.toml", {"schedule", 0});
   }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { with_table(plan, "plan.toml", "schedule", "label = "); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"plan.toml"}, .pattern = "not TOML"},
+                      [&] { with_table(plan, "plan.toml", "schedule", "label = "); }));
 }
 
 std::size_t comments_of(const std::string& text) { return static_cast<std::size_t>(std::ranges::count(text, '#')); }

@@ -43,7 +43,8 @@ TEST(StoppingRule, OthersAreRefusedWithWhatWouldBeAccepted) {
     EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "sd(bias) <= 0.002 deg/h"}, [&] {
       parse_stopping_rule(text, 1.0);
     })) << text;
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [] { parse_stopping_rule("sd(bias) <= 1 furlong", 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"furlong"}},
+                      [] { parse_stopping_rule("sd(bias) <= 1 furlong", 1.0); }));
 }
 
 TEST(StoppingRule, OfAPlanIsThatOfItsSegments) {

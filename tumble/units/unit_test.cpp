@@ -221,8 +221,13 @@ TEST(Quantity, NumberAndUnit) {
   EXPECT_EQ(parse_quantity("+1e-3 m").value, 1e-3);
   EXPECT_TRUE(parse_quantity("0.5").bare);
   EXPECT_FALSE(parse_quantity("5 ppm").bare);
-  for (const char* bad : {"", "deg", "nan deg", "inf m", "1,5 m", "1e999 m", "--1 m", "1 m m", "0x10 m"})
-    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { parse_quantity(bad); })) << bad;
+  for (const char* bad : {"", "deg", "nan deg", "inf m", "1,5 m", "1e999 m", "--1 m"})
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {bad}}, [&] { parse_quantity(bad); })) << bad;
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "comma"}, [] { parse_quantity("1,5 m"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "out of range"}, [] { parse_quantity("1e999 m"); }));
+  // The number is read; the unit is wrong.
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"m m"}}, [] { parse_quantity("1 m m"); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"x10 m"}}, [] { parse_quantity("0x10 m"); }));
 }
 
 TEST(Quantity, InSiWithTheExpectedDimension) {

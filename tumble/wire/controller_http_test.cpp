@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 #include "tumble/wire/controllers.hpp"
 
 namespace tumble {
@@ -64,7 +64,7 @@ TEST(ControllerHttp, ADeviceSaysThatATargetIsUnknown) {
 }
 
 TEST(ControllerHttp, ADeclarationNeedsPointersAndReplies) {
-  try {
+  const Refused refusal = refusal_of([] {
     read_controller(R"(title = "a"
 certainty = "uncertain"
 protocol = "http"
@@ -78,14 +78,14 @@ send = "GET /a"
 json = "/a~2"
 )",
                     "a.toml");
-    FAIL();
-  } catch (const Error& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find("a.toml:7: [http]: message: a JSON pointer is expected"), std::string::npos) << text;
-    EXPECT_NE(text.find("headers: host and headers have no end of line"), std::string::npos) << text;
-    EXPECT_NE(text.find("json: JSON pointers are expected"), std::string::npos) << text;
-    EXPECT_NE(text.find("expect is missing"), std::string::npos) << text;
-  }
+  });
+  EXPECT_TRUE(refuses(
+      Error::Kind::bad_input,
+      {{.pattern = "a JSON pointer is expected", .file = "a.toml", .table = "[http]", .key = "message", .line = 7},
+       {.pattern = "host and headers have no end of line"},
+       {.pattern = "JSON pointers are expected", .key = "json"},
+       {.values = {"expect", "expect"}, .pattern = "is missing"}},
+      refusal));
 }
 
 }  // namespace

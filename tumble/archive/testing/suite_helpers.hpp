@@ -4,7 +4,7 @@
 
 #include "tumble/archive/testing/samples.hpp"
 #include "tumble/archive/testing/suite.hpp"
-#include "tumble/units/testing/problem_of.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 /// Helpers that the cases of the suite have in common.
 namespace tumble::testing {

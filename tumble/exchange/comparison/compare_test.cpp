@@ -172,10 +172,15 @@ TEST(Compare, DrawsAParameterOverUnitsWithGaps) {
 TEST(Compare, RefusesOtherDimensionsAndNothingInCommon) {
   auto other = result("2", 1.0, 0.0);
   other.estimate.parameters[0].unit = Unit::parse("s");
-  EXPECT_THROW(compare({result("1", 0.0, 0.0), other}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"a", "m", "1", "s", "2"}}, [&] {
+    compare({result("1", 0.0, 0.0), other});
+  }));
   other.estimate.parameters[0].name = "c", other.estimate.parameters[1].name = "d";
-  EXPECT_THROW(compare({result("1", 0.0, 0.0), other}), Error);
-  EXPECT_THROW(compare({result("1", 0.0, 0.0)}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1", "2"}, .pattern = "in common"}, [&] {
+    compare({result("1", 0.0, 0.0), other});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "two results or more"},
+                      [&] { compare({result("1", 0.0, 0.0)}); }));
 }
 
 TEST(Compare, OtherUnitsOfOneDimensionAreOneQuantity) {

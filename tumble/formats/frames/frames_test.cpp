@@ -99,7 +99,9 @@ TEST(FramesFormat, CountsTimeByTheCounterWhereTheFramesHaveNone) {
     stim.send();
   }
   const auto path = put(folder, "stim.bin", stim.bytes);
-  EXPECT_THROW(read_recording(path, {}, {}), Error) << "without time a rate is needed";
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "give their rate"}, [&] {
+    read_recording(path, {}, {});
+  })) << "without time a rate is needed";
   ReadOptions options;
   options.rate = 500.0;
   const Recording recording = read_recording(path, options, {});
@@ -185,7 +187,8 @@ TEST(FramesFormat, ListsTheCandidatesWhereNoneExplainsTheBytes) {
   options.frames = "kvh_1775";
   EXPECT_EQ(find_channel(read_recording(path, options, {}), "gyro.x")->values.size(), 20u);
   options.frames = "kvh_1757";
-  EXPECT_THROW(read_recording(path, options, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"kvh_1757", "kvh_1775"}},
+                      [&] { read_recording(path, options, {}); }));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tumble/formats/testing/log_files.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -280,7 +281,8 @@ TEST(Mat, SizesThatLieAreRefused) {
           words({14, static_cast<std::uint32_t>(element.size() + 16)}) + element + std::string(16, '\1');
       for (const std::string& body : {matrix, packed(matrix)}) {
         write_bytes(folder.file("a.mat"), head5 + body);
-        EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, refusal_of(folder.file("a.mat"))));
+        EXPECT_TRUE(
+            refuses(Error::Kind::bad_file, Asked{.values = {folder.file("a.mat")}}, refusal_of(folder.file("a.mat"))));
       }
     }
 }
@@ -316,7 +318,8 @@ TEST(Mat, StructuresWithoutEndAreRefused) {
     inner = words({14, static_cast<std::uint32_t>(element.size() + inner.size())}) + element + inner;
   }
   write_bytes(folder.file("a.mat"), head5 + inner);
-  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, refusal_of(folder.file("a.mat"))));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_file, Asked{.values = {folder.file("a.mat")}}, refusal_of(folder.file("a.mat"))));
 }
 
 }  // namespace

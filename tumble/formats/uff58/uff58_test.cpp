@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "tumble/formats/testing/reference_texts.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -167,7 +168,7 @@ TEST(Uff58, ABinaryDatasetThatIsWrongIsSaid) {
                       refused("    -1\n    58b     1     2\n")));
   const std::string whole = binary_dataset(bytes, false, "2", "1");
   for (std::size_t size = 20; size + 3 < whole.size(); size += 3)
-    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{}, refused(whole.substr(0, size)))) << size;
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "a.uff"}, refused(whole.substr(0, size)))) << size;
   const ScratchFolder folder;
   write_bytes(folder.file("a.uff"), binary_dataset(as_bytes<float>({1, INFINITY, 3}, false), false, "2", "1"));
   const auto recording = read_recording(folder.file("a.uff"), {}, {});

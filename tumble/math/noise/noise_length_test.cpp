@@ -64,14 +64,16 @@ TEST(NoiseLength, IsThatOfTheBoundForAWalk) {
 }
 
 TEST(NoiseLength, GivesTheScatterThatWasWanted) {
-  // Records of the length advised scatter as wanted: 60 records tell a sd to 1/sqrt(118), 4 of these are 37 %.
+  // Records of the length advised scatter as wanted: 60 records show a sd to 1/sqrt(2 59) of itself; four of these.
+  const double four_sd = 4.0 / std::sqrt(2.0 * 59.0);
   const Known k(walk, 3, 0.05 * 0.05), b(flicker, 2, 0.09);
   const double of_k = RecordLength(k.bands, k.fit).times_for(3, 2.0 * 0.08 * 0.05 * 0.05),
                of_b = RecordLength(b.bands, b.fit).times_for(2, 2.0 * 0.10 * 0.09);
   ASSERT_LT(of_k * short_record, 20000.0);
   ASSERT_LT(of_b * short_record, 20000.0);
-  EXPECT_NEAR(relative_scatter(walk, static_cast<std::size_t>(of_k * short_record), 3, 0.05, 60) / 0.08, 1.0, 0.37);
-  EXPECT_NEAR(relative_scatter(flicker, static_cast<std::size_t>(of_b * short_record), 2, 0.3, 60) / 0.10, 1.0, 0.37);
+  EXPECT_NEAR(relative_scatter(walk, static_cast<std::size_t>(of_k * short_record), 3, 0.05, 60) / 0.08, 1.0, four_sd);
+  EXPECT_NEAR(relative_scatter(flicker, static_cast<std::size_t>(of_b * short_record), 2, 0.3, 60) / 0.10, 1.0,
+              four_sd);
 }
 
 TEST(NoiseLength, AtItsOwnLengthRepeatsTheFit) {

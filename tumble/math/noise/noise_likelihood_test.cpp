@@ -9,7 +9,7 @@
 
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/regression/least_squares.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -351,7 +351,9 @@ TEST(NoiseLikelihood, TheShapeOfAFilterIsNotKnown) {
 }
 
 TEST(NoiseLikelihood, AProcessTooWeakToBeKeptIsInTheIntervalsOfTheOthers) {
-  // Flicker takes the power of a process that the record hardly shows: before, B was 4.7 and 3.1 sd off here.
+  // Flicker takes the power of a process that the record hardly shows: before, B was 4.7 and 3.1 sd off here. These are
+  // the two seeds that showed it. Seeds in a row have no limit that follows from 95 %: where the process is not kept,
+  // B comes out too high and its intervals miss more often (5 of 39 with other streams, the farthest 3.9 sd).
   const NoiseModel model{.angle_random_walk = 1.0, .bias_instability = 0.08, .markov_sd = 0.12, .markov_time = 19.0};
   for (const std::uint64_t seed : {6601, 6607}) {
     const NoiseFit fit = fit_noise(NoiseBands(simulated(model, 1.0, 40000, seed)), {});
@@ -556,12 +558,15 @@ TEST(NoiseLikelihood, TwoShortPiecesFarApartShowTheirNoise) {
 TEST(NoiseLikelihood, RefusesASampleFarBeyondTheOthers) {
   auto values = simulated({.angle_random_walk = 1.0}, 1.0, 2000, 5);
   values[700] = 1e200;
-  EXPECT_THROW(fit_noise(NoiseBands(values), {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "differ too much in size"},
+                      [&] { fit_noise(NoiseBands(values), {}); }));
 }
 
 TEST(NoiseLikelihood, RefusesWhatDoesNotChange) {
-  EXPECT_THROW(fit_noise(NoiseBands(std::vector<double>(100, 1.0)), {}), Error);
-  EXPECT_THROW(NoiseBands(std::vector<double>(100, std::nan(""))), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "nothing that changes"},
+                      [&] { fit_noise(NoiseBands(std::vector<double>(100, 1.0)), {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "no two samples are neighbours"},
+                      [&] { NoiseBands(std::vector<double>(100, std::nan(""))); }));
 }
 
 // The bank of processes that simulates flicker must not show: neither in B nor as terms that are not there.

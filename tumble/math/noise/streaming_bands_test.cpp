@@ -132,9 +132,10 @@ TEST(StreamingBands, PartsJoinToTheWhole) {
 TEST(StreamingBands, SayWhichPartsDoNotFollow) {
   StreamingNoiseBands first(0, 1000), gap(20, 1000), other(10, 2000);
   first.push(record(10));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { first.append(gap); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { first.append(other); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { StreamingNoiseBands().append(first); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"20", "10"}}, [&] { first.append(gap); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"10", "10"}}, [&] { first.append(other); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.values = {"0", "0"}}, [&] { StreamingNoiseBands().append(first); }));
 }
 
 TEST(StreamingBands, PartsAreEqualToAFiveHundredthOfTheRecord) {

@@ -32,8 +32,14 @@ TEST(Capability, IsTheRoomToTheNearerLimit) {
 
 TEST(Capability, ChargesTheProductionWithItsOwnSpreadOnly) {
   const auto found = capability_of(production(4000, 1.0, RandomStream(3)), {-4.0, 4.0});
+  // What the measurement adds is subtracted: the variance that remains, 1 of 2, is known to 2 sqrt(2/4000), its root to
+  // 2.2 %, which is 0.030 of the index; 0.1 is a little more than three of these.
   EXPECT_NEAR(found.index, 4.0 / 3.0, 0.1);
-  EXPECT_NEAR(found.measured, 4.0 / 3.0 / std::sqrt(2.0), 0.05);
+  // The sd of 4000 values is known to 1/sqrt(8000), their mean to 1/sqrt(4000) of it, in a room of 4/sqrt(2): together
+  // 1.2 % of the index; four of these.
+  const double room = 4.0 / std::sqrt(2.0), expected = room / 3.0;
+  EXPECT_NEAR(found.measured, expected,
+              4.0 * expected * std::hypot(1.0 / std::sqrt(8000.0), 1.0 / std::sqrt(4000.0) / room));
   EXPECT_LT(found.lower, found.index);
   EXPECT_GT(found.upper, found.index);
 }
@@ -68,16 +74,23 @@ TEST(Capability, DrawsOfThePopulationHaveItsIntervals) {
   const auto spread = spread_of_units(units);
   const auto draws = possible_populations(units);
   ASSERT_EQ(draws.size(), 2000u);
-  EXPECT_NEAR(draws[50].sd, spread.sd_lower, 0.02);
-  EXPECT_NEAR(draws[1949].sd, spread.sd_upper, 0.02);
+  // In the middle of 2000 equal parts of the probability: the limits at 2.5 % are between two draws.
+  EXPECT_LE(draws[49].sd, spread.sd_lower);
+  EXPECT_LE(spread.sd_lower, draws[50].sd);
+  EXPECT_LE(draws[1949].sd, spread.sd_upper);
+  EXPECT_LE(spread.sd_upper, draws[1950].sd);
   for (std::size_t i = 1; i < draws.size(); ++i) EXPECT_LE(draws[i - 1].sd, draws[i].sd);
 }
 
 TEST(Capability, RefusesLimitsThatAreNone) {
   const auto units = production(5, 0.1, RandomStream(7));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {1.0, -1.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { capability_of(units, {NAN, 1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-inf", "inf"}}, [&] { capability_of(units, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1", "-1"}}, [&] {
+    capability_of(units, {1.0, -1.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"nan", "1"}}, [&] {
+    capability_of(units, {NAN, 1.0});
+  }));
 }
 
 TEST(CapabilityCoverage, IntervalsHoldTheTrueIndex) {

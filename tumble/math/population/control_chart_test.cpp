@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -82,10 +82,14 @@ TEST(ControlChart, ShiftsAndSharedErrors) {
 }
 
 TEST(ControlChart, RefusesWhatIsNoChart) {
-  EXPECT_THROW(chart_of(history(30, 1.0, 1)), Error);
-  EXPECT_THROW(chart_of(history(30, 1.0, 1), {.baseline = 2}), Error);
-  EXPECT_THROW(chart_limits({.lambda = 0.0}), Error);
-  EXPECT_THROW(chart_of(std::vector<ChartPoint>(5, ChartPoint{1.0, 0.0}), {.baseline = 3}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"30", "30"}}, [&] { chart_of(history(30, 1.0, 1)); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"30", "2"}},
+                      [&] { chart_of(history(30, 1.0, 1), {.baseline = 2}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"0"}, .pattern = "lambda"},
+                      [&] { chart_limits({.lambda = 0.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"3"}, .pattern = "without uncertainty"}, [&] {
+    chart_of(std::vector<ChartPoint>(5, ChartPoint{1.0, 0.0}), {.baseline = 3});
+  }));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ UnitHistory worked() {
 
 TEST(Drift, ForecastIsThatOfAnIndependentCalculation) {
   const auto in_a_year = forecast(worked(), 1.0, 5.0);
+  // The independent calculation was printed with four decimals: half of the last.
   EXPECT_NEAR(in_a_year.value, 2.1246, 5e-5);
   EXPECT_NEAR(in_a_year.variance, 1.3062, 5e-5);
 }
@@ -75,6 +76,7 @@ TEST(Drift, RiskAtTheIntervalIsTheOneStated) {
 
 TEST(Drift, TheTrendIsThatOfAnIndependentCalculation) {
   const auto trend = drift_rate(worked(), 1.0);
+  // The independent calculation was printed with four decimals: half of the last.
   EXPECT_NEAR(trend.value, 0.1192, 5e-5);
   EXPECT_NEAR(trend.sd, 0.2608, 5e-5);
 }
@@ -87,17 +89,20 @@ TEST(Drift, AnErrorThatAllVisitsShareWidensTheForecastAlone) {
   EXPECT_NEAR(with.variance, alone.variance + 4.0, 1e-9);
   EXPECT_NEAR(drift_rate(shared, 1.0).sd, drift_rate(worked(), 1.0).sd, 1e-9);
   shared.shared = Matrix(2, 1, 2.0);
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast(shared, 1.0, 5.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "number of rows"}, [&] { forecast(shared, 1.0, 5.0); }));
 }
 
 TEST(Drift, RefusesWhatShowsNoDrift) {
   UnitHistory once{{{0.0, 1.0, 0.1}}, 0.0, 0.3};
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { walk_of_units(std::vector{once}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "two visits at different times"},
+                      [&] { walk_of_units(std::vector{once}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"0"}, .pattern = "order of time"}, [&] {
     forecast({{{1.0, 1.0, 0.1}, {0.0, 1.0, 0.1}}, 0.0, 0.3}, 1.0, 2.0);
   }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast({{{1.0, 1.0, 0.0}}, 0.0, 0.3}, 1.0, 2.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { forecast({}, 1.0, 2.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"1"}, .pattern = "no uncertainty above zero"}, [&] {
+    forecast({{{1.0, 1.0, 0.0}}, 0.0, 0.3}, 1.0, 2.0);
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "without a visit"}, [&] { forecast({}, 1.0, 2.0); }));
 }
 
 }  // namespace

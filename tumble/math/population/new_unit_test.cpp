@@ -14,13 +14,14 @@ const std::vector<UnitValue> others{{12.1, 1.0}, {14.9, 0.8}, {9.8, 1.5},  {16.4
                                     {13.0, 0.9}, {11.2, 2.0}, {18.3, 1.1}, {12.7, 0.7}};
 
 TEST(UnitInPopulation, IsThatOfAnIndependentCalculation) {
+  // Half of the last digit that the independent calculation printed.
   const auto far = unit_in_population(others, {20.0, 1.0});
   EXPECT_NEAR(far.value, 19.6103, 5e-5);
   EXPECT_NEAR(far.sd, 0.9961, 5e-5);
   EXPECT_NEAR(far.lower, 17.6629, 5e-5);
   EXPECT_NEAR(far.upper, 21.5672, 5e-5);
   EXPECT_NEAR(far.belongs, 0.11897, 5e-6);
-  const auto near = unit_in_population(others, {14.0, 1.0});
+  const auto near = unit_in_population(others, {14.0, 1.0});  // to the printed digits too
   EXPECT_NEAR(near.value, 13.9651, 5e-5);
   EXPECT_NEAR(near.sd, 0.9430, 5e-5);
   EXPECT_NEAR(near.lower, 12.1172, 5e-5);
@@ -30,9 +31,15 @@ TEST(UnitInPopulation, IsThatOfAnIndependentCalculation) {
 
 TEST(UnitInPopulation, NeedsFiveUnitsAndAnUncertainty) {
   const std::span all(others);
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(all.first(4), {1.0, 1.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {1.0, 0.0}); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { unit_in_population(others, {NAN, 1.0}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"4"}}, [&] {
+    unit_in_population(all.first(4), {1.0, 1.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "a value and a standard uncertainty"}, [&] {
+    unit_in_population(others, {1.0, 0.0});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "a value and a standard uncertainty"}, [&] {
+    unit_in_population(others, {NAN, 1.0});
+  }));
 }
 
 TEST(UnitInPopulationCoverage, HoldsTheTruthOfUnitsOfThePopulation) {

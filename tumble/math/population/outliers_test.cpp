@@ -71,8 +71,10 @@ TEST(BatchChange, IsRareWithoutAChange) {
 }
 
 TEST(BatchChange, NeedsSixUnits) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { batch_change(fleet(5, 0, 1), 1.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { outlier_units(fleet(4, 0, 1)); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"5"}, .pattern = "change"},
+                      [&] { batch_change(fleet(5, 0, 1), 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"4"}, .pattern = "outliers"},
+                      [&] { outlier_units(fleet(4, 0, 1)); }));
 }
 
 TEST(OutlierUnits, TheMiddleOfFewUnitsIsNoPopulation) {

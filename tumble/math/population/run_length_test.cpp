@@ -7,7 +7,7 @@
 namespace tumble {
 namespace {
 
-// Constants of an independent solution of the integral equations (numpy), to the digits that it printed.
+// Constants of an independent solution of the integral equations (numpy), to one unit of the last digit that it printed.
 TEST(RunLength, LimitsOfChartsAreThoseOfAnIndependentSolution) {
   EXPECT_NEAR(limit_of_ewma(0.05, 370.4), 2.4901, 1e-4);
   EXPECT_NEAR(limit_of_ewma(0.1, 370.4), 2.7015, 1e-4);
@@ -19,6 +19,7 @@ TEST(RunLength, LimitsOfChartsAreThoseOfAnIndependentSolution) {
 }
 
 TEST(RunLength, ShiftsAreFoundSooner) {
+  // Half of the last digit printed by the same solution.
   EXPECT_NEAR(run_length_of_ewma(0.2, 2.8593, 0.5), 36.2, 0.05);
   EXPECT_NEAR(run_length_of_ewma(0.2, 2.8593, 1.0), 9.8, 0.05);
   EXPECT_NEAR(run_length_of_ewma(0.2, 2.8593, 2.0), 3.59, 0.005);
@@ -29,12 +30,16 @@ TEST(RunLength, ShiftsAreFoundSooner) {
   EXPECT_NEAR(run_length_of_cusum(0.5, 5.0), 465.4, 0.1);
 }
 
+// 1/erfc(3/sqrt(2)) is 370.398; half of the digit that is written here.
 TEST(RunLength, OfEachPointAloneIsThatOfTheNormalLaw) { EXPECT_NEAR(run_length_of_ewma(1.0, 3.0), 370.4, 0.05); }
 
 TEST(RunLength, RefusesImpossibleCharts) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.0, 370.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_ewma(0.2, 1.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { limit_of_cusum(-1.0, 370.0); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.values = {"0"}, .pattern = "lambda"}, [&] { limit_of_ewma(0.0, 370.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1"}, .pattern = "run length"},
+                      [&] { limit_of_ewma(0.2, 1.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1"}, .pattern = "k of"},
+                      [&] { limit_of_cusum(-1.0, 370.0); }));
 }
 
 }  // namespace

@@ -150,16 +150,15 @@ TEST(VectorPopulation, AnAlienIsSeenAndSharedErrorsAreAFloor) {
 
 TEST(VectorPopulation, RefusesWhatIsNoPopulation) {
   const std::vector<UnitVector> units(4, UnitVector{{1.0}, identity(1)});
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{}, [&] { vector_population(units); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"4"}, .pattern = "at least five units"},
+                      [&] { vector_population(units); }));
   std::vector<UnitVector> mixed(6, UnitVector{{1.0, std::nan("")}, identity(2)});
   mixed[2].covariance(0, 0) = -1.0;
   mixed[3] = {{1.0}, identity(1)};
-  try {
-    vector_population(mixed);
-    FAIL() << "three faults were accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.problems.size(), 3u);
-  }
+  const Refused refusal = refusal_of([&] { vector_population(mixed); });
+  EXPECT_EQ(refusal.problems.size(), 3u);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, {{.values = {"4", "1", "2"}}, {.values = {"3"}}, {.values = {"2", "0"}}},
+                      refusal));
 }
 
 }  // namespace

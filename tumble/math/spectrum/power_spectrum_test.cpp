@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::power_spectrum_test {
 namespace {
@@ -181,12 +181,16 @@ TEST(PowerSpectrum, LeavesOutWhatStandsBetweenGaps) {
 
 TEST(PowerSpectrum, RefusesWhatItCannotUse) {
   const auto values = white(3, 100);
-  EXPECT_THROW(power_spectrum(SpectrumEstimator::welch, values, rate, {.length = 101}), Error);
-  EXPECT_THROW(power_spectrum(SpectrumEstimator::welch, std::span(values).first(15), rate, {}), Error);
-  EXPECT_THROW(power_spectrum(SpectrumEstimator::multitaper, values, 0.0, {.confidence = 1.0}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"101", "100"}},
+                      [&] { power_spectrum(SpectrumEstimator::welch, values, rate, {.length = 101}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"16", "15"}},
+                      [&] { power_spectrum(SpectrumEstimator::welch, std::span(values).first(15), rate, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, {{.pattern = "sampling rate"}, {.pattern = "confidence"}},
+                      [&] { power_spectrum(SpectrumEstimator::multitaper, values, 0.0, {.confidence = 1.0}); }));
   auto broken = values;
   broken[7] = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(power_spectrum(SpectrumEstimator::welch, broken, rate, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"7"}, .pattern = "infinite"},
+                      [&] { power_spectrum(SpectrumEstimator::welch, broken, rate, {}); }));
 }
 
 }  // namespace

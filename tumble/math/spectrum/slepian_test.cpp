@@ -71,7 +71,9 @@ TEST(SlepianTapers, AreSymmetricAndOfTheUsualSign) {
     }
     EXPECT_GT(k % 2 == 0 ? sum : first, 0.0) << k;
   }
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { slepian_tapers(1, 0.0, 2); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      {{.pattern = "a length of 2"}, {.pattern = "time-bandwidth"}, {.pattern = "not more tapers"}},
+                      [&] { slepian_tapers(1, 0.0, 2); }));
 }
 
 }  // namespace

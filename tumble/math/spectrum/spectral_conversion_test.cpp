@@ -9,7 +9,7 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/math/spectrum/power_spectrum.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -89,9 +89,13 @@ TEST(SpectralConversion, AMeasuredSpectrumGivesTheMeasuredDeviation) {
 
 TEST(SpectralConversion, RefusesWhatItCannotUse) {
   const std::vector<double> frequency{1.0, 2.0}, density{1.0, 1.0};
-  EXPECT_THROW(stability_transfer(Stability::total, 0.1, 1), Error);
-  EXPECT_THROW(stability_variance_from_spectrum(Stability::allan, density, density, conversion_rate, 1), Error);
-  EXPECT_THROW(stability_variance_from_spectrum(Stability::allan, frequency, density, 3.0, 0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::unsupported, Asked{.pattern = "Allan, modified Allan and Hadamard"},
+                      [&] { stability_transfer(Stability::total, 0.1, 1); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"1"}, .pattern = "ascend"}, [&] {
+    stability_variance_from_spectrum(Stability::allan, density, density, conversion_rate, 1);
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, {{.pattern = "averaging factor"}, {.values = {"1"}, .pattern = "ascend"}},
+                      [&] { stability_variance_from_spectrum(Stability::allan, frequency, density, 3.0, 0); }));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -371,13 +371,18 @@ TEST(Stability, GapsPoolTheRunsBetweenThem) {
 TEST(Stability, RefusesWhatItCannotUse) {
   const std::vector<double> phase{0.0, 1.0, 3.0, 2.0};
   const std::size_t good[1] = {1}, zero[1] = {0}, falling[2] = {2, 1};
-  EXPECT_THROW(stability(Stability::allan, phase, 0.0, good, {}), Error);
-  EXPECT_THROW(stability(Stability::allan, phase, 1.0, zero, {}), Error);
-  EXPECT_THROW(stability(Stability::allan, phase, 1.0, falling, {}), Error);
-  EXPECT_THROW(stability(Stability::allan, phase, 1.0, good, {.confidence = 1.0, .alpha = 0}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "interval between phase points"},
+                      [&] { stability(Stability::allan, phase, 0.0, good, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "averaging factors"},
+                      [&] { stability(Stability::allan, phase, 1.0, zero, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "averaging factors"},
+                      [&] { stability(Stability::allan, phase, 1.0, falling, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "confidence"},
+                      [&] { stability(Stability::allan, phase, 1.0, good, {.confidence = 1.0, .alpha = 0}); }));
   const std::vector<double> bad{0.0, std::numeric_limits<double>::quiet_NaN(), 1.0};
-  EXPECT_THROW(stability(Stability::allan, bad, 1.0, good, {}), Error);
-  EXPECT_THROW(phase_from_rate(bad, 1.0), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"1"}, .pattern = "phase point"},
+                      [&] { stability(Stability::allan, bad, 1.0, good, {}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "missing samples"}, [&] { phase_from_rate(bad, 1.0); }));
   EXPECT_TRUE(stability(Stability::allan, {}, 1.0, good, {}).empty());
 }
 

@@ -73,7 +73,8 @@ TEST(StabilityCoverage, TheoHLimitsHoldTheAllanDeviation) {
   }
 }
 
-// 1/(H_h + 1/(2 h)), h = m/2, for white phase noise; flicker from the quadratic form of Theo1 over 301 points.
+// 1/(H_h + 1/(2 h)), h = m/2, for white phase noise; flicker from the quadratic form of Theo1 over 301 points, to one
+// unit of the last digit that it printed.
 TEST(TheoH, RatioOfPhaseNoiseFallsAsItsFormSays) {
   for (const std::size_t m : {12u, 40u, 300u}) {
     double harmonic = 0.0;

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -53,7 +53,8 @@ TEST(AllanCorrelation, LeavesOutWhatOneOfThemMisses) {
   ASSERT_EQ(points.size(), 2u);
   EXPECT_NEAR(points[0].correlation, 1.0, 1e-12);
   EXPECT_LT(points[0].chance, 1e-12);
-  EXPECT_THROW(allan_correlation(a, std::span(b).first(9), 1.0, std::vector<std::size_t>{1}, 0.95), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "two signals of the same length"},
+                      [&] { allan_correlation(a, std::span(b).first(9), 1.0, std::vector<std::size_t>{1}, 0.95); }));
 }
 
 TEST(AllanCorrelation, OfAllPairsIsThatOfEach) {
@@ -127,8 +128,10 @@ TEST(ThreeCorneredHat, RefusesWhatCarriesNoAnswer) {
   const auto a = noise({.angle_random_walk = 1.0}, 1, "a"), b = noise({.angle_random_walk = 1.0}, 1, "b");
   const std::vector<std::span<const double>> two{a, b}, same{a, a, b};
   const std::vector<std::size_t> factors{1};
-  EXPECT_THROW(three_cornered_hat(two, 1.0, factors, 0.95), Error);
-  EXPECT_THROW(three_cornered_hat(same, 1.0, factors, 0.95), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "three or more signals"},
+                      [&] { three_cornered_hat(two, 1.0, factors, 0.95); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "the same signal"},
+                      [&] { three_cornered_hat(same, 1.0, factors, 0.95); }));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "tumble/math/stability/allan_edf.hpp"
 #include "tumble/math/stability/allan_phase.hpp"
 #include "tumble/math/state.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace {
 
@@ -156,10 +156,14 @@ TEST(StreamingAllan, LosesNoDegreesOfFreedomByItsSteps) {
 }
 
 TEST(StreamingAllan, SaysWhatDoesNotFit) {
-  EXPECT_THROW(StreamingAllan(longest, -1.0), tumble::Error);
+  EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_input, tumble::Asked{.pattern = "points per decade"},
+                              [&] { StreamingAllan(longest, -1.0); }));
   StreamingAllan first(longest, 10.0), gap(longest, 10.0, 512), other(longest, 5.0, 256);
   first.push(record(256));
-  EXPECT_THROW(first.append(gap), tumble::Error);
-  EXPECT_THROW(first.append(other), tumble::Error);
-  EXPECT_THROW(first.push(std::vector<double>{std::numeric_limits<double>::infinity()}), tumble::Error);
+  EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_input, tumble::Asked{.values = {"512", "256"}},
+                              [&] { first.append(gap); }));
+  EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_input, tumble::Asked{.values = {"256", "256"}},
+                              [&] { first.append(other); }));
+  EXPECT_TRUE(tumble::refuses(tumble::Error::Kind::bad_data, tumble::Asked{.values = {"256"}, .pattern = "infinite"},
+                              [&] { first.push(std::vector<double>{std::numeric_limits<double>::infinity()}); }));
 }

@@ -76,6 +76,7 @@ TEST(AllanNoise, LostSamplesBecomeMissingSamples) {
   for (std::size_t i = 7000; i < stamps.size(); ++i) stamps[i] += 12.3;
   stamp(gapped, stamps);
   const auto signal = even_signal({&gapped, "gyro.x", 0, gapped.values.size()}, 0.0, "auto");
+  // 12.3 s are 123 samples at 10 Hz, to the one that rounding of the last stamp adds or drops.
   EXPECT_NEAR(static_cast<double>(signal.values.size()), 20123.0, 1.0);
   EXPECT_TRUE(std::isnan(signal.values[7050]));
   EXPECT_EQ(signal.values[6999], gapped.values[6999]);

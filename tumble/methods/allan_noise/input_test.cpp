@@ -11,7 +11,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -186,9 +186,11 @@ TEST(NoiseInput, TheQuantityIsCheckedAndNotGuessed) {
                       refused(QuantityKind::count, "pulse", "count")));
   Evidence evidence = clock_evidence();
   evidence.plan.settings.set_word("taus", "1 s, soon");
-  EXPECT_THROW(identify_noise(evidence), Error);
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.values = {"soon"}, .pattern = "taus"}, [&] { identify_noise(evidence); }));
   evidence.plan.settings.set_word("taus", "1 s, 1 h");
-  EXPECT_THROW(identify_noise(evidence), Error);
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_data, Asked{.values = {"1 h"}, .pattern = "taus"}, [&] { identify_noise(evidence); }));
 }
 
 }  // namespace

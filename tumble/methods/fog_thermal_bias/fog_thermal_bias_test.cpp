@@ -17,7 +17,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/constants.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::fog_thermal_bias_test {
 namespace {
@@ -174,7 +174,8 @@ TEST(FogThermalBias, RefusesFewerStartTemperaturesThanTerms) {
 TEST(FogThermalBias, RefusesRunsShorterThanAnAverage) {
   Trial trial = trial_of(method(), 1);
   set(trial.evidence.plan.settings, "averaging", 2.0, "h");
-  EXPECT_THROW(method().identify(trial.evidence, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"7200"}, .pattern = "shorter than one average"},
+                      [&] { method().identify(trial.evidence, {}); }));
 }
 
 TEST(FogThermalBias, RefusesOptionsThatCannotBeMeantAllAtOnce) {

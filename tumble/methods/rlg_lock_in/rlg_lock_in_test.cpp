@@ -15,7 +15,7 @@
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/sim/simulate.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::methods::rlg_lock_in_test {
@@ -212,7 +212,7 @@ TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
   EXPECT_EQ(problems.size(), 3u);
   Evidence evidence = trial(1).evidence;
   evidence.plan.settings.set_integer("edges", 3);
-  EXPECT_THROW(method().identify(evidence, {}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "edges = 3"}, [&] { method().identify(evidence, {}); }));
 }
 
 }  // namespace

@@ -39,7 +39,6 @@ double sd_of(const std::vector<double>& values) {
 }
 
 // The numbers that the theory prints; tolerance: one unit of the last digit printed.
-
 TEST(SineLine, WindowTakesItsSinc) {
   const double printed[] = {0.9959, 0.9836, 0.9634, 0.9355, 0.9003, 0.8584, 0.8103,
                             0.7568, 0.6986, 0.6366, 0.5716, 0.5046, 0.4363};
@@ -47,6 +46,7 @@ TEST(SineLine, WindowTakesItsSinc) {
 }
 
 TEST(SineLine, SpreadThatTheWindowAloneGives) {
+  // One unit of the last digit printed.
   EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 10.0, window, 0.0), 2.113, 1e-3);
   EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 80.0, window, 0.0), 1.606, 1e-3);
   EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 100.0, window, 0.0), 1.350, 1e-3);
@@ -118,6 +118,7 @@ TEST(SineLine, FrequencyErrorTakesTheAmplitude) {
   const auto left = [&](double df) {
     return std::abs(fit_sine(w.time, w.value, 40.0 + df, {.harmonics = 1, .polynomial = 0}).line[0]) / full;
   };
+  // The image at -40 Hz is 1/(2 pi 80 100) = 2e-5 of the amplitude; the numbers above have two digits.
   EXPECT_NEAR(left(1e-3) - 1.0, -0.016, 1e-3);
   EXPECT_NEAR(left(5e-3) - 1.0, -0.36, 1e-2);
   EXPECT_NEAR(left(10e-3), 0.0, 1e-3);
@@ -153,7 +154,7 @@ TEST(SineLine, FastFitAgreesWithTheGeneralOne) {
   EXPECT_NEAR(fast.frequency, slow.frequency, 0.1 * slow.frequency_sd);
   EXPECT_NEAR(fast.amplitude, std::abs(slow.line[0]), 1e-7);
   EXPECT_NEAR(fast.mean, slow.polynomial[0], 1e-7);
-  EXPECT_NEAR(fast.second, 0.02, 1e-4);
+  EXPECT_NEAR(fast.second, 0.02, 1e-4);  // the noise leaves 1e-3 sqrt(2/7900) = 1.6e-5: six of them
   // both variances from about 40 projections of the residuals: their ratio has a sd of sqrt(2/40 + 2/40) = 0.32, less
   // as most of the projections are the same
   EXPECT_NEAR(std::pow(fast.frequency_sd / slow.frequency_sd, 2), 1.0, 0.4);

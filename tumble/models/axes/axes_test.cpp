@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble {
 namespace {
@@ -80,7 +80,8 @@ TEST(Axes, CountsAddUpToTheIntegralWithinAPulse) {
 TEST(Axes, CountsNeedThePulsesPerAngle) {
   auto truth = defaults(truth_options(find_model("imu")));
   truth.set_word("accelerometer_output", "count");
-  EXPECT_THROW(axes::record(axes::accelerometers()[0], truth, 0.01, RandomStream(1)), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"accelerometer_pulse_scale_factor"}},
+                      [&] { axes::record(axes::accelerometers()[0], truth, 0.01, RandomStream(1)); }));
 }
 
 TEST(Axes, ATriadAcceptsTheTermsOfEitherKind) {

@@ -179,14 +179,21 @@ TEST(PulseCounter, OverAllFractionsTheErrorHasOneSixthAndMinusOneHalf) {  // (3.
 }
 
 TEST(Responses, RefuseWhatMakesNoSense) {
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(0.0, 0.7, 0.01); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(10.0, 0.0, 0.01); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { second_order_loop(10.0, 0.7, 0.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { first_order_loop(-1.0, 0.01); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { clip(1.0, 1.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { dead_zone(0.1, 0.2); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { quantiser(0.0); }));
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{}, [&] { pulse_counter(0.0, 0.5); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "natural_frequency of a loop"},
+                      [&] { second_order_loop(0.0, 0.7, 0.01); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "damping_ratio of a loop"},
+                      [&] { second_order_loop(10.0, 0.0, 0.01); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.pattern = "step of a loop"}, [&] { second_order_loop(10.0, 0.7, 0.0); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "time_constant of a loop"},
+                      [&] { first_order_loop(-1.0, 0.01); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "lower limit of the range"}, [&] { clip(1.0, 1.0); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.pattern = "a dead zone must contain zero"}, [&] { dead_zone(0.1, 0.2); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.pattern = "resolution must be positive"}, [&] { quantiser(0.0); }));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input, Asked{.pattern = "step of a pulse counter"}, [&] { pulse_counter(0.0, 0.5); }));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "tumble/math/rotation.hpp"
 #include "tumble/models/testing/oscillator.hpp"
 #include "tumble/models/testing/truth.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::pendulous_accelerometer_test {
 namespace {
@@ -285,12 +285,22 @@ TEST(PendulousAccelerometer, ListsAllThatIsMissing) {
   const auto truth = truth_of(
       model(), {{"compliance_II", "1e-8 m/N"}, {"pendulum_inertia_I", "1e-7 kg*m^2"}, {"torquer_constant", "1 N*m/A"}});
   EXPECT_EQ(problems_of(model(), truth), 2u);
-  EXPECT_THROW(truth_of(model(), {{"torquer_constant", "-1 N*m/A"}}), Error);
-  EXPECT_THROW(truth_of(model(), {{"hinge_stiffness", "-1 N*m/rad"}}), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1 N*m/A"}, .key = "torquer_constant"}, [&] {
+    truth_of(model(), {{"torquer_constant", "-1 N*m/A"}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1 N*m/rad"}, .key = "hinge_stiffness"}, [&] {
+    truth_of(model(), {{"hinge_stiffness", "-1 N*m/rad"}});
+  }));
   for (const char* word : {"current", "voltage", "count"})
-    EXPECT_THROW(model().record(truth_of(model(), {{"output", word}}), 0, 0.01, RandomStream(1)), Error) << word;
-  EXPECT_THROW(model().outputs(truth_of(model(), {{"servo_stiffness", "50 N*m/rad"}})), Error);
-  EXPECT_THROW(model().record(truth_of(model(), {{"range_negative", "1 g"}}), 0, 0.01, RandomStream(1)), Error);
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {word}, .pattern = "not zero"}, [&] {
+      model().record(truth_of(model(), {{"output", word}}), 0, 0.01, RandomStream(1));
+    })) << word;
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"servo_stiffness", "pendulosity"}}, [&] {
+    model().outputs(truth_of(model(), {{"servo_stiffness", "50 N*m/rad"}}));
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "range_negative needs range"}, [&] {
+    model().record(truth_of(model(), {{"range_negative", "1 g"}}), 0, 0.01, RandomStream(1));
+  }));
 }
 
 TEST(PendulousAccelerometer, BiasAndScaleFactorFollowTheTemperature) {

@@ -53,6 +53,7 @@ TEST(RingLaserGyro, ScaleFactorFromRingOrAsGiven) {
   const auto counts = [&](const std::vector<std::pair<std::string, std::string>>& values) {
     return sum(recorded(truth(values), rate, 1.0, 10));
   };
+  // One count: a difference of two counter readings.
   EXPECT_NEAR(counts({{"shape", "square"}, {"side", "50 mm"}}), angle * 0.05 / 632.8e-9, 1.0);
   EXPECT_NEAR(counts({{"area", "100 cm^2"}, {"perimeter", "400 mm"}, {"wavelength", "1 um"}}), angle * 1e5, 1.0);
   EXPECT_NEAR(counts({{"scale_factor", "0.5 pulse/arcsec"}}), angle * 0.5 / si(1.0, "arcsec"), 1.0);

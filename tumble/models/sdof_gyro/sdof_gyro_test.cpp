@@ -10,7 +10,7 @@
 #include "tumble/math/rotation.hpp"
 #include "tumble/models/testing/oscillator.hpp"
 #include "tumble/models/testing/truth.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/units/testing/asserts.hpp"
 
 namespace tumble::sdof_gyro_test {
 namespace {
@@ -235,8 +235,12 @@ TEST(SdofGyro, ListsAllThatThePhysicsLacks) {
                                         {"pickoff_gain", "1 V/rad"},
                                         {"loop_stiffness", "1 N*m/rad"}});
   EXPECT_EQ(problems_of(model(), truth), 5u);
-  EXPECT_THROW(truth_of(model(), {{"gimbal_inertia_S", "-1e-5 kg*m^2"}}), Error);
-  EXPECT_THROW(model().record(truth_of(model(), {{"output", "current"}}), 0, 0.01, RandomStream(1)), Error);
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"-1e-5 kg*m^2"}, .key = "gimbal_inertia_S"}, [&] {
+    truth_of(model(), {{"gimbal_inertia_S", "-1e-5 kg*m^2"}});
+  }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "needs torquer_scale_factor"}, [&] {
+    model().record(truth_of(model(), {{"output", "current"}}), 0, 0.01, RandomStream(1));
+  }));
   EXPECT_TRUE(model().coefficients(truth_of(model(), {})).empty());
   EXPECT_FALSE(model().record(truth_of(model(), {}), 0, 0.01, RandomStream(1)).response);
 }

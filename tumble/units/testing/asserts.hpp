@@ -104,6 +104,16 @@ inline ::testing::AssertionResult is_problem(const Problem& problem, const Asked
   return ::testing::AssertionFailure() << "the problem is\n  " << shown_for_test(problem);
 }
 
+/// Whether there is such a problem.
+inline ::testing::AssertionResult has_problem(const Problems& problems, const Asked& asked) {
+  std::string all;
+  for (const Problem& problem : problems) {
+    if (is_asked(problem, asked)) return ::testing::AssertionSuccess() << "there is\n  " << shown_for_test(problem);
+    all += "\n  " + shown_for_test(problem);
+  }
+  return ::testing::AssertionFailure() << "no such problem among " << problems.size() << ":" << all;
+}
+
 /// Whether the work was refused with this kind and for each of `all` with a problem of its own.
 inline ::testing::AssertionResult refuses(Error::Kind kind, const std::vector<Asked>& all, const Refused& refusal) {
   static constexpr std::array kinds{"bad_input", "bad_data", "bad_file", "unsupported", "internal"};

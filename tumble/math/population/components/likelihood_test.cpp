@@ -74,6 +74,7 @@ TEST(SpreadLikelihood, ManyResultsGiveTheirComponents) {
   const auto found = components_of_spread(results);
   EXPECT_LE(found.components[0].lower, 1.0);
   EXPECT_GE(found.components[0].upper, 1.0);
+  // The interval of components[0], 0.07 wide as below, is 3.92 of its standard deviations: 0.07 is four of them.
   EXPECT_NEAR(found.components[0].sd, 1.0, 0.07);
   EXPECT_NEAR(found.components[1].sd, 0.5, 0.07);
   EXPECT_NEAR(found.components[3].sd, 1.0, 0.05);
