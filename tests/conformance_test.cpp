@@ -112,10 +112,10 @@ TEST_P(Catalogue, PageNamesEveryOptionOfAMethodOrRig) {
 TEST_P(Catalogue, DefaultsAreAcceptedAsAUserWouldWriteThem) {
   const auto& entry = GetParam();
   Problems problems;
-  const auto settings = resolve(entry.options, {}, entry.name, problems);
+  const auto settings = resolve(entry.options, {}, Sentence(entry.name.c_str()), problems);
   std::vector<Given> given;
-  for (const auto& [key, text] : settings.texts()) given.push_back({key, text, "--set", true, true});
-  const auto again = resolve(entry.options, given, entry.name, problems);
+  for (const auto& [key, text] : settings.texts()) given.push_back({key, text, Where{.place = "--set"}, true, true});
+  const auto again = resolve(entry.options, given, Sentence(entry.name.c_str()), problems);
   EXPECT_TRUE(problems.empty()) << problems.front().text();
   EXPECT_EQ(again.texts(), settings.texts());
 }
@@ -125,7 +125,7 @@ TEST_P(Catalogue, MistypedOptionIsRefusedWithTheNearestName) {
   for (const auto& option : entry.options) {
     Problems problems;
     const auto mistyped = option.name + "q";  // with an x D_x would become D_xx, which some gyros have
-    resolve(entry.options, {{mistyped, "1", "plan.toml:7", true, false}}, entry.name, problems);
+    resolve(entry.options, {{mistyped, "1", Where{.place = "plan.toml:7"}, true, false}}, Sentence(entry.name.c_str()), problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
     const std::string problem = problems[0].text();
     EXPECT_NE(problem.find(mistyped), std::string::npos) << problem;
@@ -142,7 +142,7 @@ TEST_P(Catalogue, QuantityOfTheWrongDimensionIsRefused) {
   for (const auto& option : entry.options) {
     if (option.type != Option::Type::quantity) continue;
     Problems problems;
-    resolve(entry.options, {{option.name, "1 kg^3", "plan.toml:7", true, false}}, entry.name, problems);
+    resolve(entry.options, {{option.name, "1 kg^3", Where{.place = "plan.toml:7"}, true, false}}, Sentence(entry.name.c_str()), problems);
     EXPECT_EQ(problems.size(), 1u) << option.name;
   }
 }
@@ -154,7 +154,7 @@ TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
     if (Unit::parse(option.unit).dimension() == Dimension{}) continue;
     for (const bool quoted : {false, true}) {
       Problems problems;
-      resolve(entry.options, {{option.name, "1", "plan.toml:7", quoted, false}}, entry.name, problems);
+      resolve(entry.options, {{option.name, "1", Where{.place = "plan.toml:7"}, quoted, false}}, Sentence(entry.name.c_str()), problems);
       EXPECT_EQ(problems.size(), 1u) << option.name << (quoted ? " quoted" : " unquoted");
     }
   }

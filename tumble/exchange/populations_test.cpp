@@ -86,7 +86,7 @@ TEST(PopulationOfUnits, RefusesFewUnitsAndSaysWhy) {
   units[5].estimate = units[0].estimate;  // one unit under two serial numbers
   units[4].simulated = true;
   EXPECT_TRUE(refuses(Error::Kind::bad_data,
-                      {{.values = {"4", "m", "accelerometer_tumble"}},
+                      std::vector<Asked>{{.values = {"4", "m", "accelerometer_tumble"}},
                        {.values = {"U1005"}, .pattern = "the same values as another unit"},
                        {.values = {"U1004"}, .pattern = "simulated"},
                        {.values = {"U7"}, .pattern = "made with a prior"}},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -66,12 +67,6 @@ Recording recording_of(const std::vector<double>& p, const std::vector<double>& 
   recording.channels = {output};
   if (with_y) recording.channels.push_back(across);
   return recording;
-}
-
-/// The finding with this code; null: there is none.
-const Finding* finding_of(const Findings& findings, const std::string& code) {
-  const auto match = std::ranges::find(findings, code, &Finding::code);
-  return match == findings.end() ? nullptr : &*match;
 }
 
 /// Mean of ((u_hat - u)/sd)^2 over instruments drawn from the result's covariance, at (a_x, a_y) drawn each time.

@@ -100,7 +100,7 @@ TEST(Users, AreReadAsTheyWereWritten) {
   struct stat state {};
   ASSERT_EQ(stat(office.file.c_str(), &state), 0);
   EXPECT_EQ(state.st_mode & 0777, 0600u);
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"Li Wei"}, .key = "name", .table = "[[user]]"}, [&] {
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"Li Wei"}, .table = "[[user]]", .key = "name"}, [&] {
     add_user(office.file, {"Li Wei", {Right::read}, hash_of_horse()});
   }));
 }

@@ -32,7 +32,7 @@ std::string own_link(int test, const std::string& host = "127.0.0.1") {
   return "tcp:" + host + ":" + std::to_string(1024 + (getpid() % 3000) * 10 + test);
 }
 
-Refused refusal_of(const Station& station, const std::string& run) {
+Refused lease_refusal(const Station& station, const std::string& run) {
   return tumble::refusal_of([&] { const Lease lease(station, run); });
 }
 
@@ -99,9 +99,9 @@ TEST(Lease, AProcessThatIsKilledLeavesItsRunBehind) {
 TEST(Lease, ADeviceIsTheSameByAnyNameOfItsLink) {
   Lease first(station_at(own_link(3)), "by-number");
   for (const char* host : {"localhost", "127.1", "2130706433", "0x7f.1", "[::ffff:127.0.0.1]", "0.0.0.0"})
-    EXPECT_TRUE(is_taken_by("by-number", refusal_of(station_at(own_link(3, host)), "again"))) << host;
-  EXPECT_TRUE(refusal_of(station_at(own_link(4)), "beside").empty()) << "another port is another device";
-  EXPECT_TRUE(refusal_of(station_at(own_link(3, "127.0.0.2")), "beside").empty()) << "and so is another address";
+    EXPECT_TRUE(is_taken_by("by-number", lease_refusal(station_at(own_link(3, host)), "again"))) << host;
+  EXPECT_TRUE(lease_refusal(station_at(own_link(4)), "beside").empty()) << "another port is another device";
+  EXPECT_TRUE(lease_refusal(station_at(own_link(3, "127.0.0.2")), "beside").empty()) << "and so is another address";
   first.end();
 }
 
@@ -115,8 +115,8 @@ TEST(Lease, ADeviceIsTheSameAtAnyAddressWhereItsSerialNumberIsExpected) {
   };
   Lease first(station("192.0.2.1", serial, "acutrol_like"), "by-network");
   EXPECT_TRUE(is_taken_by(
-      "by-network", refusal_of(station("192.0.2.2", "s/n: " + std::to_string(getpid()), "acutrol_like"), "again")));
-  const auto is_free = [](const Station& one) { return refusal_of(one, "beside").empty(); };
+      "by-network", lease_refusal(station("192.0.2.2", "s/n: " + std::to_string(getpid()), "acutrol_like"), "again")));
+  const auto is_free = [](const Station& one) { return lease_refusal(one, "beside").empty(); };
   EXPECT_TRUE(is_free(station("192.0.2.2", serial + "1", "acutrol_like")));
   EXPECT_TRUE(is_free(station("192.0.2.2", serial, "grbl"))) << "of another maker";
   EXPECT_TRUE(is_free(station("192.0.2.2", "ACUTROL 3000", "acutrol_like"))) << "a type is no number";
@@ -131,7 +131,7 @@ TEST(Lease, ASerialDeviceIsTheSameByAnyOfItsPaths) {
   const std::string device = ptsname(line);
   std::filesystem::create_symlink(device, scratch.file("by-id"));
   Lease first(station_at("serial:" + device), "by-device");
-  EXPECT_TRUE(is_taken_by("by-device", refusal_of(station_at("serial:" + scratch.file("by-id") + ":9600"), "again")));
+  EXPECT_TRUE(is_taken_by("by-device", lease_refusal(station_at("serial:" + scratch.file("by-id") + ":9600"), "again")));
   first.end();
   close(line);
 }
@@ -143,12 +143,12 @@ TEST(Lease, NeitherAnotherTmpdirNorACleanerLetsASecondRunIn) {
   const char* before = std::getenv("TMPDIR");
   const std::string kept = before == nullptr ? "" : before;
   setenv("TMPDIR", scratch.path.c_str(), 1);
-  EXPECT_TRUE(is_taken_by("cleaned-run", refusal_of(station, "again")));
+  EXPECT_TRUE(is_taken_by("cleaned-run", lease_refusal(station, "again")));
   before == nullptr ? unsetenv("TMPDIR") : setenv("TMPDIR", kept.c_str(), 1);
   const auto files = files_of_run("cleaned-run");
   EXPECT_FALSE(files.empty());
   for (const auto& file : files) std::filesystem::remove(file);
-  EXPECT_TRUE(is_taken_by("cleaned-run", refusal_of(station, "again")));
+  EXPECT_TRUE(is_taken_by("cleaned-run", lease_refusal(station, "again")));
   const auto all = runs_going_on();
   EXPECT_TRUE(std::ranges::any_of(all, [](const auto& run) { return run.process == getpid(); }));
   first.end();

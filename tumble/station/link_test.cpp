@@ -69,7 +69,7 @@ TEST(LinkAddress, RefusesOtherTextsWithTheFormsThatItAccepts) {
        {"", "http:a:1", "udp:", "udp:0", "udp::5", "udp:host", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:99999",
         "tcp::5", "serial:", "serial:/dev/x:1", "serial:/dev/x:9600:9X1", "tcp:host:12a"})
     EXPECT_TRUE(refuses(Error::Kind::bad_input,
-                        {{.values = {text}}, {.pattern = "a link is written tcp:HOST:PORT, udp:"}},
+                        std::vector<Asked>{{.values = {text}}, {.pattern = "a link is written tcp:HOST:PORT, udp:"}},
                         [&] { parse_link(text); }))
         << text;
 }

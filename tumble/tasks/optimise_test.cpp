@@ -69,7 +69,7 @@ const Table::Cell& cell(const Estimate& estimate, const std::string& table, cons
   const auto at = std::ranges::find(found->columns, column, &Table::Column::name) - found->columns.begin();
   for (const auto& one : found->rows)
     if (std::get<std::string>(one.front()) == row) return one[static_cast<std::size_t>(at)];
-  throw Error(Error::Kind::internal, "no row " + row);
+  throw Error(Error::Kind::internal, say("no row {}", Name{row}));
 }
 
 double number(const Estimate& estimate, const std::string& row, const std::string& column) {
@@ -311,7 +311,7 @@ TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
   const Refused refusal = refusal_of([&] { optimise(plan, options, {}); });
   EXPECT_EQ(refusal.problems.size(), 3u);
   EXPECT_TRUE(refuses(Error::Kind::bad_input,
-                      {{.values = {"D_X"}}, {.pattern = "total time"}, {.pattern = "step between positions"}},
+                      std::vector<Asked>{{.values = {"D_X"}}, {.pattern = "total time"}, {.pattern = "step between positions"}},
                       refusal));
   options = {};
   options.step = si(400.0, "deg");

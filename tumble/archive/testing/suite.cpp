@@ -47,7 +47,7 @@ void expect_sound(const Archive& archive) {
 }
 
 std::vector<std::string> changes_of(const Archive& archive) {
-  auto problems = verify_archive(archive).problems;
+  auto problems = texts_of(verify_archive(archive).problems);
   std::erase_if(problems, [](const std::string& problem) { return problem.find("trigger") != std::string::npos; });
   return problems;
 }

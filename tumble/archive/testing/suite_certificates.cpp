@@ -188,7 +188,7 @@ void a_changed_version_of_the_tables_is_found(const ArchivePlace& place) {
                                    "'9.9' WHERE version = 9",
                                    "DELETE FROM schema_version WHERE version = 1"}) {
     database.script(change);
-    const auto problems = verify_archive(archive).problems;
+    const auto problems = texts_of(verify_archive(archive).problems);
     ASSERT_FALSE(problems.empty()) << change;
     EXPECT_NE(problems[0].find("schema_version"), std::string::npos) << problems[0];
   }

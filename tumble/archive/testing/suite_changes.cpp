@@ -78,7 +78,7 @@ void triggers_that_are_missing_or_added_are_found(const ArchivePlace& place) {
   put_in(archive, fleet(place), sample_act());
   EXPECT_TRUE(verify_archive(archive).problems.empty());
   allow_changes(archive, "results");
-  const auto missing = verify_archive(archive).problems;
+  const auto missing = texts_of(verify_archive(archive).problems);
   ASSERT_EQ(missing.size(), 1u);
   EXPECT_NE(missing[0].find("table results"), std::string::npos) << missing[0];
   auto& database = schema::opened(archive).database;
@@ -86,7 +86,7 @@ void triggers_that_are_missing_or_added_are_found(const ArchivePlace& place) {
     database.script("CREATE TRIGGER other AFTER INSERT ON files EXECUTE FUNCTION tumble_refuse()");
   else
     database.script("CREATE TRIGGER other AFTER INSERT ON files BEGIN SELECT RAISE(IGNORE); END");
-  const auto added = verify_archive(archive).problems;
+  const auto added = texts_of(verify_archive(archive).problems);
   ASSERT_EQ(added.size(), 2u);
   EXPECT_NE(added[1].find("other"), std::string::npos) << added[1];
 }

@@ -32,7 +32,7 @@ void names_that_no_index_holds_are_refused(const ArchivePlace& place) {
   for (auto& result : deposit.results) result.file = "result.json";
   EXPECT_TRUE(
       refuses(Error::Kind::bad_input,
-              {{.values = {"result.json", "10000"}}, {.values = {"result.json"}, .pattern = "a character of value 0"}},
+              std::vector<Asked>{{.values = {"result.json", "10000"}}, {.values = {"result.json"}, .pattern = "a character of value 0"}},
               [&] { put_in(archive, deposit, sample_act()); }));
   EXPECT_TRUE(archived_units(archive).empty());
 }
@@ -128,7 +128,7 @@ void notes_say_what_is_due(const ArchivePlace& place) {
   EXPECT_EQ(due_calibrations(archive, "2026-07-01").size(), 1u);
   const auto input = Error::Kind::bad_input;
   EXPECT_TRUE(refuses(
-      input, {{.values = {"reparied", "repaired"}}, {.pattern = "--by NAME is missing"}, {.values = {"yesterday"}}},
+      input, std::vector<Asked>{{.values = {"reparied", "repaired"}}, {.pattern = "--by NAME is missing"}, {.values = {"yesterday"}}},
       [&] {
         put_note(archive, {"0174", "reparied", "", "yesterday"}, {});
       }));

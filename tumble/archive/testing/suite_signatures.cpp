@@ -53,7 +53,7 @@ void poor_signatures_are_refused(const ArchivePlace& place) {
   const auto [result, certificate] = with_certificate(place, archive);
   const auto input = Error::Kind::bad_input;
   EXPECT_TRUE(refuses(input,
-                      {{.values = {"aproved", "approved"}},
+                      std::vector<Asked>{{.values = {"aproved", "approved"}},
                        {.pattern = "the name is missing"},
                        {.pattern = "say why"},
                        {.pattern = "no result or certificate"}},

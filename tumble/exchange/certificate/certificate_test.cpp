@@ -114,7 +114,7 @@ TEST(Certificate, DoesNotInventDaysOfRecordingsThatDoNotSayThem) {
   EXPECT_TRUE(refused(estimate, details).empty());
   estimate.tables.back().rows[0] = {"2.csv", "", ""};
   EXPECT_TRUE(refuses(input,
-                      {{.values = {"[certificate] begun"}, .pattern = "is missing"},
+                      std::vector<Asked>{{.values = {"[certificate] begun"}, .pattern = "is missing"},
                        {.values = {"[certificate] ended"}, .pattern = "is missing"}},
                       refused(estimate, details)));
 }

@@ -114,7 +114,7 @@ TEST(Export, AllThatIsMissingIsSaidAtOnce) {
   ImuCalibration calibration = random_calibration(5, {.curve = true});
   for (auto& axis : calibration.gyros.noise) axis.walk = AxisNoise::none;
   EXPECT_TRUE(refuses(input,
-                      {{.part = "gyro_nonlinearity", .pattern = "cannot carry"},
+                      std::vector<Asked>{{.part = "gyro_nonlinearity", .pattern = "cannot carry"},
                        {.values = {"gyro_walk"}, .pattern = "add a result of allan_noise"},
                        {.part = "kalibr", .pattern = "needs the rate"}},
                       refusal("kalibr", calibration, {})));
@@ -124,7 +124,7 @@ TEST(Export, TermThatCannotBeCarriedIsRefusedUnlessDropped) {
   const ImuCalibration calibration = random_calibration(5, {.curve = true});
   ExportRequest asked = request({{"rate", "200"}});
   EXPECT_TRUE(refuses(input,
-                      {{.part = "accelerometer_nonlinearity", .pattern = "cannot carry"},
+                      std::vector<Asked>{{.part = "accelerometer_nonlinearity", .pattern = "cannot carry"},
                        {.part = "gyro_nonlinearity", .pattern = "cannot carry"}},
                       refusal("kalibr", calibration, asked)));
   asked.drop = {"accelerometer_nonlinearity", "gyro_nonlinearity"};
@@ -261,7 +261,7 @@ TEST(ExportPx4, OffsetsThatNoResultStatesStayThoseOfTheVehicle) {
 }
 
 TEST(ExportPx4, NeedsTheIdentifiersOfTheVehicle) {
-  EXPECT_TRUE(refuses(input, {{.part = "accelerometer_id", .pattern = "px4"}, {.part = "gyro_id", .pattern = "px4"}},
+  EXPECT_TRUE(refuses(input, std::vector<Asked>{{.part = "accelerometer_id", .pattern = "px4"}, {.part = "gyro_id", .pattern = "px4"}},
                       refusal("px4", of_autopilot(7), {})));
 }
 

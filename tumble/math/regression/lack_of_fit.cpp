@@ -17,11 +17,11 @@ constexpr double least_of_largest = 1e-18, added_to_unit = 1e-9;
 constexpr double same_column = 1e-7;  ///< share of a column that the others do not explain: it is rounding
 
 /// Rows of unit variance. Rows without any noise count as one part in 1e9 of the others.
-struct Whitening {
+struct Whitener {
   std::vector<double> unit;
   Matrix root;
 
-  explicit Whitening(const Matrix& covariance) : unit(diagonal_of(covariance)) {
+  explicit Whitener(const Matrix& covariance) : unit(diagonal_of(covariance)) {
     const double largest = *std::ranges::max_element(unit);
     for (double& u : unit) u = 1.0 / std::sqrt(std::max({u, least_of_largest * largest, 1e-300}));
     Matrix scaled_covariance = scaled_rows(unit, scaled_columns(covariance, unit));
@@ -63,7 +63,7 @@ Matrix indicators(const std::vector<std::size_t>& group) {
 LackOfFit lack_of_fit(const Matrix& design, const Matrix& more, const std::vector<double>& observations,
                       const Matrix& covariance, double error_freedom) {
   LackOfFit out;
-  const Whitening white(covariance);
+  const Whitener white(covariance);
   const auto y = white(observations);
   const Matrix x = white(design), added = white(more);
   const auto [model, size] = even_columns(x);

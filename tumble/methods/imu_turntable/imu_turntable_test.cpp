@@ -40,7 +40,7 @@ Evidence evidence_of(const Plan& plan, std::uint64_t seed = 1) { return {plan, {
 Channel& channel(Evidence& evidence, const std::string& name) {
   for (auto& one : evidence.recordings[0].channels)
     if (one.name == name) return one;
-  throw Error(Error::Kind::internal, "no channel " + name);
+  throw Error(Error::Kind::internal, say("no channel {}", Name{name}));
 }
 
 std::string said(const Estimate& estimate) {
