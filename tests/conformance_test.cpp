@@ -125,7 +125,8 @@ TEST_P(Catalogue, MistypedOptionIsRefusedWithTheNearestName) {
   for (const auto& option : entry.options) {
     Problems problems;
     const auto mistyped = option.name + "q";  // with an x D_x would become D_xx, which some gyros have
-    resolve(entry.options, {{mistyped, "1", Where{.place = "plan.toml:7"}, true, false}}, Sentence(entry.name.c_str()), problems);
+    resolve(entry.options, {{mistyped, "1", Where{.place = "plan.toml:7"}, true, false}}, Sentence(entry.name.c_str()),
+            problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
     const std::string problem = problems[0].text();
     EXPECT_NE(problem.find(mistyped), std::string::npos) << problem;
@@ -142,7 +143,8 @@ TEST_P(Catalogue, QuantityOfTheWrongDimensionIsRefused) {
   for (const auto& option : entry.options) {
     if (option.type != Option::Type::quantity) continue;
     Problems problems;
-    resolve(entry.options, {{option.name, "1 kg^3", Where{.place = "plan.toml:7"}, true, false}}, Sentence(entry.name.c_str()), problems);
+    resolve(entry.options, {{option.name, "1 kg^3", Where{.place = "plan.toml:7"}, true, false}},
+            Sentence(entry.name.c_str()), problems);
     EXPECT_EQ(problems.size(), 1u) << option.name;
   }
 }
@@ -154,7 +156,8 @@ TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
     if (Unit::parse(option.unit).dimension() == Dimension{}) continue;
     for (const bool quoted : {false, true}) {
       Problems problems;
-      resolve(entry.options, {{option.name, "1", Where{.place = "plan.toml:7"}, quoted, false}}, Sentence(entry.name.c_str()), problems);
+      resolve(entry.options, {{option.name, "1", Where{.place = "plan.toml:7"}, quoted, false}},
+              Sentence(entry.name.c_str()), problems);
       EXPECT_EQ(problems.size(), 1u) << option.name << (quoted ? " quoted" : " unquoted");
     }
   }

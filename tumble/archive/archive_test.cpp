@@ -166,7 +166,7 @@ TEST(Archive, RefusesALaterSchemaAndASecondInit) {
   const ScratchFolder folder;
   const std::string address = folder.file("lab.db");
   make_archive(address, "", testing::sample_act());
-  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {address}, .pattern = "holds an archive already"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {address}, .pattern = "is there already"},
                       [&] { make_archive(address, "", testing::sample_act()); }));
   database::Database(address, false)
       .run("INSERT INTO schema_version (version, applied, program) VALUES (99, 'x', 'x')");

@@ -87,9 +87,9 @@ TEST(PopulationOfUnits, RefusesFewUnitsAndSaysWhy) {
   units[4].simulated = true;
   EXPECT_TRUE(refuses(Error::Kind::bad_data,
                       std::vector<Asked>{{.values = {"4", "m", "accelerometer_tumble"}},
-                       {.values = {"U1005"}, .pattern = "the same values as another unit"},
-                       {.values = {"U1004"}, .pattern = "simulated"},
-                       {.values = {"U7"}, .pattern = "made with a prior"}},
+                                         {.values = {"U1005"}, .pattern = "the same values as another unit"},
+                                         {.values = {"U1004"}, .pattern = "simulated"},
+                                         {.values = {"U7"}, .pattern = "made with a prior"}},
                       [&] {
                         population_of_units("m", "accelerometer_tumble", units, {{"U7", "abc", "result_with_prior"}});
                       }));

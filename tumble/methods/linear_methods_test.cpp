@@ -352,8 +352,8 @@ TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
   resolve({linear::bias_instability_option("deg/h")}, {{"bias_instability", "0 deg/h", "--set", true}}, "method",
           problems);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_TRUE(is_problem(problems[0], {.values = {"0 s", "above 0 s"}, .key = "averaging"}));
-  EXPECT_TRUE(is_problem(problems[1], {.values = {"0 deg/h", "above 0 deg/h"}, .key = "bias_instability"}));
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"0 s", "0 s"}, .key = "averaging"}));
+  EXPECT_TRUE(is_problem(problems[1], {.values = {"0 deg/h", "0 deg/h"}, .key = "bias_instability"}));
 }
 
 TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {

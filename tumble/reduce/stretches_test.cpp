@@ -211,7 +211,8 @@ TEST(Stretches, OfPowerUpsThatRepeatOneAreAlike) {
 
 TEST(Stretches, RefuseATestWithoutRigOrSamples) {
   Evidence evidence{plan_of(rest_and_turn), {recording_of({{"typo", 0.0}})}};
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.part = "'typo'"}, [&] { stretches(evidence, {.role = "gyro"}); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"typo"}, .pattern = "is not used"},
+                      [&] { stretches(evidence, {.role = "gyro"}); }));
   evidence.recordings = {recording_of(marks_of_it)};
   evidence.plan.rig_kind.clear();
   EXPECT_TRUE(

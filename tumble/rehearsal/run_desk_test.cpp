@@ -90,20 +90,23 @@ TEST(RunDesk, AQuestionIsAnsweredFromElsewhereAndNothingThatHappensIsMissed) {
   DeskWatch watch(run.folder);
   const Json open = run.state_when(asks);
   const int question = open["view"]["prompt"]["id"];
-  const auto refused = [&](const std::string& part, const Json& order) {  // the desk sends the text of its problem
-    return refuses(Error::Kind::bad_input, Asked{.part = part}, run.refusal(order));
+  const auto refused = [&](const Asked& asked, const Json& order) {
+    return refuses(Error::Kind::bad_input, asked, run.refusal(order));
   };
+  const Asked closed{.values = {std::to_string(question)}, .pattern = "is closed"};
   const Json answer{{"order", "answer"}, {"prompt", question}, {"choice", "done"}, {"who", "Li Wei"}};
   const auto changed = [&](const char* key, const Json& value) {
     Json order = answer;
     order[key] = value;
     return order;
   };
-  EXPECT_TRUE(refused("an order needs a name", changed("who", "")));
-  EXPECT_TRUE(refused("question 2 ", changed("prompt", question + 1)));
-  EXPECT_TRUE(refused("'perhaps' is no answer to question 1 (answers: done", changed("choice", "perhaps")));
+  EXPECT_TRUE(refused({.pattern = "an order needs a name"}, changed("who", "")));
+  EXPECT_TRUE(
+      refused({.values = {std::to_string(question + 1)}, .pattern = "is closed"}, changed("prompt", question + 1)));
+  EXPECT_TRUE(refused({.values = {"perhaps", std::to_string(question)}, .part = "done", .pattern = "no answer"},
+                      changed("choice", "perhaps")));
   EXPECT_TRUE(run.refusal(answer).empty());
-  EXPECT_TRUE(refused("question 1 ", answer)) << "it is answered once";
+  EXPECT_TRUE(refused(closed, answer)) << "it is answered once";
   run.finish();
   EXPECT_EQ(run.end.ending, RunEnding::complete) << run.end.text;
 
@@ -203,11 +206,10 @@ TEST(RunDesk, ARunThatWasCarriedOnAndKilledIsNotCalledSafe) {
 TEST(RunDesk, WhatIsNoRequestIsRefused) {
   WatchedRun run;
   for (const char* request : {"", "{", "[]", "7", R"({"ask":"everything"})", R"({"order":7})", R"({"ask":[]})"})
-    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.part = "the request is not"}, [&] {
+    EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "the request is not"}, [&] {
       ask_desk(run.folder, request);
     })) << request;
-  EXPECT_TRUE(refuses(Error::Kind::bad_input,
-                      Asked{.part = "'faster' is no order (orders: pause, resume, stop, abort, answer)"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"faster"}, .pattern = "is no order"},
                       run.refusal({{"order", "faster"}, {"who", "x"}})));
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {run.folder}, .pattern = "has not answered"}, [&] {
     ask_desk(run.folder, std::string(1 << 17, 'x'));

@@ -152,8 +152,7 @@ TEST(RunPlan, WithoutRoomIsNotBegunAndSaysWhichFileHasNone) {
     const FileLimit limit(10'000);
     Disk disk;
     const std::string file = run.folder + "/recording.h5";
-    EXPECT_TRUE(refuses(Error::Kind::bad_file,
-                        Asked{.values = {file, file}, .pattern = "was not written, and the live store is kept"},
+    EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {file, file + ".part"}, .pattern = "cannot write"},
                         [&] { seal(run.folder, disk); }));
   }
   Disk disk;

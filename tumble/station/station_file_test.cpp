@@ -259,7 +259,8 @@ TEST(StationCheck, RefusesARequestThatTheControllerWouldRefuseInMotion) {
   station.devices[0].needs[ControllerVerb::position] = {"position"};
   EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty()) << "the speed is omitted";
   station.axes[0].speed.reset();
-  station.devices[0].takes[ControllerVerb::position] = station.devices[0].needs[ControllerVerb::position] = {"position", "rate"};
+  station.devices[0].takes[ControllerVerb::position] =
+      station.devices[0].needs[ControllerVerb::position] = {"position", "rate"};
   const auto problems = check_station(plan, station, request_of_slot_1);
   ASSERT_EQ(problems.size(), 1u) << "once, however many segments";
   EXPECT_TRUE(is_problem(problems[0], {.values = {"table", "position", "acutrol_like", "rate"},
@@ -325,8 +326,8 @@ TEST(StationFile, MotionsThatLeaveTheTravelFromWhereTheAxisStandsAreRefused) {
 
 TEST(StationFile, ASlewNeedsACommandThatCarriesItsSpeed) {
   const Motion slew{.kind = Motion::Kind::slew, .value = si(5.0, "deg/s"), .to = si(90.0, "deg")};
-  EXPECT_TRUE(
-      has_problem(problems_of_motions(station_of("atl_like", table_axis), {slew}), {.part = "slews at a speed"}));
+  EXPECT_TRUE(has_problem(problems_of_motions(station_of("atl_like", table_axis), {slew}),
+                          {.values = {"table", "position", "atl_like"}, .pattern = "slews at a speed"}));
   EXPECT_TRUE(problems_of_motions(station_of("scpi_like", table_axis), {slew}).empty());
 }
 

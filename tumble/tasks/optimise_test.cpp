@@ -310,9 +310,10 @@ TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
   options.step = 0.0;
   const Refused refusal = refusal_of([&] { optimise(plan, options, {}); });
   EXPECT_EQ(refusal.problems.size(), 3u);
-  EXPECT_TRUE(refuses(Error::Kind::bad_input,
-                      std::vector<Asked>{{.values = {"D_X"}}, {.pattern = "total time"}, {.pattern = "step between positions"}},
-                      refusal));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_input,
+              std::vector<Asked>{{.values = {"D_X"}}, {.pattern = "total time"}, {.pattern = "step between positions"}},
+              refusal));
   options = {};
   options.step = si(400.0, "deg");
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "step between positions"}, [&] {

@@ -206,8 +206,8 @@ TEST_F(PriorOfPlan, IsRefusedWithAllThatIsWrong) {
     plan_for_method("allan_noise", {{"prior", "x.json"}});
   }));
   std::ofstream(folder_.file("other.json")) << to_json(result(plan("")));
-  EXPECT_TRUE(
-      refuses(input, Asked{.part = "other.json is no population"}, [&] { result(plan("prior = \"other.json\"")); }));
+  EXPECT_TRUE(refuses(input, Asked{.part = "other.json", .pattern = "the prior"},
+                      [&] { result(plan("prior = \"other.json\"")); }));
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.part = "absent.json", .pattern = "cannot read"},
                       [&] { result(plan("prior = \"absent.json\"")); }));
 }

@@ -228,7 +228,9 @@ TEST(ControllerHost, RefusesRequestsThatDoNotFitBeforeAnythingIsSent) {
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"3", "2"}, .pattern = "no axis"}, [&] {
     host.ask({ControllerVerb::read, {}, 3});
   }));
-  EXPECT_TRUE(refuses(Error::Kind::unsupported, Asked{.values = {"home"}}, [&] { host.ask({ControllerVerb::home, {}, 1}); }));
+  EXPECT_TRUE(refuses(Error::Kind::unsupported, Asked{.values = {"home"}}, [&] {
+    host.ask({ControllerVerb::home, {}, 1});
+  }));
   EXPECT_TRUE(host.idle());
   host.ask({ControllerVerb::read, {}, 1});
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"read", "read"}, .pattern = "outstanding"}, [&] {

@@ -30,10 +30,10 @@ void names_that_no_index_holds_are_refused(const ArchivePlace& place) {
   deposit.results.push_back(sample_deposit({.serial = long_name(10'000)}));
   deposit.results.push_back(sample_deposit({.serial = std::string("a\0b", 3)}));
   for (auto& result : deposit.results) result.file = "result.json";
-  EXPECT_TRUE(
-      refuses(Error::Kind::bad_input,
-              std::vector<Asked>{{.values = {"result.json", "10000"}}, {.values = {"result.json"}, .pattern = "a character of value 0"}},
-              [&] { put_in(archive, deposit, sample_act()); }));
+  EXPECT_TRUE(refuses(Error::Kind::bad_input,
+                      std::vector<Asked>{{.values = {"result.json", "10000"}},
+                                         {.values = {"result.json"}, .pattern = "a character of value 0"}},
+                      [&] { put_in(archive, deposit, sample_act()); }));
   EXPECT_TRUE(archived_units(archive).empty());
 }
 
@@ -127,11 +127,13 @@ void notes_say_what_is_due(const ArchivePlace& place) {
   put_note(archive, {"head/7", "returned", "", {}}, sample_act());
   EXPECT_EQ(due_calibrations(archive, "2026-07-01").size(), 1u);
   const auto input = Error::Kind::bad_input;
-  EXPECT_TRUE(refuses(
-      input, std::vector<Asked>{{.values = {"reparied", "repaired"}}, {.pattern = "--by NAME is missing"}, {.values = {"yesterday"}}},
-      [&] {
-        put_note(archive, {"0174", "reparied", "", "yesterday"}, {});
-      }));
+  EXPECT_TRUE(
+      refuses(input,
+              std::vector<Asked>{
+                  {.values = {"reparied", "repaired"}}, {.pattern = "--by NAME is missing"}, {.values = {"yesterday"}}},
+              [&] {
+                put_note(archive, {"0174", "reparied", "", "yesterday"}, {});
+              }));
   EXPECT_TRUE(refuses(input, Asked{.values = {"soon"}}, [&] {
     put_note(archive, {"0174", "interval", "soon", {}}, sample_act());
   }));

@@ -54,9 +54,9 @@ void poor_signatures_are_refused(const ArchivePlace& place) {
   const auto input = Error::Kind::bad_input;
   EXPECT_TRUE(refuses(input,
                       std::vector<Asked>{{.values = {"aproved", "approved"}},
-                       {.pattern = "the name is missing"},
-                       {.pattern = "say why"},
-                       {.pattern = "no result or certificate"}},
+                                         {.pattern = "the name is missing"},
+                                         {.pattern = "say why"},
+                                         {.pattern = "no result or certificate"}},
                       [&] { sign(archive, "0123456789", "aproved", {}); }));
   EXPECT_TRUE(refuses(input, Asked{.values = {""}}, [&] { sign(archive, "", "approved", by("Li Wei")); }));
   EXPECT_TRUE(refuses(input, Asked{.part = "'; DROP"},

@@ -101,7 +101,7 @@ void a_changed_export_is_refused(const ArchivePlace& place) {
     database.script("UPDATE parameters SET value = value + 1e-9");
   }
   const std::string before = verify_archive(archive).heads;
-  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.part = "has changed"},
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"result"}, .pattern = "has changed"},
                       [&] { import_archive(archive, file, sample_act()); }));
   EXPECT_EQ(verify_archive(archive).heads, before);
 }

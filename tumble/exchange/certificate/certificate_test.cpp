@@ -115,7 +115,7 @@ TEST(Certificate, DoesNotInventDaysOfRecordingsThatDoNotSayThem) {
   estimate.tables.back().rows[0] = {"2.csv", "", ""};
   EXPECT_TRUE(refuses(input,
                       std::vector<Asked>{{.values = {"[certificate] begun"}, .pattern = "is missing"},
-                       {.values = {"[certificate] ended"}, .pattern = "is missing"}},
+                                         {.values = {"[certificate] ended"}, .pattern = "is missing"}},
                       refused(estimate, details)));
 }
 

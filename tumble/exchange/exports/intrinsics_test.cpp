@@ -115,8 +115,8 @@ TEST(Export, AllThatIsMissingIsSaidAtOnce) {
   for (auto& axis : calibration.gyros.noise) axis.walk = AxisNoise::none;
   EXPECT_TRUE(refuses(input,
                       std::vector<Asked>{{.part = "gyro_nonlinearity", .pattern = "cannot carry"},
-                       {.values = {"gyro_walk"}, .pattern = "add a result of allan_noise"},
-                       {.part = "kalibr", .pattern = "needs the rate"}},
+                                         {.values = {"gyro_walk"}, .pattern = "add a result of allan_noise"},
+                                         {.part = "kalibr", .pattern = "needs the rate"}},
                       refusal("kalibr", calibration, {})));
 }
 
@@ -125,7 +125,7 @@ TEST(Export, TermThatCannotBeCarriedIsRefusedUnlessDropped) {
   ExportRequest asked = request({{"rate", "200"}});
   EXPECT_TRUE(refuses(input,
                       std::vector<Asked>{{.part = "accelerometer_nonlinearity", .pattern = "cannot carry"},
-                       {.part = "gyro_nonlinearity", .pattern = "cannot carry"}},
+                                         {.part = "gyro_nonlinearity", .pattern = "cannot carry"}},
                       refusal("kalibr", calibration, asked)));
   asked.drop = {"accelerometer_nonlinearity", "gyro_nonlinearity"};
   const std::string file = export_calibration(find_export("kalibr"), calibration, asked);
@@ -261,8 +261,9 @@ TEST(ExportPx4, OffsetsThatNoResultStatesStayThoseOfTheVehicle) {
 }
 
 TEST(ExportPx4, NeedsTheIdentifiersOfTheVehicle) {
-  EXPECT_TRUE(refuses(input, std::vector<Asked>{{.part = "accelerometer_id", .pattern = "px4"}, {.part = "gyro_id", .pattern = "px4"}},
-                      refusal("px4", of_autopilot(7), {})));
+  EXPECT_TRUE(refuses(
+      input, std::vector<Asked>{{.part = "accelerometer_id", .pattern = "px4"}, {.part = "gyro_id", .pattern = "px4"}},
+      refusal("px4", of_autopilot(7), {})));
 }
 
 TEST(ExportPx4, FourthPowerOfTheTemperatureIsRefused) {

@@ -252,8 +252,8 @@ std::vector<Stream> choose_streams(Log& log, const ReadOptions& options, topics:
     for (const topics::Column& column : topic.columns) channels.push_back(column.name());
   topics::keep_columns(options.only, to.topics);
   if (to.topics.empty())
-    refuse(log, say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"),
-                    fmt::join(channels, ", ")));
+    refuse(log,
+           say("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), fmt::join(channels, ", ")));
   Topics wanted;
   std::vector<Stream> streams;
   for (topics::Topic& topic : to.topics) {

@@ -413,8 +413,8 @@ TEST(FrequencyResponse, RefusesWithWords) {
           {{"averaging", "-1 s", "--set", true, true}, {"points_per_decade", "1000", "--set", true, true}}, "method",
           problems);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_TRUE(is_problem(problems[0], {.values = {"-1 s", "at least 0 s"}, .key = "averaging"}));
-  EXPECT_TRUE(is_problem(problems[1], {.values = {"1000", "between 3 and 60"}, .key = "points_per_decade"}));
+  EXPECT_TRUE(is_problem(problems[0], {.values = {"-1 s", "0 s"}, .key = "averaging"}));
+  EXPECT_TRUE(is_problem(problems[1], {.values = {"1000", "3", "60"}, .key = "points_per_decade"}));
 }
 
 /// A servo accelerometer of 150 Hz, 0.6 on the shaker of the catalogue, read at 2 kHz.

@@ -27,10 +27,9 @@ void require_values(const Controller& declaration, const ControllerCommand& comm
   Problems problems;
   for (const auto& [name, value] : request.values) {
     if (std::ranges::find(command.takes, name) == command.takes.end())
-      problems.push_back(
-          say("{}: {} takes no '{}' (it takes: {})", Name{declaration.name}, Name{tumble::name(command.verb)}, name,
-              command.takes.empty() ? Sentence("nothing")
-                                    : say("{}", fmt::join(command.takes, ", "))));
+      problems.push_back(say("{}: {} takes no '{}' (it takes: {})", Name{declaration.name},
+                             Name{tumble::name(command.verb)}, name,
+                             command.takes.empty() ? Sentence("nothing") : say("{}", fmt::join(command.takes, ", "))));
     if (!std::isfinite(value)) problems.push_back(say("{}: {} is not a number", Name{declaration.name}, Name{name}));
   }
   for (const auto& name : command.requires_)

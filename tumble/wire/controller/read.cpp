@@ -31,9 +31,8 @@ std::map<std::string, std::string> settings_of(const toml::table& document,
     }
   for (const auto& [name, value] : wanted) {
     if (!settings.contains(name))
-      declared.draft.add(
-          say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
-              known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", "))));
+      declared.draft.add(say("there is no setting '{}'{} (settings: {})", Name{name}, did_you_mean(name, known),
+                             known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", "))));
     settings[name] = value;
   }
   return settings;

@@ -268,7 +268,8 @@ void read_commands(Section& root, Declared& declared) {
   std::ranges::sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [place, word] : order)
     if (const auto* table = all->get(word)->as_table())
-      if (auto command = command_at(word, *table, declared)) declared.controller.commands.push_back(std::move(*command));
+      if (auto command = command_at(word, *table, declared))
+        declared.controller.commands.push_back(std::move(*command));
   for (auto& command : declared.controller.commands) resolve_same(command, declared, root);
 }
 

@@ -161,7 +161,8 @@ FrameLayout like(tables::Section& section, const Declared& declared) {
 
 void read_layout(const toml::table& table, Declared& declared) {
   const auto title = table["name"].value_or(std::string());
-  tables::Section section = declared.draft.section(table, title.empty() ? Sentence("[[frame]]") : say("[[frame]] '{}'", title));
+  tables::Section section =
+      declared.draft.section(table, title.empty() ? Sentence("[[frame]]") : say("[[frame]] '{}'", title));
   FrameLayout layout = like(section, declared);
   section.find("name");
   layout.name = title.empty() ? std::to_string(declared.codec.frames.size() + 1) : title;

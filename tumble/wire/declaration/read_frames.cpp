@@ -76,9 +76,8 @@ void read_variants(Section& root, const std::vector<std::string>& wanted, Declar
     }
   for (const auto& name : wanted)
     if (std::ranges::find(known, name) == known.end())
-      declared.draft.add(
-          say("there is no variant '{}'{} (variants: {})", Name{name}, did_you_mean(name, known),
-              known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", "))));
+      declared.draft.add(say("there is no variant '{}'{} (variants: {})", Name{name}, did_you_mean(name, known),
+                             known.empty() ? Sentence("none") : say("{}", fmt::join(known, ", "))));
 }
 
 FrameVector::Value stated_value(Section& section, std::string_view key, const toml::node& node, const Unit& unit,
