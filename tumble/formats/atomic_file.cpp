@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string reason(int code) { return std::system_category().message(code); }
-
 /// The file a chain of links leads to, which need not exist yet; or the path itself.
 fs::path resolved(const fs::path& path) {
   constexpr int longest_chain = 40;  // as the system has it
