@@ -67,7 +67,7 @@ TEST(Archive, SaysWhatAnAddressHoldsThatIsNoArchive) {
       << "This is a text, and it is long enough to be taken for a header of a database file.\n";
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("text.db")}, .part = "not a database"},
                       refusal(folder.file("text.db"))));
-  std::ofstream(folder.file("empty.db"));
+  std::ofstream(folder.file("empty.db")) << "";
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {folder.file("empty.db")}, .pattern = "holds no archive"},
                       refusal(folder.file("empty.db"))));
   const Refused lost = refusal("postgresql://me:secret@/none?host=" + folder.path.string());
