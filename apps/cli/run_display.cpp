@@ -78,7 +78,7 @@ void RunDisplay::show(const RunView& view) {
 std::string note_line(const Note& note, double time, Language language) {
   if (is_everyday(note.kind, note.phase)) return "";
   const std::string kind =
-      padded(in_language(language, Sentence(std::string(name(note.kind)))), 10, TextColumn::Align::left);
+      padded(in_language(language, Sentence(std::string(name(note.kind)).c_str())), 10, TextColumn::Align::left);
   return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, in_language(language, note.text));
 }
 
