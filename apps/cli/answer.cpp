@@ -33,11 +33,7 @@ std::optional<Prompt> open_question(const nlohmann::json& state) {
 nlohmann::json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
   if (const auto* answer = std::get_if<PromptAnswer>(&order))
     return {{"order", "answer"}, {"prompt", answer->prompt}, {"choice", answer->choice}, {"who", who}};
-  const auto kind = std::get<RunOrder>(order).kind;
-  const char* const word = kind == RunOrder::Kind::abort    ? "abort"
-                           : kind == RunOrder::Kind::resume ? "resume"
-                                                            : "pause";
-  return {{"order", word}, {"who", who}};
+  return {{"order", desk_word(std::get<RunOrder>(order).kind)}, {"who", who}};
 }
 
 Sentence question_text(const Prompt& prompt) {

@@ -25,6 +25,7 @@
 #include "tumble/recorder/quiet_thread.hpp"
 #include "tumble/recorder/recorder_read.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -183,14 +184,11 @@ std::string RunDesk::Inner::take_order(RunOrder::Kind kind, const std::string& w
 }
 
 std::string RunDesk::Inner::take_order(const Json& request) {
-  using Kind = RunOrder::Kind;
-  static const std::map<std::string, Kind> kinds{
-      {"pause", Kind::pause_at_checkpoint}, {"resume", Kind::resume}, {"stop", Kind::stop}, {"abort", Kind::abort}};
   const auto order = request.value("order", ""), who = request.value("who", "");
   if (who.empty() || who.size() > 200) return problem("an order needs a name: who gives it");
   if (!ending.empty()) return problem("the run has ended");
   const std::lock_guard lock(mutex);
-  if (const auto kind = kinds.find(order); kind != kinds.end()) return take_order(kind->second, who);
+  if (const auto kind = find_order(order)) return take_order(*kind, who);
   if (order != "answer") return problem(say("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
   const int number = request.value("prompt", 0);
   const auto choice = request.value("choice", "");
