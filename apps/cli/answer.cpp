@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/desk/run_desk.hpp"
-#include "tumble/language/said.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -22,7 +22,8 @@ std::optional<Prompt> open_question(const nlohmann::json& state) {
   const nlohmann::json& open = state["view"]["prompt"];
   Prompt prompt;
   prompt.id = open.at("id");
-  prompt.text = open.at("text");
+  const std::string text = open.at("text");  // all that the desk of an earlier version says
+  prompt.text = open.contains("text_said") ? sentence_from_json(open["text_said"].dump()) : Sentence(text);
   prompt.choices = open.at("choices").get<std::vector<std::string>>();
   prompt.standard = open.at("standard");
   return prompt;
@@ -32,31 +33,29 @@ std::optional<Prompt> open_question(const nlohmann::json& state) {
 nlohmann::json request_of(const decltype(RunEvent::what)& order, const std::string& who) {
   if (const auto* answer = std::get_if<PromptAnswer>(&order))
     return {{"order", "answer"}, {"prompt", answer->prompt}, {"choice", answer->choice}, {"who", who}};
-  const auto kind = std::get<RunOrder>(order).kind;
-  const char* const word = kind == RunOrder::Kind::abort    ? "abort"
-                           : kind == RunOrder::Kind::resume ? "resume"
-                                                            : "pause";
-  return {{"order", word}, {"who", who}};
+  return {{"order", desk_word(std::get<RunOrder>(order).kind)}, {"who", who}};
 }
 
-std::string question_text(const Prompt& prompt) {
-  return fmt::format("{}\n  answer one of: {} (standard: {})\n", prompt.text, fmt::join(prompt.choices, ", "),
-                     prompt.standard);
+Sentence question_text(const Prompt& prompt) {
+  return say("{}\n  answer one of: {} (standard: {})\n", prompt.text, fmt::join(prompt.choices, ", "),
+             Name{prompt.standard});
 }
 
-std::string state_text(const nlohmann::json& state) {
+Sentence state_text(const nlohmann::json& state) {
   if (!state["view"].is_object()) return "the run is being prepared\n";
   const nlohmann::json& view = state["view"];
-  return fmt::format("{}  {}  segment {} of {} '{}', {} left\n", view.value("time_text", ""), view.value("phase", ""),
-                     std::min(view.value("segment", 0) + 1, static_cast<int>(view["segments"].size())),
-                     view["segments"].size(), view.value("label", ""), view.value("left_text", ""));
+  return say("{}  {}  segment {} of {} '{}', {} left\n", Name{view.value("time_text", "")},
+             Name{view.value("phase", "")},
+             std::min(view.value("segment", 0) + 1, static_cast<int>(view["segments"].size())), view["segments"].size(),
+             view.value("label", ""), Name{view.value("left_text", "")});
 }
 
 int run(const AnswerArguments& arguments, const Terminal& terminal) {
   const nlohmann::json state = nlohmann::json::parse(ask_desk(arguments.run, R"({"ask":"state"})"));
   const auto open = open_question(state);
   if (arguments.word.empty()) {
-    print(said_in(terminal.language, state_text(state) + (open ? question_text(*open) : "no question is open\n")));
+    print_said(terminal, state_text(state));
+    print_said(terminal, open ? question_text(*open) : Sentence("no question is open\n"));
     return 0;
   }
   if (arguments.who.empty())

@@ -165,7 +165,7 @@ int run(const RecordArguments& arguments, const Terminal& terminal) {
   print(display.result() + "\n" + to_text(outcome.sealed.findings, terminal.width, terminal.language));
   note(terminal, say("wrote {}", Name{outcome.sealed.path}));
   if (!outcome.store.empty()) note(terminal, say("the live store is kept in {}", Name{outcome.store}));
-  if (!outcome.whole) complain(terminal, Sentence(outcome.ending));
+  if (!outcome.whole) complain(terminal, outcome.ending);
   flush_live_output();
   return outcome.whole ? 0 : bad_data;
 }

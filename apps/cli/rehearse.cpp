@@ -12,7 +12,6 @@
 #include "run_display.hpp"
 #include "tumble/desk/archived_run.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/language/said.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -76,10 +75,9 @@ int run(const RehearseArguments& arguments, const Terminal& terminal) {
     rehearsal.company.show_every = rehearsal.speed > 0.0 ? 0.5 * rehearsal.speed : 30.0;
     rehearsed = rehearse(rehearsal, {});
   }
-  print(said_in(terminal.language,
-                fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
-                            rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated),
-                            wall_time() - begin)));
+  print_said(terminal, say("\n{}: {}\n{} rehearsed in {:.1f} s\n", Name{arguments.plan},
+                           said_ending(rehearsed.end.ending, rehearsed.end.text), Name{duration(rehearsed.simulated)},
+                           wall_time() - begin));
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, say("wrote {}", Name{sealed.path}));
   if (archive && !rehearsed.recordings.empty())
     note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));

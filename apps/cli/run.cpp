@@ -14,7 +14,6 @@
 #include "tumble/desk/run_plan.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/confinement.hpp"
-#include "tumble/language/said.hpp"
 #include "tumble/recorder/recorder_read.hpp"
 #include "tumble/rehearsal/served_rig.hpp"
 #include "tumble/station/guard.hpp"
@@ -219,8 +218,7 @@ int carry_on(PlannedRunAtStation& run, const ArchiveOptions& to_archive, const T
   desk.ended(end);
   display.end();
   try {
-    print(
-        said_in(terminal.language, fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text)));
+    print_said(terminal, say("\n{}\n", said_ending(end.ending, end.text)));
   } catch (const Error&) {  // nobody reads it; the run is kept and sealed all the same
   }
   if (end.ending != RunEnding::complete) {

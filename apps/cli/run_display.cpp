@@ -68,7 +68,7 @@ void RunDisplay::show(const RunView& view) {
                       Name{hours_text(view.acknowledged)}, view.frames, view.lost, view.damaged));
   text += axes_text(view, terminal_) + "\n" + channels_text(view, terminal_);
   text += estimates_text(view, terminal_);
-  if (view.prompt) text += "\n" + said_in(terminal_.language, view.prompt->text) + "\n";
+  if (view.prompt) text += "\n" + in_language(terminal_.language, view.prompt->text) + "\n";
   block_.show(
       text + "\n" +
       in_language(terminal_.language, Sentence("p pauses at the next segment, r resumes, Ctrl+C ends the run safely")) +
@@ -78,8 +78,8 @@ void RunDisplay::show(const RunView& view) {
 std::string note_line(const Note& note, double time, Language language) {
   if (is_everyday(note.kind, note.phase)) return "";
   const std::string kind =
-      padded(in_language(language, Sentence(std::string(name(note.kind)))), 10, TextColumn::Align::left);
-  return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, said_in(language, note.text));
+      padded(in_language(language, Sentence(std::string(name(note.kind)).c_str())), 10, TextColumn::Align::left);
+  return fmt::format("{:>9}  {}  {}\n", hours_text(time), kind, in_language(language, note.text));
 }
 
 void RunDisplay::tell(const Note& note, double time) {
@@ -93,8 +93,8 @@ void RunDisplay::ask(const Prompt& prompt) {
   block_.clear();
   std::string choices;
   for (const auto& choice : prompt.choices) choices += (choices.empty() ? "" : ", ") + choice;
-  print(said_in(terminal_.language,
-                fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard)));
+  print_said(terminal_,
+             say("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, Name{choices}, Name{prompt.standard}));
 }
 
 }  // namespace tumble::cli

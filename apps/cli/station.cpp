@@ -20,27 +20,29 @@ struct StationArguments {
   std::string what, station, output;
 };
 
-std::string reply_text(const ControllerReply& reply) {
-  if (!reply.problem.empty()) return "no: " + reply.problem;
-  if (reply.refused) return "refused: " + reply.text;
+Sentence reply_text(const ControllerReply& reply) {
+  if (!reply.problem.empty()) return say("no: {}", reply.problem);
+  if (reply.refused) return say("refused: {}", reply.text);
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   for (const auto& [name, word] : reply.words) add(name + " " + word);
   for (const auto& [name, value] : reply.values) add(fmt::format("{} {:.6g} (SI)", name, value));
-  return text.empty() ? "answered" : text;
+  return text.empty() ? Sentence("answered") : say("{}", Name{text});
 }
 
 /// What was asked and answered, row by row.
 struct Answers {
   TextColumn devices{"device", "", {}, TextColumn::Align::left}, verbs{"asked", "", {}, TextColumn::Align::left},
       answers{"answer", "", {}, TextColumn::Align::left}, times{"ms", "", {}};
+  std::vector<Sentence> said;  ///< the answers, for people
   bool good = true;
 
-  void add(const std::string& device, const std::string& verb, std::string answer, std::string time) {
+  void add(const std::string& device, const std::string& verb, Sentence answer, std::string time) {
     devices.cells.push_back(device);
     verbs.cells.push_back(verb);
-    answers.cells.push_back(std::move(answer));
+    answers.cells.push_back(answer.text());
     times.cells.push_back(std::move(time));
+    said.push_back(std::move(answer));
   }
 };
 
@@ -59,10 +61,10 @@ Answers answers_of(Station station) {
     const bool silent = counts[i].good == 0 && counts[i].damaged.count == 0 && counts[i].skipped_bytes == 0;
     const bool may_be_off = silent && station.power.device;  // a run switches it on
     all.add(station.instruments[i].slot, "stream, 1 s",
-            may_be_off ? fmt::format("silent; {} switches it on when a run begins",
-                                     station.devices[*station.power.device].name)
-                       : fmt::format("{} frames, {} damaged, {} bytes of nothing known", counts[i].good,
-                                     counts[i].damaged.count, counts[i].skipped_bytes),
+            may_be_off
+                ? say("silent; {} switches it on when a run begins", Name{station.devices[*station.power.device].name})
+                : say("{} frames, {} damaged, {} bytes of nothing known", counts[i].good, counts[i].damaged.count,
+                      counts[i].skipped_bytes),
             "");
     all.good = all.good && (counts[i].good > 0 || may_be_off);
   }
@@ -90,8 +92,8 @@ int run(const StationArguments& arguments, const Terminal& terminal) {
     if (!all.good) complain(terminal, "some devices do not answer; nothing was moved");
     return all.good ? 0 : 3;
   }
-  for (TextColumn* column : {&all.verbs, &all.answers})
-    for (std::string& cell : column->cells) cell = said_in(terminal.language, cell);
+  for (std::string& cell : all.verbs.cells) cell = in_language(terminal.language, Sentence(cell.c_str()));
+  for (std::size_t i = 0; i < all.said.size(); ++i) all.answers.cells[i] = in_language(terminal.language, all.said[i]);
   print(table_said(terminal, {all.devices, all.verbs, all.answers, all.times}));
   print_said(terminal, all.good ? "\nall devices answer; nothing was moved\n"
                                 : "\nsome devices do not answer; nothing was moved\n");

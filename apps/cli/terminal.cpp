@@ -85,7 +85,7 @@ void print(std::string_view raw) {
 void print_said(const Terminal& terminal, const Sentence& said) { print(in_language(terminal.language, said)); }
 
 std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns) {
-  for (TextColumn& column : columns) column.name = said_in(terminal.language, column.name);
+  for (TextColumn& column : columns) column.name = in_language(terminal.language, Sentence(column.name.c_str()));
   return text_table(columns, terminal.width);
 }
 
@@ -163,7 +163,8 @@ void ProgressLine::draw() {
   const auto full = static_cast<int>(done_ * width);
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(drawn_at_ - begin_).count();
   put_message(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_,
-                          said_in(language_, what_), seconds > 0 ? fmt::format(", {} s", seconds) : ""));
+                          in_language(language_, Sentence(what_.c_str())),
+                          seconds > 0 ? fmt::format(", {} s", seconds) : ""));
   std::fflush(stderr);
 }
 

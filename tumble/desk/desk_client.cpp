@@ -205,12 +205,13 @@ std::string state_of_ended_run(const std::string& run) {
   using desk_lines::Json;
   Json events = Json::array();
   std::vector<RunRow> rows;
-  std::string ending, reason;
+  std::string ending;
+  Sentence reason;
   std::uint64_t last = 0;
   const StoreContent content = visit_events(run, [&](const StoreItem& item) {
     last = item.sequence;
     const bool ends = item.event && item.event->kind == EventKind::end;
-    if (!ending.empty() && !ends) ending.clear(), reason.clear();  // it was carried on
+    if (!ending.empty() && !ends) ending.clear(), reason = {};  // it was carried on
     if (ends) ending = item.event->text;
     if (item.journal) rows.push_back(*item.journal);
     if (item.journal && item.journal->kind == RunRow::Kind::run_ends) reason = item.journal->reason;
@@ -235,16 +236,15 @@ std::string state_of_ended_run(const std::string& run) {
       progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
   for (const auto& [segment, attempt] : counted_attempts(rows))
     if (segment < progress.size()) progress[segment].status = SegmentProgress::Status::complete;
-  return json_text(Json{{"alive", false},
-                        {"last", last},
-                        {"ending", ending.empty() ? "interrupted" : ending},
-                        {"ending_text", reason},
-                        {"facts", desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")))},
-                        {"view", nullptr},
-                        {"segments", desk_lines::json_of(progress, progress.size())},
-                        {"curves", nullptr},
-                        {"estimates", Json::array()},
-                        {"events", events}});
+  Json state{{"alive", false}, {"last", last}, {"ending", ending.empty() ? "interrupted" : ending}};
+  desk_lines::put_said(state, "ending_text", reason);
+  state["facts"] = desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")));
+  state["view"] = nullptr;
+  state["segments"] = desk_lines::json_of(progress, progress.size());
+  state["curves"] = nullptr;
+  state["estimates"] = Json::array();
+  state["events"] = std::move(events);
+  return json_text(state);
 }
 
 }  // namespace tumble

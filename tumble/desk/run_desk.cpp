@@ -25,6 +25,7 @@
 #include "tumble/recorder/quiet_thread.hpp"
 #include "tumble/recorder/recorder_read.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/station/typed_order.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -105,7 +106,8 @@ struct RunDesk::Inner {
   std::deque<std::pair<std::uint64_t, std::string>> events;  ///< with their sequence numbers
   std::uint64_t last = 0;                                    ///< sequence number up to which all has been said
   std::optional<RunView> view;
-  std::string ending, ending_text;
+  std::string ending;
+  Sentence ending_text;
   desk_lines::Curves curves;
   desk_lines::EstimateHistory estimates;
   std::vector<SharedVisitor> visitors;
@@ -120,6 +122,7 @@ struct RunDesk::Inner {
   std::string take_order(const Json& request);
   std::string take_order(RunOrder::Kind kind, const std::string& who);
   std::string state() const;
+  Json end_json() const;
   void tell(const std::string& name, std::uint64_t sequence, const std::string& json);
   void begin_watch(const SharedVisitor& visitor) const;
   void happened(std::uint64_t sequence, const Json& event);
@@ -181,14 +184,11 @@ std::string RunDesk::Inner::take_order(RunOrder::Kind kind, const std::string& w
 }
 
 std::string RunDesk::Inner::take_order(const Json& request) {
-  using Kind = RunOrder::Kind;
-  static const std::map<std::string, Kind> kinds{
-      {"pause", Kind::pause_at_checkpoint}, {"resume", Kind::resume}, {"stop", Kind::stop}, {"abort", Kind::abort}};
   const auto order = request.value("order", ""), who = request.value("who", "");
   if (who.empty() || who.size() > 200) return problem("an order needs a name: who gives it");
   if (!ending.empty()) return problem("the run has ended");
   const std::lock_guard lock(mutex);
-  if (const auto kind = kinds.find(order); kind != kinds.end()) return take_order(kind->second, who);
+  if (const auto kind = find_order(order)) return take_order(*kind, who);
   if (order != "answer") return problem(say("'{}' is no order (orders: pause, resume, stop, abort, answer)", order));
   const int number = request.value("prompt", 0);
   const auto choice = request.value("choice", "");
@@ -207,11 +207,19 @@ std::string RunDesk::Inner::state() const {
   Json list = Json::array();
   std::string all;
   for (const auto& [sequence, json] : events) all += (all.empty() ? "" : ",") + json;
-  return fmt::format(R"({{"alive":true,"last":{},"ending":{},"ending_text":{},"facts":{},"view":{},"curves":{},)"
+  const std::string values = sentence_to_json(ending_text);
+  const std::string said = values.empty() ? "" : "\"ending_text_said\":" + values + ",";
+  return fmt::format(R"({{"alive":true,"last":{},"ending":{},"ending_text":{},{}"facts":{},"view":{},"curves":{},)"
                      R"("estimates":{},"events":[{}]}})",
-                     last, Json(ending).dump(), json_text(Json(ending_text)), facts,
+                     last, Json(ending).dump(), json_text(Json(ending_text.text())), said, facts,
                      view ? json_text(desk_lines::json_of(*view, speed)) : "null",
                      json_text(desk_lines::json_of(curves)), json_text(desk_lines::json_of(estimates)), all);
+}
+
+Json RunDesk::Inner::end_json() const {
+  Json json{{"ending", ending}};
+  desk_lines::put_said(json, "text", ending_text);
+  return json;
 }
 
 /// "view 1234 {...}" to all who watch.
@@ -251,7 +259,7 @@ void RunDesk::Inner::show(const RunView& now) {
 void RunDesk::Inner::leave() {
   Code ignored;
   acceptor.close(ignored);
-  tell("end", last, json_text(Json{{"ending", ending}, {"text", ending_text}}));
+  tell("end", last, json_text(end_json()));
   for (const auto& visitor : visitors) {
     visitor->leaves = true;
     if (visitor->output.empty()) hang_up(*visitor);
@@ -314,7 +322,7 @@ void RunDesk::ended(const RunEnd& end) {
   asio::post(inner_->context, [this, end] {
     inner_->ending = name(end.ending);
     inner_->ending_text = end.text;
-    inner_->tell("ended", inner_->last, json_text(Json{{"ending", inner_->ending}, {"text", inner_->ending_text}}));
+    inner_->tell("ended", inner_->last, json_text(inner_->end_json()));
   });
 }
 
@@ -367,7 +375,7 @@ RunCompany at_desk(RunDesk& desk, const std::string& folder, const RunFacts& fac
     desk.open(folder, facts, speed);
     return desk.beside(company);
   } catch (const Error& error) {
-    if (company.note) company.note({EventKind::desk, error.what()}, 0.0);
+    if (company.note) company.note({EventKind::desk, reason_of(error)}, 0.0);
     return company;
   }
 }

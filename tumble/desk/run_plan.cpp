@@ -65,8 +65,7 @@ void make_safe(const std::shared_ptr<const Course>& course, const StationParts& 
   const RunEnd end = carry_out(start_state(course), parts, wires, recorder, company);
   if (end.ending == RunEnding::faulted)
     throw Error(Error::Kind::bad_file,
-                say("a run before this one was killed, and the rig cannot be brought to its safe state: {}",
-                    Sentence(end.text.c_str())));
+                say("a run before this one was killed, and the rig cannot be brought to its safe state: {}", end.text));
   guard.disarm();  // a long recording is read before the run goes on
 }
 
@@ -133,13 +132,10 @@ void note_beginning(const PlannedRunAtStation& run, const Station& station, cons
                     Recorder& recorder) {
   note_facts(recorder, run.plan, course, run.who);
   if (!run.rig.empty()) recorder.set("rig", run.rig);
-  if (!run.started.empty()) recorder.event({now, EventKind::clock, {}, run.started, {}});
+  if (!run.started.empty()) recorder.event({now, EventKind::clock, {}, say("{}", Name{run.started}), {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
-    recorder.event({now,
-                    EventKind::accepted,
-                    run.who,
-                    fmt::format("{} ({})", in_a_row(expired, "; ").text(), run.accept_expired),
-                    {}});
+    recorder.event(
+        {now, EventKind::accepted, run.who, say("{} ({})", in_a_row(expired, "; "), Name{run.accept_expired}), {}});
 }
 
 RunCompany company_of(const PlannedRunAtStation& run, const Course& course) {
@@ -172,7 +168,7 @@ RunEnd run_plan(const PlannedRunAtStation& run) {
   Lease lease(station, run.folder);
   relieve_guards(run, lease);
   const std::unique_ptr<LinkWires> links = begun(run, station, clock, lease);
-  const std::string guarded = run.resume ? words_of_guard(run.folder) : "";
+  const Sentence guarded = run.resume ? words_of_guard(run.folder) : Sentence();
   const std::unique_ptr<RigGuard> guard = guard_of(run, station, parts, *links);
   const Wires wires = links->wires();
   if (!lease.left_behind().empty()) make_safe(course, parts, wires, run.folder, run.speed, *guard);

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "tumble/language/said.hpp"
 #include "tumble/recorder/live_store/marks_of_journal.hpp"
 #include "tumble/recorder/live_store/slot_reader.hpp"
 #include "tumble/recorder/recorder_read.hpp"
@@ -112,8 +113,10 @@ struct LiveEstimates::Inner {
       answer.estimate = std::make_shared<const Estimate>(estimator(recording_so_far(so_far, slot), progress));
     } catch (const GivenUp&) {
       answer.problem = "given up";
+    } catch (const Error& error) {
+      answer.problem = reason_of(error);
     } catch (const std::exception& problem) {
-      answer.problem = problem.what();
+      answer.problem = said_by_library(problem.what());
     }
     return answer;
   }

@@ -31,7 +31,7 @@ class LiveEstimates {
     std::string slot;                                    ///< empty: there is only one unit
     double time = 0.0;                                   ///< [s] up to which samples were used
     std::shared_ptr<const Estimate> estimate = nullptr;  ///< null: no estimate, and `problem` says why
-    std::string problem = {};
+    Sentence problem = {};
   };
 
   explicit LiveEstimates(LiveEstimator estimator, LiveEstimatesOptions options = {});

@@ -59,7 +59,7 @@ bool Recorder::flush(double within) { return inner_->writer.flush(within); }
 Acknowledged Recorder::acknowledged() const { return inner_->writer.acknowledged(); }
 std::optional<StoreFailure> Recorder::failure() const { return inner_->writer.failure(); }
 StoreLoad Recorder::load() const { return inner_->writer.load(); }
-bool Recorder::close(double time, const std::string& ending) {
+bool Recorder::close(double time, const Sentence& ending) {
   const bool good = inner_->writer.close(time, ending);
   inner_->view.reset();
   return good;

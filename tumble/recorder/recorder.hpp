@@ -57,7 +57,7 @@ struct StoreEvent {
   double time = 0.0;  ///< [s]
   EventKind kind = EventKind::notice;
   std::string who;  ///< a person, a device, a link; empty: the station
-  std::string text;
+  Sentence text;
   std::string json;                    ///< any more, one JSON value; empty: no more
   std::optional<RunPhase> phase = {};  ///< that is entered
 };
@@ -72,7 +72,7 @@ struct Acknowledged {
 struct StoreFailure {
   enum class Kind { full, disk, overflow };
   Kind kind = Kind::disk;
-  std::string text;  ///< a sentence for a person: what happened, what is kept
+  Sentence text;  ///< what happened, what is kept
 };
 
 /// How hard the recorder has to work.
@@ -138,7 +138,7 @@ class Recorder {
 
   /// The end record at `time` [s], and everything before it, written; nothing may be appended after it. False: the
   /// recording has stopped before.
-  bool close(double time, const std::string& ending);
+  bool close(double time, const Sentence& ending);
 
  private:
   struct Inner;

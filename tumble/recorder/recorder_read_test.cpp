@@ -65,7 +65,7 @@ void record_stream(const std::string& folder, Change change, const std::string& 
     packet.clear();
     if (k % 512 == 15) recorder.flush();
   }
-  if (!ending.empty()) recorder.close(110.0, ending);
+  if (!ending.empty()) recorder.close(110.0, say("{}", Name{ending}));
 }
 
 TEST(StoreReader, GivesAnEvenClockWithoutTheJitterOfTheArrival) {

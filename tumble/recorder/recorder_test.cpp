@@ -135,7 +135,7 @@ TEST(Recorder, StopsWithAReasonWhenMoreWaitsThanMay) {
   EXPECT_LT(items.size(), 1000u);
   EXPECT_EQ(recorder.close(10.0, "stopped"), false);
   auto stored = items_of_store(folder.path);
-  EXPECT_EQ(stored.rbegin()->second.bytes, recorder.failure()->text);
+  EXPECT_EQ(stored.rbegin()->second.bytes, recorder.failure()->text.text());
   stored.erase(std::prev(stored.end()));
   EXPECT_EQ(stored, items) << "what was accepted is kept";
 }

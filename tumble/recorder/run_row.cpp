@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/core/json_text.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -35,6 +36,11 @@ RunRow::Ending row_ending(const std::string& word) {
 std::string_view name(RunPhase phase) { return phase_names.at(static_cast<std::size_t>(phase)); }
 
 std::string_view name(RunEnding ending) { return ending_names.at(static_cast<std::size_t>(ending)); }
+
+Sentence said_ending(RunEnding ending, const Sentence& text) {
+  const char* const word = ending_names.at(static_cast<std::size_t>(ending));
+  return text.empty() ? Sentence(word) : say("{}: {}", word, text);
+}
 
 std::string_view name(EventKind kind) { return event_names.at(static_cast<std::size_t>(kind)); }
 
@@ -71,12 +77,13 @@ std::string text_of(const RunRow& row) {
                {"attempt", row.attempt},
                {"label", row.label},
                {"ending", name(row.ending)},
-               {"reason", row.reason},
+               {"reason", row.reason.text()},
                {"demanded", row.demanded},
                {"achieved", row.achieved},
                {"rule", row.rule},
                {"at_least", row.at_least}};
   if (row.reached) json["reached"] = *row.reached;
+  if (const auto said = sentence_to_json(row.reason); !said.empty()) json["reason_said"] = RowJson::parse(said);
   return json_text(json);
 }
 
@@ -93,7 +100,8 @@ RunRow row_of(const std::string& text) try {
   json.at("attempt").get_to(row.attempt);
   json.at("label").get_to(row.label);
   row.ending = row_ending(json.at("ending").get<std::string>());
-  json.at("reason").get_to(row.reason);
+  const std::string reason = json.at("reason");  // of version 1: all that is known
+  row.reason = json.contains("reason_said") ? sentence_from_json(json_text(json["reason_said"])) : Sentence(reason);
   json.at("demanded").get_to(row.demanded);
   json.at("achieved").get_to(row.achieved);
   json.at("rule").get_to(row.rule);

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 /// The words of a run: its states, its endings, what happens, and the rows of its journal.
 namespace tumble {
 
@@ -35,6 +37,8 @@ const std::vector<RunPhase>& all_phases();
 
 enum class RunEnding { complete, aborted, stopped, failed, error, faulted };
 std::string_view name(RunEnding ending);
+/// "complete: the plan has been carried out": the ending and, where there is one, what is said of it.
+Sentence said_ending(RunEnding ending, const Sentence& text);
 
 /// Kinds of what happens in a run, in the words of its store.
 enum class EventKind {
@@ -92,7 +96,7 @@ struct RunRow {
   int attempt = 0;
   std::string label = {};
   Ending ending = Ending::none;
-  std::string reason = {};
+  Sentence reason = {};
   std::map<std::string, double> demanded = {},
                                 achieved = {};  ///< [SI] by channel: "table.rate"; achieved: the mean read
   std::string rule = {};                        ///< the stopping rule

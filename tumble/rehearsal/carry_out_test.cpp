@@ -98,9 +98,9 @@ TEST(CarryOut, ASilenceGoesOnFromOneSegmentToTheNext) {
   rehearsal.folder = second.file("run");
   rehearsal.faults = {silence_from(begins[1] + 1.0)};
   std::string notes;
-  rehearsal.company.note = [&](const Note& note, double) { notes += note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) { notes += note.text.text() + "\n"; };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text.text();
   EXPECT_NE(notes.find("no sample was received for"), std::string::npos) << notes;
   EXPECT_LT(rehearsed.simulated, begins[5]) << "before the last segment";
 }
@@ -117,7 +117,7 @@ TEST(CarryOut, ASilenceAtTheEndIsSaid) {
   std::vector<std::string> notes;
   rehearsal.company.note = [&](const Note& note, double) { notes.push_back(note.text); };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& text) {
     return text.find("no sample was received in the last") != std::string::npos;
   }));
@@ -133,8 +133,9 @@ TEST(CarryOut, ADiskThatDoesNotAnswerEndsTheRunSafely) {
   rehearsal.company.ask = {};
   rehearsal.company.longest_commit = 0.0;
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text;
-  EXPECT_NE(rehearsed.end.text.find("the disk has not answered for 0 s"), std::string::npos) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text.text();
+  EXPECT_NE(rehearsed.end.text.text().find("the disk has not answered for 0 s"), std::string::npos)
+      << rehearsed.end.text.text();
   EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 1e-4);
 }
 
@@ -154,7 +155,8 @@ TEST(CarryOut, AStoreThatIsRemovedEndsTheRunAtOnceAndSafely) {
     try {
       const Rehearsed rehearsed = rehearse(rehearsal);
       EXPECT_NE(rehearsed.end.ending, RunEnding::complete);
-      EXPECT_NE(rehearsed.end.text.find("was removed or replaced"), std::string::npos) << rehearsed.end.text;
+      EXPECT_NE(rehearsed.end.text.text().find("was removed or replaced"), std::string::npos)
+          << rehearsed.end.text.text();
       EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 1e-4);
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find("live.sqlite"), std::string::npos) << "there is nothing to seal";

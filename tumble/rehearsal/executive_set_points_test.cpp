@@ -76,8 +76,8 @@ TEST(SetPoint, OfTheSafeListThatIsIgnoredIsFaulted) {
   bench.at(100.0, RunOrder{RunOrder::Kind::stop, "operator"});
   EXPECT_EQ(bench.run(1e5), RunEnding::faulted);
   EXPECT_NEAR(bench.ended_at, 100.0 + bench.state.course->station.safe[1].within, 0.5);
-  EXPECT_NE(bench.ended->text.find("climate: 'set_temperature' was not confirmed"), std::string::npos)
-      << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("climate: 'set_temperature' was not confirmed"), std::string::npos)
+      << bench.ended->text.text();
 }
 
 TEST(SetPoint, DoesNotGoFasterThanTheStationAllows) {

@@ -56,7 +56,7 @@ Outcome rehearsed(const ScratchFolder& scratch, const Plan& plan, std::uint64_t 
   rehearsal.recording = scratch.file("run" + std::to_string(seed) + ".h5");
   Outcome outcome;
   rehearsal.company.note = [&](const Note& note, double) {
-    outcome.notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+    outcome.notes += std::string(name(note.kind)) + ": " + note.text.text() + "\n";
   };
   outcome.rehearsed = rehearse(rehearsal);
   outcome.recording = read_recording(rehearsal.recording, {}, {});
@@ -78,7 +78,7 @@ double sd_of(const Estimate& estimate, const char* name) {
 TEST(LiveEstimates, ASegmentEndsByItsRuleAndTheResultSaysSo) {
   const ScratchFolder scratch;
   const Outcome outcome = rehearsed(scratch, plan_of(scratch, resting(rule_of_one)));
-  ASSERT_EQ(outcome.rehearsed.end.ending, RunEnding::complete) << outcome.rehearsed.end.text;
+  ASSERT_EQ(outcome.rehearsed.end.ending, RunEnding::complete) << outcome.rehearsed.end.text.text();
   ASSERT_EQ(outcome.recording.marks.size(), 1u);
   const Mark& mark = outcome.recording.marks.front();
   EXPECT_GE(mark.end - mark.begin, 120.0);
@@ -130,7 +130,7 @@ TEST(LiveEstimates, ARunOverTcpEndsByItsRuleToo) {
   ServedRig rig(plan, station, fast);
   auto run = testing::run_over_tcp(plan, station, scratch.file("run"), fast);
   const RunEnd end = run_plan(run);
-  ASSERT_EQ(end.ending, RunEnding::complete) << end.text;
+  ASSERT_EQ(end.ending, RunEnding::complete) << end.text.text();
   const auto rows = journal_of(run.folder);
   const auto row = std::ranges::find(rows, RunRow::Kind::segment_ends, &RunRow::kind);
   ASSERT_NE(row, rows.end());
@@ -158,7 +158,7 @@ TEST(LiveEstimates, ARuleIsForAllUnitsThatAreStillThere) {
   rehearsal.faults = {
       {.kind = FaultKind::drop_link, .name = "it", .about = "b", .at = 100.0, .lasts = 1e9, .ends = "complete"}};
   const Rehearsed rehearsed = rehearse(rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   const auto rows = journal_of(rehearsal.folder);
   const auto row = std::ranges::find(rows, RunRow::Kind::segment_ends, &RunRow::kind);
   ASSERT_NE(row, rows.end());
@@ -176,7 +176,7 @@ TEST(LiveEstimates, ARunThatIsCarriedOnHasItsSamplesAgain) {
   ASSERT_TRUE(estimates.begin(1e4));
   const auto answers = estimates.finished();
   ASSERT_EQ(answers.size(), 1u);
-  ASSERT_TRUE(answers[0].estimate) << answers[0].problem;
+  ASSERT_TRUE(answers[0].estimate) << answers[0].problem.text();
   // The file has the samples in deg/s, so that their last digit is rounded.
   const double expected = find_parameter(outcome.estimate, "bias")->value, sd = sd_of(outcome.estimate, "bias");
   EXPECT_NEAR(find_parameter(*answers[0].estimate, "bias")->value, expected, 1e-9 * sd);

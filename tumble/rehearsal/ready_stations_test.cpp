@@ -41,7 +41,7 @@ Estimate found_at(const std::string& plan, const std::string& station, std::uint
   rehearsal.folder = scratch.file("run");
   rehearsal.recording = scratch.file("run.h5");
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   return identify(rehearsal.plan, {rehearsal.recording}, std::size_t{1} << 30, {});
 }
 

@@ -38,7 +38,7 @@ struct Bench {
     rehearsal.folder = scratch.file("run");
     rehearsal.recording = scratch.file("run.h5");
     rehearsal.company.note = [this](const Note& note, double time) {
-      notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text + "\n";
+      notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text.text() + "\n";
     };
   }
   void fault(FaultKind kind, const std::string& about, double by = 0.0, double at = at_fault) {
@@ -70,7 +70,7 @@ void expect_safe_within(FaultKind kind, const std::string& cable, double decided
   const double braking = si(120.0, "deg/s") / bench.rehearsal.plan.rig.number("max_acceleration");
   const Rehearsed rehearsed = rehearse(bench.rehearsal);
   EXPECT_TRUE(rehearsed.end.ending == RunEnding::stopped || rehearsed.end.ending == RunEnding::failed)
-      << rehearsed.end.text << "\n"
+      << rehearsed.end.text.text() << "\n"
       << bench.notes;
   EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), at_rest);
   // 1 s: sending, four polls, and the look at the state of the run every 0.1 s
@@ -88,7 +88,7 @@ TEST(PulledCable, OfASupplyLeadsToTheSafeStateInTime) {
     Bench bench(turning(3, 60.0));
     bench.fault(kind, "supply");
     const Rehearsed rehearsed = rehearse(bench.rehearsal);
-    EXPECT_NE(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+    EXPECT_NE(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
     EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), at_rest) << bench.notes;
     EXPECT_LE(rehearsed.simulated - at_fault, 10.0 + 10.0 + 2.0) << "lost_after and the deadline of the safe list";
   }
@@ -100,8 +100,8 @@ TEST(PulledCable, OfTheTableIsSaidAloudInTime) {
     Bench bench(turning(3, 60.0));
     bench.fault(kind, "table");
     const Rehearsed rehearsed = rehearse(bench.rehearsal);
-    EXPECT_EQ(rehearsed.end.ending, RunEnding::faulted) << rehearsed.end.text;
-    EXPECT_NE(rehearsed.end.text.find("THE RIG IS NOT SAFE"), std::string::npos) << rehearsed.end.text;
+    EXPECT_EQ(rehearsed.end.ending, RunEnding::faulted) << rehearsed.end.text.text();
+    EXPECT_NE(rehearsed.end.text.text().find("THE RIG IS NOT SAFE"), std::string::npos) << rehearsed.end.text.text();
     EXPECT_LE(rehearsed.simulated - at_fault, decided + 10.0 + 1.0) << "the deadline of the safe list is 10 s";
   }
 }
@@ -118,7 +118,7 @@ TEST(SeveralUnits, TheOthersCompleteThePlanWhenOneDies) {
   bench.rehearsal.plan.limits = {{"scale_factor_asymmetry", {}, Quantity{1000.0, Unit::parse("ppm")}, ""}};
   bench.fault(FaultKind::drop_link, "b", 0.0, 60.0);
   const Rehearsed rehearsed = rehearse(bench.rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text << bench.notes;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text() << bench.notes;
   EXPECT_NE(bench.notes.find("unit"), std::string::npos) << bench.notes;
   ASSERT_EQ(rehearsed.recordings.size(), 3u);
   std::map<std::string, std::string> file;
@@ -150,7 +150,7 @@ TEST(SeveralUnits, TheRunEndsWhenAllAreNeeded) {
   bench.rehearsal.station->all_units = true;
   bench.fault(FaultKind::drop_link, "b", 0.0, 60.0);
   const Rehearsed rehearsed = rehearse(bench.rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text.text();
   EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), at_rest);
 }
 
@@ -159,7 +159,7 @@ TEST(DriftingTable, TheRateThatWasMeasuredEntersTheEstimate) {
   Bench bench(load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {}));
   bench.fault(FaultKind::wrong_set_point, "table", 0.006 * degree, 0.0);
   const Rehearsed rehearsed = rehearse(bench.rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   const Plan& plan = bench.rehearsal.plan;
   const Estimate estimate = identify(gather(plan, {bench.rehearsal.recording}, {}), {});
   const Parameter* const bias = parameter_of(estimate, "bias");
@@ -191,7 +191,7 @@ TEST(LateOperator, FindsTheRigAtRestInTheMorning) {
     return orders;
   };
   const Rehearsed rehearsed = rehearse(bench.rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_TRUE(answered);
   EXPECT_GT(rehearsed.simulated, night);
   EXPECT_LE(fastest, at_rest);

@@ -148,14 +148,14 @@ TEST_P(RehearsedFault, EndsAsExpectedAndLeavesTheRigSafe) {
   rehearsal.faults = {one.fault};
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double time) {
-    notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text + "\n";
+    notes += std::to_string(time) + " " + std::string(name(note.kind)) + ": " + note.text.text() + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
   EXPECT_TRUE(one.ends.contains(rehearsed.end.ending))
-      << name(rehearsed.end.ending) << ": " << rehearsed.end.text << "\n"
+      << name(rehearsed.end.ending) << ": " << rehearsed.end.text.text() << "\n"
       << notes.substr(0, 3000);
   if (rehearsed.end.ending == RunEnding::faulted)
-    EXPECT_NE(rehearsed.end.text.find("THE RIG IS NOT SAFE"), std::string::npos) << "a person is told";
+    EXPECT_NE(rehearsed.end.text.text().find("THE RIG IS NOT SAFE"), std::string::npos) << "a person is told";
   else
     for (const auto& [axis, reading] : rehearsed.axes)
       if (axis != "temperature" && axis != "chamber") {
@@ -178,9 +178,9 @@ TEST(RehearsedFaults, AChamberAtAnotherTemperatureThanAskedStopsTheRunAndIsNamed
   rehearsal.folder = scratch.file("run");
   rehearsal.faults = {fault(FaultKind::wrong_set_point, "chamber", for_ever, 5.0)};
   std::string notes;
-  rehearsal.company.note = [&](const Note& note, double) { notes += note.text + "\n"; };
+  rehearsal.company.note = [&](const Note& note, double) { notes += note.text.text() + "\n"; };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, stopped) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, stopped) << rehearsed.end.text.text();
   // the air departs from its set point by 0.1 K, one standard deviation
   EXPECT_NE(notes.find("chamber has not settled within 1800 s: it reads "), std::string::npos) << notes;
   EXPECT_NE(notes.find(" K from the demand, the tolerance is 0.5 K"), std::string::npos) << notes;

@@ -49,7 +49,7 @@ void expect_missing_at_their_places(FaultKind kind, double part) {
   auto rehearsal = rehearsal_at(spoiled.file("run"), plan);
   rehearsal.faults = {{.kind = kind, .about = "unit", .at = 5.0, .lasts = 90.0, .by = part, .ends = "complete"}};
   const auto whole = rehearse(rehearsal_at(sound.file("run"), plan)), less = rehearse(rehearsal);
-  ASSERT_EQ(less.end.ending, RunEnding::complete) << less.end.text;
+  ASSERT_EQ(less.end.ending, RunEnding::complete) << less.end.text.text();
   const Recording expected = read_recording(whole.recordings.at(0).path, {}, {});
   const Recording found = read_recording(less.recordings.at(0).path, {}, {});
   ASSERT_EQ(found.channels.size(), expected.channels.size());
@@ -101,8 +101,9 @@ TEST(RehearsedRecording, ADiskThatFailsOrIsFullStopsTheRunSafely) {
       const Rehearsed rehearsed = rehearse(rehearsal);
       ASSERT_GE(disk.calls(), at) << "the fault has not happened";
       if (rehearsed.end.ending == RunEnding::complete) continue;  // the tidying up of a checkpoint may fail
-      EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text;
-      EXPECT_NE(rehearsed.end.text.find("the recording has stopped"), std::string::npos) << rehearsed.end.text;
+      EXPECT_EQ(rehearsed.end.ending, RunEnding::stopped) << rehearsed.end.text.text();
+      EXPECT_NE(rehearsed.end.text.text().find("the recording has stopped"), std::string::npos)
+          << rehearsed.end.text.text();
       EXPECT_LE(std::abs(rehearsed.axes.at("table").rate), 0.01 * degree);
       const auto items = items_of_store(rehearsal.folder);
       EXPECT_FALSE(items.empty());
@@ -166,7 +167,7 @@ TEST(RehearsedRecording, ARunThatWasKilledIsCarriedOnAndGivesTheSameResult) {
   for (const std::uint64_t at : kills_at) {
     const ScratchFolder place;
     const Rehearsed resumed = killed_and_resumed(plan, at, place.file("run"));
-    ASSERT_EQ(resumed.end.ending, RunEnding::complete) << "call " << at << ": " << resumed.end.text;
+    ASSERT_EQ(resumed.end.ending, RunEnding::complete) << "call " << at << ": " << resumed.end.text.text();
     const Recording recording = read_recording(resumed.recordings.at(0).path, {}, {});
     EXPECT_EQ(recording.marks.size(), plan.schedule.size()) << "no segment counts twice, call " << at;
     // Two measurements, each with this uncertainty.
@@ -206,8 +207,8 @@ TEST(RehearsedRecording, ALateOperatorFindsTheRigHeldAndGoesOn) {
   };
   rehearsal.company.note = [&](const Note& note, double time) {
     now = time;
-    held |= note.kind == EventKind::prompt && note.text.find("held") != std::string::npos;
-    late_answer_refused |= note.kind == EventKind::refused && note.text.find("is closed") != std::string::npos;
+    held |= note.kind == EventKind::prompt && note.text.text().find("held") != std::string::npos;
+    late_answer_refused |= note.kind == EventKind::refused && note.text.text().find("is closed") != std::string::npos;
   };
   rehearsal.company.show_every = 60.0;
   rehearsal.company.show = [&](const RunView& view) { now = view.time; };
@@ -222,7 +223,7 @@ TEST(RehearsedRecording, ALateOperatorFindsTheRigHeldAndGoesOn) {
     return orders;
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_TRUE(held) << "nobody answered, and the rig was not held";
   EXPECT_TRUE(late_answer_refused);
   EXPECT_GT(rehearsed.simulated, hour);
@@ -232,7 +233,7 @@ TEST(RehearsedRecording, FoldersMayHaveAnyName) {
   const ScratchFolder scratch;
   const auto rehearsed =
       rehearse(rehearsal_at(scratch.file("\xe8\xbd\xac\xe5\x8f\xb0 run 'one' #1"), plan_for_recording(1, 10.0)));
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   ASSERT_EQ(rehearsed.recordings.size(), 1u);
   EXPECT_GT(read_recording(rehearsed.recordings[0].path, {}, {}).channels.size(), 0u);
 }

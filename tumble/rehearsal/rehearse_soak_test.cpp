@@ -65,7 +65,7 @@ TEST(RehearsedSoak, HoldsNoMoreAtTheEndThanAfterTheFirstPart) {
     if (view.time < std::min(1.0, 0.5 * hours) * hour) first = last;
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_GT(rehearsed.simulated, hours * hour);
   EXPECT_EQ(last.handles, first.handles);
   // What waits for the disk is 16 MiB at most (rehearse), and its copy in the writer; an item that was never given

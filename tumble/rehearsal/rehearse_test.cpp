@@ -40,7 +40,7 @@ TEST(Rehearse, AScaleFactorTestEndsCompleteAndFindsTheTruth) {
   const ScratchFolder scratch;
   const Rehearsal rehearsal = rehearsal_of("gyro_scale_factor", scratch);
   const Rehearsed rehearsed = rehearse(rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   ASSERT_EQ(rehearsed.recordings.size(), 1u);
 
   const Recording recording = read_recording(rehearsal.recording, {}, {});

@@ -108,7 +108,7 @@ TEST(RunDesk, AQuestionIsAnsweredFromElsewhereAndNothingThatHappensIsMissed) {
   EXPECT_TRUE(run.refusal(answer).empty());
   EXPECT_TRUE(refused(closed, answer)) << "it is answered once";
   run.finish();
-  EXPECT_EQ(run.end.ending, RunEnding::complete) << run.end.text;
+  EXPECT_EQ(run.end.ending, RunEnding::complete) << run.end.text.text();
 
   std::vector<std::uint64_t> seen;
   std::uint64_t last = 0;
@@ -148,7 +148,7 @@ TEST(RunDesk, ARunIsPausedCarriedOnAndStoppedFromElsewhere) {
   run.state_when([](const Json& now) { return !is_in(now, "paused"); });
   EXPECT_EQ(ask_desk(run.folder, R"({"order":"stop","who":"Li Wei"})"), R"({"taken":true})");
   run.finish();
-  EXPECT_EQ(run.end.ending, RunEnding::stopped) << run.end.text;
+  EXPECT_EQ(run.end.ending, RunEnding::stopped) << run.end.text.text();
   EXPECT_FALSE(process_at_desk(run.folder));
   EXPECT_FALSE(std::filesystem::exists(std::filesystem::path(run.folder) / desk_name));
   EXPECT_TRUE(refuses(Error::Kind::unsupported, Asked{.values = {run.folder}, .pattern = "does not go on"}, [&] {

@@ -48,7 +48,7 @@ TEST(RunPlan, APlanIsCarriedOutOverTcp) {
   })) << "its calibration has expired";
   run.accept_expired = "the laboratory is closed";
   const RunEnd end = run_plan(run);
-  EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
+  EXPECT_EQ(end.ending, RunEnding::complete) << end.text.text();
   EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   Disk disk;
   const auto sealed = seal(scratch.file("run"), disk);
@@ -74,7 +74,7 @@ TEST(RunPlan, APlanIsCarriedOutOverSerialLines) {
   for (std::size_t d = 0; d < devices; ++d) station.devices[d].link = rig.addresses()[d] + ":115200";
   station.instruments[0].link = rig.addresses()[devices] + ":921600";
   const RunEnd end = run_plan(run_over_tcp(plan, station, scratch.file("run"), fast));
-  EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
+  EXPECT_EQ(end.ending, RunEnding::complete) << end.text.text();
   EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
   Disk disk;
   const auto sealed = seal(scratch.file("run"), disk);
@@ -243,7 +243,7 @@ TEST(RunPlan, AKilledProcessLeavesARunThatIsTakenOverAndCarriedOn) {
     run.resume = true;
     std::filesystem::create_directory(run.folder + "/takeover");  // it was taken over before, and killed again
     const RunEnd end = run_plan(run);
-    EXPECT_EQ(end.ending, RunEnding::complete) << end.text;
+    EXPECT_EQ(end.ending, RunEnding::complete) << end.text.text();
     EXPECT_TRUE(std::filesystem::exists(run.folder + "/takeover-2")) << "the safe list comes first";
     EXPECT_LE(std::abs(rig.end().at("table").rate), standing);
     const GivenItems after = items_of_store(run.folder);

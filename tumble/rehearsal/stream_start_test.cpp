@@ -80,7 +80,7 @@ TEST(StreamStart, AUnitThatIsSilentUntilItIsStartedIsRecorded) {
   Rehearsal rehearsal = commanded_rehearsal(scratch);
   shorten(rehearsal);
   const Rehearsed rehearsed = rehearse(rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   const std::string start = "=CONFIG,1\n=FMT,A\n=CONFIG,0\n";
   EXPECT_EQ(sent_to_units(rehearsal.folder), start + "=CONFIG,1\n=OFF\n");
   const Recording recording = read_recording(rehearsal.recording, {}, {});
@@ -96,7 +96,7 @@ TEST(StreamStart, ItIsStartedAgainInEachPowerUp) {
   for (Segment& segment : rehearsal.plan.schedule) segment.duration = std::min(segment.duration, 20.0);
   ASSERT_EQ(rehearsal.plan.schedule.back().run, power_ups);
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_EQ(times_in(sent_to_units(rehearsal.folder), "=CONFIG,0\n"), static_cast<std::size_t>(power_ups));
   for (const Finding& finding : read_recording(rehearsal.recording, {}, {}).findings)
     EXPECT_TRUE(finding.severity == Finding::Severity::info) << finding.code;
@@ -124,11 +124,11 @@ TEST(StreamStart, AUnitThatIsNotStartedDropsOutBeforeAnythingMoves) {
   bool moved = false;
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double) {
-    moved = moved || note.text.ends_with("-> moving");
-    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+    moved = moved || note.text.text().ends_with("-> moving");
+    notes += std::string(name(note.kind)) + ": " + note.text.text() + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text;
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::failed) << rehearsed.end.text.text();
   EXPECT_FALSE(moved) << notes;
   EXPECT_NE(notes.find("its stream has not started within 30 s"), std::string::npos) << notes;
   EXPECT_NE(notes.find("did not answer '=CONFIG,1.' with 'CONFIG,1' within 2 s"), std::string::npos) << notes;
@@ -141,7 +141,7 @@ TEST(StreamStart, TheSafeStopStopsTheStream) {
   rehearsal.faults = {
       {.kind = FaultKind::limit_trip, .name = "it", .about = "table", .at = 45.0, .lasts = 1e9, .ends = "stopped"}};
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_NE(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  EXPECT_NE(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
   EXPECT_TRUE(sent_to_units(rehearsal.folder).ends_with("=CONFIG,1\n=OFF\n")) << sent_to_units(rehearsal.folder);
 }
 

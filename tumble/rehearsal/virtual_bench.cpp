@@ -157,7 +157,10 @@ struct VirtualBench::Inner {
       if (single.size() > 1 && (axis >= one.device.axes.size() || one.device.axes[axis].empty())) continue;
       ControllerReply part = answer(rig, now, one.device, each);
       part.refused |= reply.refused;
-      part.text = reply.text + (reply.text.empty() || part.text.empty() ? "" : "; ") + part.text;
+      if (part.text.empty())
+        part.text = reply.text;
+      else if (!reply.text.empty())
+        part.text = say("{}; {}", reply.text, part.text);
       reply = std::move(part);
     }
     reply.verb = request.verb;

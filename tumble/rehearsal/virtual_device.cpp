@@ -34,7 +34,7 @@ struct Asked {
   void refuse(const std::string& why) {
     if (why.empty()) return;
     reply.refused = true;
-    reply.text += (reply.text.empty() ? "" : "; ") + why;
+    reply.text = reply.text.empty() ? say("{}", Name{why}) : say("{}; {}", reply.text, Name{why});
   }
   void order(const Motion& motion) {
     if (!reply.refused) refuse(rig.command(time, axis, motion));

@@ -103,6 +103,17 @@ std::string problems_to_json(std::string_view code, const Problems& problems, La
   return json_text(all);
 }
 
+std::string sentence_to_json(const Sentence& said) {
+  const bool is_text = said.pattern == "{}" && !said.values.empty() && said.values.front().kind == ValueKind::text;
+  return said.empty() || is_text ? std::string() : json_text(json_of_said(said));
+}
+
+Sentence sentence_from_json(const std::string& text) try {
+  return said_of_json(ProblemJson::parse(text));
+} catch (const ProblemJson::exception& error) {
+  throw Error(Error::Kind::bad_file, say("a sentence cannot be read: {}", error.what()));
+}
+
 CodedProblems coded_problems_from_json(const std::string& text) try {
   CodedProblems found;
   for (const auto& json : ProblemJson::parse(text)) {

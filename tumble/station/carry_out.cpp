@@ -1,7 +1,5 @@
 #include "tumble/station/carry_out.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -88,9 +86,9 @@ class Conductor {
       if (!end_) look_around();
     }
     for (InstrumentLine& instrument : instruments_) instrument.finish();
-    for (const std::string& words : floods_.dropped()) perform(Note{EventKind::flood, words});
+    for (const Sentence& words : floods_.dropped()) perform(Note{EventKind::flood, words});
     if (company_.over) company_.over();
-    recorder_.close(wires_.now(), std::string(name(end_->ending)));
+    recorder_.close(wires_.now(), say("{}", Name{std::string(name(end_->ending))}));
     events_of_store_.tell();
     return *end_;
   }
@@ -149,7 +147,7 @@ class Conductor {
   void stream_lost(const InstrumentLine& instrument, const LinkEvent& event) {
     if (state_.recording) return take(UnitFailed{instrument.slot(), event.reason}, event.time);
     perform(Note{EventKind::link,
-                 fmt::format("the stream of the unit in slot {} has ended: {}", instrument.slot(), event.reason)});
+                 say("the stream of the unit in slot {} has ended: {}", Name{instrument.slot()}, event.reason)});
   }
 
   void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
@@ -160,7 +158,7 @@ class Conductor {
 
   /// What is taken of the bytes of a link. One that floods hides what others say: it stops the rig.
   std::string_view unflooded(const LinkEvent& event) {
-    return floods_.take(event, [&](const std::string& why) { take(MustStop{why}, event.time); });
+    return floods_.take(event, [&](const Sentence& why) { take(MustStop{why}, event.time); });
   }
 
   void take_orders(double now) {
@@ -172,7 +170,7 @@ class Conductor {
   /// What nobody sends: time, orders, the state of the disk.
   void look_around() {
     const double now = wires_.now();
-    if (const std::string stopped = company_.looked ? company_.looked() : ""; !stopped.empty())
+    if (const Sentence stopped = company_.looked ? company_.looked() : Sentence(); !stopped.empty())
       take(MustStop{stopped}, now);
     look_at_devices(now);
     look_at_starts(now);
@@ -202,8 +200,8 @@ class Conductor {
     for (std::size_t d = 0; d < devices_.size(); ++d) {
       replied(d, devices_[d].line.at(now), now);
       if (const auto untold = devices_[d].words.take_untold(now); untold > 0)
-        perform(Note{EventKind::reply, fmt::format("{}: {} more lines that nobody asked for",
-                                                   state_.course->station.devices[d].name, untold)});
+        perform(Note{EventKind::reply, say("{}: {} more lines that nobody asked for",
+                                           Name{state_.course->station.devices[d].name}, untold)});
     }
   }
 
@@ -213,14 +211,14 @@ class Conductor {
     if (rows_.look(recorder_.acknowledged().sequence, now)) take(RowsStored{rows_.stored()}, now);
     if (store_failed_ || !rows_.is_overdue()) return;
     store_failed_ = true;
-    take(StoreFailed{fmt::format("the disk has not answered for {:.3g} s", company_.longest_commit)}, now);
+    take(StoreFailed{say("the disk has not answered for {:.3g} s", company_.longest_commit)}, now);
   }
 
   /// Commands of instruments that were not answered are sent again.
   void look_at_starts(double now) {
     for (InstrumentLine& instrument : instruments_)
-      if (const std::string missing = instrument.at(now); !missing.empty())
-        perform(Note{EventKind::stream, fmt::format("slot {}: {}", instrument.slot(), missing)});
+      if (const Sentence missing = instrument.at(now); !missing.empty())
+        perform(Note{EventKind::stream, say("slot {}: {}", Name{instrument.slot()}, missing)});
   }
 
   /// A unit whose stream has ended without notice: a cable that was pulled, a link that is half open.
@@ -229,7 +227,7 @@ class Conductor {
       const double silence = state_.recording ? instrument.silence(hearing_, now) : 0.0;
       if (silence == 0.0) continue;
       instrument.give_up();  // it is said once
-      take(UnitFailed{instrument.slot(), fmt::format("no sample was received for {:.3g} s", silence)}, now);
+      take(UnitFailed{instrument.slot(), say("no sample was received for {:.3g} s", silence)}, now);
     }
   }
 
@@ -237,7 +235,7 @@ class Conductor {
   void say_silence(const std::string& segment, double now) {
     for (const InstrumentLine& instrument : instruments_)
       if (const auto text = instrument.missing(hearing_, now); !text.empty())
-        perform(Note{EventKind::stream, fmt::format("slot {}: {} of segment '{}'", instrument.slot(), text, segment)});
+        perform(Note{EventKind::stream, say("slot {}: {} of segment '{}'", Name{instrument.slot()}, text, segment)});
   }
 
   /// What interlocks and settle rules look at is told as soon as it has arrived.

@@ -92,7 +92,7 @@ struct RunCompany {
   /// stands while the disk works.
   double longest_commit = std::numeric_limits<double>::infinity();
   /// Is called with each look at the rig. Returned: why somebody else has stopped the rig; empty: nobody has.
-  std::function<std::string()> looked = {};
+  std::function<Sentence()> looked = {};
   std::function<void()> over = {};     ///< nobody looks at the rig any more; what was recorded is written still
   LiveEstimates* estimates = nullptr;  ///< stopping rules need it
 };

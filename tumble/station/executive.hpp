@@ -14,6 +14,7 @@
 #include "tumble/recorder/run_row.hpp"
 #include "tumble/station/station_file.hpp"
 #include "tumble/tasks/stopping_rule.hpp"
+#include "tumble/units/sentence.hpp"
 #include "tumble/wire/controller.hpp"
 
 namespace tumble {
@@ -45,7 +46,8 @@ struct DeviceReply {
   ControllerReply reply;
 };
 struct LinkLost {
-  std::string device, reason;
+  std::string device;
+  Sentence reason;
 };
 struct LinkUp {
   std::string device;
@@ -56,7 +58,8 @@ struct ChannelValues {
 };
 /// A unit under test, or its stream, has failed.
 struct UnitFailed {
-  std::string slot, reason;
+  std::string slot;
+  Sentence reason;
 };
 struct EstimateNow {
   std::string slot, parameter;
@@ -76,7 +79,7 @@ struct RunOrder {
   std::string who = {};
 };
 struct StoreFailed {
-  std::string reason;
+  Sentence reason;
 };
 /// So many rows of the journal, from the first of this state, are on the disk.
 struct RowsStored {
@@ -85,7 +88,7 @@ struct RowsStored {
 /// Ends the run by the safe list for a reason that the shell sees and that no other event has: a device that floods its
 /// link.
 struct MustStop {
-  std::string reason;
+  Sentence reason;
 };
 struct RunEvent {
   double time = 0.0;  ///< [s] of the station's clock
@@ -120,7 +123,7 @@ struct StreamSwitch {
 };
 struct Prompt {
   int id = 0;
-  std::string text;
+  Sentence text;
   std::vector<std::string> choices;
   std::string standard;              ///< the choice that is offered
   double deadline = 0.0;             ///< [s]
@@ -135,12 +138,12 @@ struct WakeAt {
 };
 struct Note {
   EventKind kind = EventKind::notice;
-  std::string text;
+  Sentence text;
   std::optional<RunPhase> phase = {};  ///< that is entered
 };
 struct RunEnd {
   RunEnding ending = RunEnding::complete;
-  std::string text;  ///< for a person
+  Sentence text;  ///< for a person
 };
 using RunAction =
     std::variant<Ask, RecordSwitch, JournalEntry, StreamSwitch, Prompt, PromptClosed, WakeAt, Note, RunEnd>;
@@ -268,9 +271,9 @@ struct ExecutiveState {
   std::map<std::string, KnownChannel> channels;
   std::vector<InterlockProgress> interlocks;
   std::vector<SafeProgress> safe;
-  std::map<std::string, double> by_hand;        ///< where a person has put these axes
-  std::vector<std::string> units_out;           ///< slots
-  std::map<std::string, std::string> failures;  ///< of commands that are outstanding: what went wrong, by device
+  std::map<std::string, double> by_hand;     ///< where a person has put these axes
+  std::vector<std::string> units_out;        ///< slots
+  std::map<std::string, Sentence> failures;  ///< of commands that are outstanding: what went wrong, by device
   std::optional<OpenPrompt> prompt;
   int prompts = 0;
   int failed_attempts = 0;  ///< of this segment, one after the other
@@ -293,7 +296,7 @@ struct ExecutiveState {
   std::optional<double> held_since;         ///< [s] since when a motion waits for its row
   double decided = 0.0;                     ///< [s] when stopping was decided
   RunEnding ending = RunEnding::complete;
-  std::string reason;
+  Sentence reason;
   std::optional<double> wake;
 };
 

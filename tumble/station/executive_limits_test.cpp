@@ -51,7 +51,7 @@ TEST(ExecutiveLimits, AnAxisThatRunsOutOfItsTravelIsStopped) {
   EXPECT_EQ(bench.run(1000.0), RunEnding::stopped);
   // 1.8 deg beyond, two readings of 0.1 s, and the way of the brakes: 20 deg/s at 2 rad/s^2 take 1.8 deg
   EXPECT_LT(bench.true_position("table"), si(90.0 + 1.8 + 20.0 * 0.3 + 2.0, "deg"));
-  EXPECT_NE(bench.ended->text.find("table has left its travel"), std::string::npos) << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("table has left its travel"), std::string::npos) << bench.ended->text.text();
 }
 
 TEST(ExecutiveLimits, AnAxisOutsideOfItsTravelMayComeBack) {
@@ -59,7 +59,7 @@ TEST(ExecutiveLimits, AnAxisOutsideOfItsTravelMayComeBack) {
   station.axes[0].highest = si(-5.0, "deg");
   station.axes[0].lowest = si(-90.0, "deg");
   ExecutiveBench bench(bench_course({bench_segment("back", 5.0, {{"table", {.value = si(-45.0, "deg")}}})}, station));
-  EXPECT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text;
+  EXPECT_EQ(bench.run(1000.0), RunEnding::complete) << bench.ended->text.text();
 }
 
 TEST(ExecutiveLimits, AlarmsOfADeviceAreAskedForAndStopTheRun) {

@@ -34,7 +34,8 @@ TEST(Executive, BecomesSafeOnTheOtherLinksAtOnceWhenALinkIsLost) {
     EXPECT_LE(stop->time - decided, 0.1);
     EXPECT_TRUE(bench.faults_of_order.empty());
     EXPECT_EQ(bench.true_rate("table"), 0.0);
-    EXPECT_NE(bench.ended->text.find("climate: 'hold' was not confirmed"), std::string::npos) << bench.ended->text;
+    EXPECT_NE(bench.ended->text.text().find("climate: 'hold' was not confirmed"), std::string::npos)
+        << bench.ended->text.text();
   }
 }
 
@@ -44,7 +45,7 @@ TEST(Executive, DecidesThatATableIsLostAfterTheDeclaredSilence) {
   EXPECT_EQ(bench.run(1000.0), RunEnding::faulted);
   EXPECT_LE(bench.phase_began.at("stopping"), 10.0 + bench.reply_after + 0.5 + 1e-9);
   EXPECT_GE(bench.phase_began.at("stopping"), 10.0 + 0.5 - 0.1 - 0.01);
-  EXPECT_NE(bench.ended->text.find("emergency stop of servo"), std::string::npos) << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("emergency stop of servo"), std::string::npos) << bench.ended->text.text();
 }
 
 TEST(Executive, SendsTheStopOnASilentLinkTooBecauseItMayArrive) {
@@ -91,9 +92,9 @@ TEST(Executive, TakesItsOwnSleepForNoSilenceOfTheDevices) {
     EXPECT_EQ(bench.run(10000.0), RunEnding::complete) << began;
     const auto late = std::ranges::find(bench.notes, EventKind::late, &Note::kind);
     ASSERT_NE(late, bench.notes.end());
-    EXPECT_TRUE(late->text.find(" for 99.9 s") != std::string::npos ||
-                late->text.find(" for 100 s") != std::string::npos)
-        << late->text;
+    EXPECT_TRUE(late->text.text().find(" for 99.9 s") != std::string::npos ||
+                late->text.text().find(" for 100 s") != std::string::npos)
+        << late->text.text();
   }
 }
 
@@ -133,7 +134,7 @@ TEST(Executive, RefusesAnotherDeviceAtTheLink) {
   station.devices[0].identity = "SN 8";
   ExecutiveBench bench(bench_course(table_schedule(), station));
   EXPECT_EQ(bench.run(1000.0), RunEnding::error);
-  EXPECT_NE(bench.ended->text.find("does not contain 'SN 8'"), std::string::npos) << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("does not contain 'SN 8'"), std::string::npos) << bench.ended->text.text();
   EXPECT_EQ(asked_for(bench, ControllerVerb::position).size(), 0u);
 }
 

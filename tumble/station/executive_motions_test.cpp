@@ -71,7 +71,7 @@ TEST(ExecutiveMotions, ATableThatTurnsFasterThanItWasToldIsStoppedWithinSeconds)
     ASSERT_EQ(bench.run(1000.0), RunEnding::stopped) << size;
     // It takes its brakes of 2 rad/s^2 1.5 s at most to turn so, it does so for a second, and two polls see it.
     EXPECT_LE(bench.state.decided, 20.0 + 1.5 + 1.0 + 0.3) << size;
-    EXPECT_NE(bench.ended->text.find("table turns at"), std::string::npos) << bench.ended->text;
+    EXPECT_NE(bench.ended->text.text().find("table turns at"), std::string::npos) << bench.ended->text.text();
   }
 }
 
@@ -82,7 +82,8 @@ TEST(ExecutiveMotions, ARateAboveThatOfTheStationStopsTheRunAtOnce) {
   bench.fault({.kind = Fault::off_rate, .device = "servo", .from = 20.0, .size = 0.7});
   ASSERT_EQ(bench.run(1000.0), RunEnding::stopped);
   EXPECT_LE(bench.state.decided, 20.0 + 0.6) << "two readings, a tenth of a second apart, after the table has changed";
-  EXPECT_NE(bench.ended->text.find("the station allows 30 deg/s"), std::string::npos) << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("the station allows 30 deg/s"), std::string::npos)
+      << bench.ended->text.text();
 }
 
 TEST(ExecutiveMotions, AccelerationIsNoMotionOfItsOwn) {

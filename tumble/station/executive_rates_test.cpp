@@ -40,7 +40,7 @@ TEST(ExecutiveRates, WeighTheResolutionOfAReadingOverASecond) {
   bench.reads_rate = false;
   bench.resolution = 1e-3 * degree;
   ASSERT_EQ(bench.run(200.0), RunEnding::complete);
-  for (const auto& row : bench.rows) EXPECT_NE(row.ending, RunRow::Ending::failed) << row.reason;
+  for (const auto& row : bench.rows) EXPECT_NE(row.ending, RunRow::Ending::failed) << row.reason.text();
 }
 
 }  // namespace

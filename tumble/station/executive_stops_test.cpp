@@ -32,7 +32,7 @@ TEST(Executive, AsksAPersonWhenAChamberIsTooSlow) {
   bench.answering = [](const Prompt&) { return std::pair(60.0, std::string("repeat")); };
   EXPECT_EQ(bench.run(1e4), RunEnding::complete);
   ASSERT_EQ(bench.prompts.size(), 2u);  // 900 s each, and then 150 s more
-  EXPECT_NE(bench.prompts[0].text.find("chamber has not settled within 900 s"), std::string::npos);
+  EXPECT_NE(bench.prompts[0].text.text().find("chamber has not settled within 900 s"), std::string::npos);
   EXPECT_EQ(bench.prompts[0].at_deadline, "hold");
   const auto ends = rows_of_kind(bench, RunRow::Kind::segment_ends);
   ASSERT_EQ(ends.size(), 3u);
@@ -111,8 +111,9 @@ TEST(Executive, DoesNotAcceptARateOutOfTolerance) {
   ExecutiveBench bench(bench_course(table_schedule(), station));
   bench.fault({.kind = Fault::off_rate, .device = "servo", .size = 1e-3});  // 0.02 deg/s, twice the tolerance
   EXPECT_EQ(bench.run(1000.0), RunEnding::failed);
-  EXPECT_NE(bench.ended->text.find("reads 0.02 deg/s from the demand, the tolerance is 0.01 deg/s"), std::string::npos)
-      << bench.ended->text;
+  EXPECT_NE(bench.ended->text.text().find("reads 0.02 deg/s from the demand, the tolerance is 0.01 deg/s"),
+            std::string::npos)
+      << bench.ended->text.text();
 }
 
 TEST(Executive, StatesTheRateThatWasMeasured) {
@@ -230,8 +231,8 @@ TEST(Executive, SaysToAPersonThatTheRigIsNotSafe) {
   EXPECT_EQ(bench.run(1000.0), RunEnding::faulted);
   EXPECT_EQ(bench.state.phase, RunPhase::faulted);
   EXPECT_NEAR(bench.ended_at, 20.0 + bench.state.course->station.safe[0].within, 5.0 * bench.reply_after);
-  EXPECT_EQ(bench.ended->text.rfind("THE RIG IS NOT SAFE. servo: 'stop' was not confirmed within 5 s", 0), 0u)
-      << bench.ended->text;
+  EXPECT_EQ(bench.ended->text.text().rfind("THE RIG IS NOT SAFE. servo: 'stop' was not confirmed within 5 s", 0), 0u)
+      << bench.ended->text.text();
 }
 
 TEST(Executive, SendsAStopAgainOnlyAfterItHasReadTheRate) {

@@ -186,21 +186,21 @@ RigGuard::~RigGuard() {
 void RigGuard::arm() { inner_->shared->armed = true; }
 void RigGuard::disarm() { inner_->shared->armed = false; }
 
-std::string RigGuard::looked() {
+Sentence RigGuard::looked() {
   ++inner_->shared->looks;
   if (inner_->shared->acted && !std::exchange(inner_->told, true))
     return "nobody looked at the rig for too long, and the guard of the run has stopped it";
   char byte;
   const bool is_there = inner_->line < 0 || recv(inner_->line, &byte, 1, MSG_PEEK | MSG_DONTWAIT) != 0;
-  if (is_there) return "";
+  if (is_there) return {};
   close(std::exchange(inner_->line, -1));
   guard::line_of_guard = -1;
   inner_->end_process();
   try {
     inner_->begin();
-    return "";
+    return {};
   } catch (const Error& error) {
-    return fmt::format("the guard of the run was ended: {}", error.what());
+    return say("the guard of the run was ended: {}", reason_of(error));
   }
 }
 
@@ -255,9 +255,9 @@ void relieve_guard(const std::string& run) {
     throw Error(Error::Kind::bad_file, say("the guard of the run '{}' has not ended: is the run going on?", run));
 }
 
-std::string words_of_guard(const std::string& run) {
+Sentence words_of_guard(const std::string& run) {
   const int file = guard::open_note(guard::note_path(run), O_RDONLY);
-  if (file < 0) return "";
+  if (file < 0) return {};
   std::istringstream lines(guard::read_note(file));
   close(file);
   std::string line, head;
@@ -269,14 +269,14 @@ std::string words_of_guard(const std::string& run) {
     else
       head = line, done.clear();
   }
-  if (head.empty()) return "";
+  if (head.empty()) return {};
   const auto space = head.find(' ');
-  const std::string time = guard::utc_text(head.substr(0, space));
+  const Name time{guard::utc_text(head.substr(0, space))};
   if (head.substr(space + 1) == "silent")
-    return fmt::format("the run did not look at its rig at {}; its guard: {}; no device has confirmed it", time,
-                       fmt::join(done, ", "));
-  return fmt::format("the process of the run ended without a word at {}; its guard: {}; no device has confirmed it",
-                     time, fmt::join(done, ", "));
+    return say("the run did not look at its rig at {}; its guard: {}; no device has confirmed it", time,
+               fmt::join(done, ", "));
+  return say("the process of the run ended without a word at {}; its guard: {}; no device has confirmed it", time,
+             fmt::join(done, ", "));
 }
 
 }  // namespace tumble

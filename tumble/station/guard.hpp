@@ -46,7 +46,7 @@ class RigGuard {
   void disarm();  ///< it is at rest, and nobody looks at it for a while
   /// The rig was looked at. A guard that is not there any more is replaced. Returned: why the guard has stopped the
   /// rig, or must; empty: all is well.
-  std::string looked();
+  Sentence looked();
   void link_changed(std::size_t wire, int descriptor);
   void dismiss();  ///< the rig is safe, or people know that it is not
 
@@ -65,6 +65,6 @@ void leave_rig_to_guard();
 void relieve_guard(const std::string& run);
 
 /// Actions of the guard of a run, as a sentence; empty: none.
-std::string words_of_guard(const std::string& run);
+Sentence words_of_guard(const std::string& run);
 
 }  // namespace tumble

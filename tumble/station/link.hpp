@@ -34,7 +34,7 @@ struct LinkEvent {
   std::size_t link = 0;
   double time = 0.0;       ///< [s] of the clock given
   std::string bytes;       ///< received
-  std::string reason;      ///< lost: a sentence
+  Sentence reason;         ///< lost: why
   std::uint16_t port = 0;  ///< up: of our door at which the other side came in
 };
 

@@ -29,7 +29,7 @@ std::string received_by(Links& links, std::size_t link, std::size_t count) {
   while (bytes.size() < count && steady_seconds() < until)
     for (const LinkEvent& event : links.wait(0.1)) {
       if (event.link != link) continue;
-      if (event.kind == LinkEvent::Kind::lost) return bytes + "|" + event.reason;
+      if (event.kind == LinkEvent::Kind::lost) return bytes + "|" + event.reason.text();
       bytes += event.bytes;
     }
   return bytes;

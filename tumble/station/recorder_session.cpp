@@ -135,7 +135,7 @@ class Session {
 
   /// The time of day beside that of the recording, once a minute.
   void note_wall_clock() {
-    recorder_->event({now(), EventKind::clock, {}, world_.wall(), {}});
+    recorder_->event({now(), EventKind::clock, {}, say("{}", Name{world_.wall()}), {}});
     next_wall_clock_ = now() + 60.0;
   }
 
@@ -149,13 +149,13 @@ class Session {
       received_ += event.bytes.size();
       if (event.kind != LinkEvent::Kind::lost) continue;
       recorder_->event({event.time, EventKind::link_lost, instrument_.link.name, event.reason, {}});
-      end("the link was lost: " + event.reason);
+      end(say("the link was lost: {}", event.reason));
     }
     if (const auto failure = recorder_->failure()) end(failure->text);
     return outcome_.whole;
   }
 
-  void end(const std::string& reason) {
+  void end(const Sentence& reason) {
     if (!outcome_.whole) return;
     outcome_.whole = false;
     outcome_.ending = reason;
@@ -187,7 +187,7 @@ class Session {
       throw Error(Error::Kind::bad_data,
                   say("{}: {}; compare the declaration and the rate of the line, or use --no-start for an "
                       "instrument that streams already",
-                      Name{instrument_.link.name}, Name{line_.at(now())}));
+                      Name{instrument_.link.name}, line_.at(now())));
     }
   }
 
@@ -198,11 +198,10 @@ class Session {
     if (received_ == 0) fs::remove_all(folder_, ignored);
     const std::string& link = instrument_.link.name;
     if (received_ == 0)
-      throw Error(
-          Error::Kind::bad_data,
-          say("{}: {}", Name{link}, outcome_.whole ? Sentence("nothing was received") : Sentence(outcome_.ending)));
+      throw Error(Error::Kind::bad_data,
+                  say("{}: {}", Name{link}, outcome_.whole ? Sentence("nothing was received") : outcome_.ending));
     Problems problems;
-    if (!outcome_.whole) problems.push_back(Sentence(outcome_.ending));
+    if (!outcome_.whole) problems.push_back(outcome_.ending);
     problems.push_back(
         say("{}: no frame of {} was found in {} bytes; compare the declaration and the rate of the "
             "line (the bytes: `tumble seal {} --raw FILE.raw`)",
@@ -243,8 +242,8 @@ class Session {
         return seal(folder_, disk);
       } catch (const Error& error) {
         Problems problems = error.problems;
-        problems.insert(problems.begin(), outcome_.whole ? Problem("the recording cannot be sealed")
-                                                         : Problem(Sentence(outcome_.ending)));
+        problems.insert(problems.begin(),
+                        outcome_.whole ? Problem("the recording cannot be sealed") : Problem(outcome_.ending));
         problems.push_back(say("what was recorded is kept in '{}'; `tumble seal {}` seals it", folder_, Name{folder_}));
         throw Error(error.kind, problems);
       }

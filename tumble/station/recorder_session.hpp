@@ -39,8 +39,8 @@ struct RecordWorld {
 };
 
 struct RecordOutcome {
-  std::string ending;  ///< "complete", or why it ended before
-  bool whole = true;   ///< it ended because its time was over, or somebody wanted it to
+  Sentence ending;    ///< "complete", or why it ended before
+  bool whole = true;  ///< it ended because its time was over, or somebody wanted it to
   SealedRecording sealed;
   std::string store;  ///< the folder of the store, where it is kept; empty: removed
 };

@@ -121,7 +121,7 @@ TEST(Record, RecordsAnInstrumentOverTcpAndOverASerialLine) {
         EXPECT_EQ(std::isnan(channel.last), channel.noise.count() == 0) << channel.channel.name;
     };
     const RecordOutcome outcome = record(request_for(device, folder), outside);
-    EXPECT_TRUE(outcome.whole) << outcome.ending;
+    EXPECT_TRUE(outcome.whole) << outcome.ending.text();
     EXPECT_GT(shown, 2);
     EXPECT_EQ(folder.entries(), 1u) << "the store is removed";
     const Recording recording = read_recording(outcome.sealed.path, {}, {});
@@ -161,7 +161,7 @@ TEST(Record, SealsWhatWasAcknowledgedBeforeTheDiskFailedOrWasFull) {
     outside.show = [&](const RecordView& view) { on_disk = view.on_disk; };
     const RecordOutcome outcome = record(request, outside);
     EXPECT_FALSE(outcome.whole);
-    EXPECT_NE(outcome.ending.find(words), std::string::npos) << outcome.ending;
+    EXPECT_NE(outcome.ending.text().find(words), std::string::npos) << outcome.ending.text();
     EXPECT_EQ(outcome.store, folder.file("fog.run"));
     ASSERT_GT(on_disk, 0.1);
     double last = 0.0;

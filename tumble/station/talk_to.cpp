@@ -1,7 +1,5 @@
 #include "tumble/station/talk_to.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "tumble/station/conduct/device_line.hpp"
@@ -18,7 +16,7 @@ ControllerReply answer_of(conduct::DeviceLine& line, std::size_t wire, const Con
                           const Wires& wires, double timeout) {
   ControllerReply reply;
   reply.verb = request.verb;
-  reply.problem = fmt::format("no answer within {:g} s", timeout);
+  reply.problem = say("no answer within {:g} s", timeout);
   const double until = wires.now() + timeout;
   auto replies = line.ask(request, wires.now());
   for (;;) {

@@ -32,5 +32,13 @@ TEST(TypedOrder, AnEmptyLineMeansNothingWithoutAQuestion) {
   EXPECT_FALSE(order_of_line("done", std::nullopt, "Li"));
 }
 
+TEST(DeskOrder, EachWordIsFoundAgain) {
+  using Kind = RunOrder::Kind;
+  for (const Kind kind : {Kind::pause_at_checkpoint, Kind::resume, Kind::stop, Kind::abort})
+    EXPECT_EQ(find_order(desk_word(kind)), kind);
+  EXPECT_EQ(desk_word(Kind::start), "");
+  EXPECT_FALSE(find_order(""));
+}
+
 }  // namespace
 }  // namespace tumble

@@ -31,9 +31,9 @@ struct ControllerReply {
   ControllerVerb verb{};                          ///< of the request, or `notice`
   std::map<std::string, double> values = {};      ///< [SI]
   std::map<std::string, std::string> words = {};  ///< {"state", "moving"}
-  bool refused = false;      ///< the controller understood and said no, or reads back another value
-  std::string text = {};     ///< why; of a notice, the text
-  std::string problem = {};  ///< not empty: bytes that are no answer; the request stays outstanding
+  bool refused = false;   ///< the controller understood and said no, or reads back another value
+  Sentence text = {};     ///< why; of a notice, the text. What the device says is a name in it
+  Sentence problem = {};  ///< not empty: bytes that are no answer; the request stays outstanding
   int axis = 1;
 };
 
@@ -272,7 +272,7 @@ class ControllerHost {
   void take_body(std::string body, std::vector<ControllerReply>& replies);
   void accept(const ControllerReply& part, std::vector<ControllerReply>& replies);
   void end(ControllerReply reply, std::vector<ControllerReply>& replies);
-  ControllerReply problem(const std::string& text) const;
+  ControllerReply problem(const Sentence& what) const;
   std::map<std::string, double> values_to_send(const ControllerExchange& exchange) const;
   void remember();
   void forget_motions();

@@ -32,8 +32,8 @@ TEST(ControllerHttp, ReadsMessagesInChunks) {
 TEST(ControllerHttp, ReportsWhatIsNoMessageAndReadsTheNext) {
   const auto replies = replies_to_read("rubbish\r\n" + level_of_2_g);
   ASSERT_EQ(replies.size(), 2u);
-  EXPECT_NE(replies[0].problem.find("'rubbish<0D><0A>' is no message of HTTP"), std::string::npos)
-      << replies[0].problem;
+  EXPECT_NE(replies[0].problem.text().find("'rubbish<0D><0A>' is no message of HTTP"), std::string::npos)
+      << replies[0].problem.text();
   EXPECT_NEAR(replies[1].values.at("acceleration"), 2.0 * 9.80665, 1e-6);
 }
 
@@ -51,7 +51,7 @@ TEST(ControllerHttp, AcceptsNoReplyWithoutTheValue) {
     const auto replies =
         replies_to_read("HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
     ASSERT_EQ(replies.size(), 1u) << text;
-    EXPECT_NE(replies[0].problem.find("unknown reply"), std::string::npos) << replies[0].problem;
+    EXPECT_NE(replies[0].problem.text().find("unknown reply"), std::string::npos) << replies[0].problem.text();
   }
 }
 

@@ -159,7 +159,7 @@ TEST(ControllerHost, ReportsWhatIsNoAnswerAndGoesOnWaiting) {
   host.ask({ControllerVerb::read, {}, 1});
   const auto problem_after = [&](const std::string& bytes) {
     const auto replies = host.feed(bytes);
-    return replies.size() == 1 && replies[0].values.empty() ? replies[0].problem : "not one problem";
+    return replies.size() == 1 && replies[0].values.empty() ? replies[0].problem.text() : "not one problem";
   };
   EXPECT_NE(problem_after(line("OK V")).find("is a reply to 'rate'"), std::string::npos);
   EXPECT_NE(problem_after("$R X 1.000*00\r\n").find("wrong checksum"), std::string::npos);
@@ -173,7 +173,7 @@ TEST(ControllerHost, ReportsWhatIsNoAnswerAndGoesOnWaiting) {
   const auto replies = host.feed(line("R X -1.500"));
   ASSERT_EQ(replies.size(), 1u);
   EXPECT_DOUBLE_EQ(replies[0].values.at("position"), si(-1.5, "deg"));
-  EXPECT_NE(host.feed(line("R X 1.0"))[0].problem.find("although nothing was asked"), std::string::npos);
+  EXPECT_NE(host.feed(line("R X 1.0"))[0].problem.text().find("although nothing was asked"), std::string::npos);
 }
 
 TEST(ControllerHost, FindsTheReplyBehindACutLine) {
@@ -182,7 +182,7 @@ TEST(ControllerHost, FindsTheReplyBehindACutLine) {
   host.ask({ControllerVerb::read, {}, 1});
   const auto replies = host.feed("$R X 1.0" + line("R X 2.000"));
   ASSERT_EQ(replies.size(), 2u);
-  EXPECT_NE(replies[0].problem.find("stands before"), std::string::npos);
+  EXPECT_NE(replies[0].problem.text().find("stands before"), std::string::npos);
   EXPECT_DOUBLE_EQ(replies[1].values.at("position"), si(2.0, "deg"));
 }
 
@@ -198,7 +198,7 @@ TEST(ControllerHost, RefusesByErrorTextsAndByValuesThatComeBackOtherwise) {
   host.ask({ControllerVerb::position, {{"position", si(10.0, "deg")}}, 1});
   replies = host.feed(line("OK 11.000"));
   ASSERT_EQ(replies.size(), 1u);
-  EXPECT_TRUE(replies[0].refused && replies[0].values.empty()) << replies[0].text;
+  EXPECT_TRUE(replies[0].refused && replies[0].values.empty()) << replies[0].text.text();
 }
 
 TEST(ControllerHost, SaysWhatIsMissingWhenItGivesUp) {

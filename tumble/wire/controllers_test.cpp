@@ -45,7 +45,7 @@ void expect_answered(const Controller& controller, const ControllerRequest& requ
   ASSERT_EQ(conversation.replies.size(), 1u) << "one request, one reply";
   const ControllerReply& reply = conversation.replies.front();
   EXPECT_EQ(reply.problem, "");
-  EXPECT_FALSE(reply.refused) << reply.text;
+  EXPECT_FALSE(reply.refused) << reply.text.text();
   EXPECT_EQ(reply.verb, request.verb);
   EXPECT_EQ(reply.axis, request.axis);
   for (const auto& [name, word] : answer.words) EXPECT_EQ(reply.words.at(name), word) << name;
@@ -212,7 +212,7 @@ TEST(ControllerOf, TakesSettings) {
   EXPECT_EQ(host.ask({ControllerVerb::stop, {}, 2}), ":mode:off 2\r\n");
   const auto replies = host.feed("12345678OK\r\n");
   ASSERT_EQ(replies.size(), 1u);
-  EXPECT_TRUE(is_accepted(replies[0])) << replies[0].problem;
+  EXPECT_TRUE(is_accepted(replies[0])) << replies[0].problem.text();
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.values = {"prefix"}}, [&] {
     controller_of(shipped, {{"prefix", "8"}});
   }));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tumble/desk/run_texts.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/rounding.hpp"
 #include "tumble/units/text_parts.hpp"
@@ -53,6 +54,11 @@ const char* step_of(RunRow::Kind kind) {
 
 }  // namespace
 
+void put_said(Json& json, const std::string& member, const Sentence& said) {
+  json[member] = said.text();
+  if (const auto values = sentence_to_json(said); !values.empty()) json[member + "_said"] = Json::parse(values);
+}
+
 Json json_of(const RunView& view, double speed) {
   Json axes = Json::array(), channels = Json::array(), estimates = Json::array();
   for (const auto& axis : view.axes) {
@@ -97,11 +103,13 @@ Json json_of(const RunView& view, double speed) {
             {"axes", axes},
             {"channels", channels},
             {"estimates", estimates}};
-  if (view.prompt)
-    json["prompt"] = {{"id", view.prompt->id},
-                      {"text", view.prompt->text},
-                      {"choices", view.prompt->choices},
-                      {"standard", view.prompt->standard}};
+  if (view.prompt) {
+    Json prompt{{"id", view.prompt->id}};
+    put_said(prompt, "text", view.prompt->text);
+    prompt["choices"] = view.prompt->choices;
+    prompt["standard"] = view.prompt->standard;
+    json["prompt"] = std::move(prompt);
+  }
   return json;
 }
 
@@ -122,24 +130,29 @@ Json json_of(const EstimateHistory& history) {
 }
 
 Json json_of(std::uint64_t sequence, const StoreEvent& event) {
-  Json json{{"id", sequence},           {"time", drawn(event.time)}, {"time_text", hours_text(event.time)},
-            {"kind", name(event.kind)}, {"who", event.who},          {"text", event.text}};
+  Json json{{"id", sequence},
+            {"time", drawn(event.time)},
+            {"time_text", hours_text(event.time)},
+            {"kind", name(event.kind)},
+            {"who", event.who}};
+  put_said(json, "text", event.text);
   if (is_everyday(event.kind, event.phase)) json["everyday"] = true;
   return json;
 }
 
 Json json_of(std::uint64_t sequence, double time, const RunRow& row) {
-  return {{"id", sequence},
-          {"time", drawn(time)},
-          {"time_text", hours_text(time)},
-          {"kind", "journal"},
-          {"who", ""},
-          {"text", row.label},
-          {"step", step_of(row.kind)},
-          {"segment", row.segment},
-          {"attempt", row.attempt},
-          {"ending", name(row.ending)},
-          {"reason", row.reason}};
+  Json json{{"id", sequence},
+            {"time", drawn(time)},
+            {"time_text", hours_text(time)},
+            {"kind", "journal"},
+            {"who", ""},
+            {"text", row.label},
+            {"step", step_of(row.kind)},
+            {"segment", row.segment},
+            {"attempt", row.attempt},
+            {"ending", name(row.ending)}};
+  put_said(json, "reason", row.reason);
+  return json;
 }
 
 bool is_shown(const StoreItem& item) {

@@ -12,6 +12,9 @@ namespace tumble::desk_lines {
 
 using Json = nlohmann::ordered_json;
 
+/// Adds the English text of a sentence as a member, and its pattern and values as <member>_said.
+void put_said(Json& json, const std::string& member, const Sentence& said);
+
 /// Numbers as they are drawn, and texts of numbers. Times [s] since the begin of this process.
 Json json_of(const RunView& view, double speed);
 Json json_of(const Curves& curves);

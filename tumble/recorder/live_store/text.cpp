@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "tumble/core/json_text.hpp"
+#include "tumble/report/problem_json.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::live_store {
@@ -36,9 +37,10 @@ std::optional<RunPhase> phase_of(const Json& json, const std::string& text) {
 }
 
 StoreEvent event_of(const Json& json, double time) {
-  StoreEvent event{time, event_kind(json.value("kind", "")), json.value("who", ""), json.value("text", ""),
-                   more_of(json)};
-  if (event.kind == EventKind::phase) event.phase = phase_of(json, event.text);
+  const std::string text = json.value("text", "");
+  const Sentence said = json.contains("text_said") ? sentence_from_json(json_text(json["text_said"])) : Sentence(text);
+  StoreEvent event{time, event_kind(json.value("kind", "")), json.value("who", ""), said, more_of(json)};
+  if (event.kind == EventKind::phase) event.phase = phase_of(json, text);
   return event;
 }
 
@@ -84,7 +86,8 @@ auto described(std::string_view text, Read read) {
 void put_event(Chunk& chunk, std::uint64_t sequence, const StoreEvent& event) {
   Json json{{"kind", name(event.kind)}};
   if (!event.who.empty()) json["who"] = event.who;
-  if (!event.text.empty()) json["text"] = event.text;
+  if (!event.text.empty()) json["text"] = event.text.text();
+  if (const auto said = sentence_to_json(event.text); !said.empty()) json["text_said"] = Json::parse(said);
   if (event.phase) json["phase"] = name(*event.phase);
   if (!event.json.empty()) json["more"] = value_of(event.json);
   put_text(chunk, sequence, event.time, json_text(json));

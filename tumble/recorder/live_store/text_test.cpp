@@ -44,6 +44,26 @@ TEST(StoreText, RowsAndEventsComeBack) {
   EXPECT_EQ(back->phase, RunPhase::paused);
 }
 
+TEST(StoreText, SentencesComeBackWithTheirValues) {
+  const Sentence lost = say("the link to {} is lost: {}", Name{"servo"}, Sentence("the other side closed the link"));
+  Chunk event{.kind = StoreItem::Kind::event};
+  put_event(event, 7, {12.5, EventKind::link, "", lost, ""});
+  const auto back = read(StoreItem::Kind::event, event.body).event;
+  ASSERT_TRUE(back && back->text.values.size() == 2);
+  EXPECT_EQ(back->text, lost);
+  EXPECT_EQ(back->text.pattern, "the link to {} is lost: {}");
+  EXPECT_EQ(back->text.values[0].kind, SentenceValue::Kind::name);
+  ASSERT_EQ(back->text.values[1].nested.size(), 1u);
+  RunRow row = end_of_attempt();
+  row.reason = lost;
+  Chunk chunk{.kind = StoreItem::Kind::journal};
+  put_journal(chunk, 7, 12.5, row);
+  const auto read_row = read(StoreItem::Kind::journal, chunk.body).row;
+  ASSERT_TRUE(read_row);
+  EXPECT_EQ(read_row->reason.pattern, lost.pattern);
+  EXPECT_EQ(read_row->reason, lost);
+}
+
 // There each end of an attempt stands twice, as a step of the recorder and as an event with the row.
 TEST(StoreText, ReadsStoresOfVersion1) {
   const Read records =
@@ -70,6 +90,8 @@ TEST(StoreText, AWordOfAnotherVersionIsAnotherEvent) {
   ASSERT_TRUE(event);
   EXPECT_EQ(event->kind, EventKind::other);
   EXPECT_EQ(event->text, "it rains");
+  EXPECT_EQ(event->text.pattern, "{}")
+      << "a store of version 1 has texts alone: no language changes them by their values";
   EXPECT_FALSE(read(StoreItem::Kind::journal, R"({"kind":99})").whole);
 }
 

@@ -89,16 +89,16 @@ void Writer::end_thread() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Writer::fail(StoreFailure::Kind kind, std::string text) {
+void Writer::fail(StoreFailure::Kind kind, Sentence text) {
   if (!failure_) failure_ = StoreFailure{kind, std::move(text)};
 }
 
 /// More waits than may: the disk is too slow. What waits is written still, what comes is refused.
 void Writer::overflow() {
   fail(StoreFailure::Kind::overflow,
-       fmt::format("the disk is too slow: {:.0f} MB waited to be written, and the recording was stopped; everything "
-                   "up to then is kept",
-                   static_cast<double>(front_.bytes()) * 1e-6));
+       say("the disk is too slow: {:.0f} MB waited to be written, and the recording was stopped; everything "
+           "up to then is kept",
+           static_cast<double>(front_.bytes()) * 1e-6));
   front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
 }
 
@@ -160,9 +160,9 @@ void Writer::look_for_store() {
   const std::string path = store_path(folder_);
   const bool store = is_there(path, inode_);
   if (store && is_there(path + "-wal", log_inode_)) return;
-  fail(StoreFailure::Kind::disk, fmt::format("'{}' was removed or replaced while it was written, and the recording was "
-                                             "stopped: what was recorded may be lost",
-                                             store ? path + "-wal" : path));
+  fail(StoreFailure::Kind::disk, say("'{}' was removed or replaced while it was written, and the recording was "
+                                     "stopped: what was recorded may be lost",
+                                     store ? path + "-wal" : path));
 }
 
 /// A full disk: the reserve is given up for what waits and the end record. Any other error: nothing more is written,
@@ -171,15 +171,15 @@ void Writer::handle(const Refusal& refusal, Batch batch, std::unique_lock<std::m
   if (refusal.input_output()) disk_.note_failure();
   if (!refusal.full() || disk_.failed()) {
     fail(StoreFailure::Kind::disk,
-         fmt::format("the disk under '{}' failed ({}), and the recording was stopped; everything that was acknowledged "
-                     "is kept",
-                     folder_, refusal.text));
+         say("the disk under '{}' failed ({}), and the recording was stopped; everything that was acknowledged "
+             "is kept",
+             folder_, system_reason(refusal.text)));
     return;
   }
   fail(StoreFailure::Kind::full,
-       fmt::format("the disk under '{}' is full, and the recording was stopped; everything that was acknowledged is "
-                   "kept",
-                   folder_));
+       say("the disk under '{}' is full, and the recording was stopped; everything that was acknowledged is "
+           "kept",
+           folder_));
   front_.put_back(std::move(batch));
   front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
   const Batch last = front_.take();
@@ -221,9 +221,9 @@ void Writer::tidy(std::unique_lock<std::mutex>& lock) {
   lock.lock();
   if (low && !refusal) {
     fail(StoreFailure::Kind::full,
-         fmt::format("less than {:.0f} MB of room are left under '{}', and the recording was stopped; everything "
-                     "is kept",
-                     static_cast<double>(options_.floor_bytes) * 1e-6, folder_));
+         say("less than {:.0f} MB of room are left under '{}', and the recording was stopped; everything "
+             "is kept",
+             static_cast<double>(options_.floor_bytes) * 1e-6, folder_));
     front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
   }
   if (refusal) handle(*refusal, {}, lock);
@@ -263,7 +263,7 @@ StoreLoad Writer::load() const {
   return load;
 }
 
-bool Writer::close(double time, const std::string& ending) {
+bool Writer::close(double time, const Sentence& ending) {
   append([&](Front& front) { return front.event({time, EventKind::end, {}, ending, {}}); });
   const bool good = flush();
   {

@@ -37,7 +37,7 @@ class Writer {
   std::optional<StoreFailure> failure() const;
   StoreLoad load() const;
   /// Closes the store as Recorder::close() does; time [s].
-  bool close(double time, const std::string& ending);
+  bool close(double time, const Sentence& ending);
 
  private:
   void overflow();
@@ -46,7 +46,7 @@ class Writer {
   void commit_one(std::unique_lock<std::mutex>& lock);
   bool try_write(const Batch& batch, std::unique_lock<std::mutex>& lock);
   void handle(const Refusal& refusal, Batch batch, std::unique_lock<std::mutex>& lock);
-  void fail(StoreFailure::Kind kind, std::string text);
+  void fail(StoreFailure::Kind kind, Sentence text);
   void report_failure(std::unique_lock<std::mutex>& lock);
   void tidy(std::unique_lock<std::mutex>& lock);
   void look_for_store();

@@ -49,7 +49,7 @@ inline void add_step(Recorder& recorder, int k, GivenItems& items) {
   const StoreSample sample{time, 0.001 * k, static_cast<std::uint64_t>(k), values};
   note(recorder.sample(0, sample), {StoreItem::Kind::sample, time, {}, values});
   if (k % 7 == 3)
-    note(recorder.event({time, EventKind::notice, "test", "event " + std::to_string(k), {}}),
+    note(recorder.event({time, EventKind::notice, "test", say("event {}", k), {}}),
          {StoreItem::Kind::event, time, "event " + std::to_string(k), {}});
   if (k % 11 == 5)
     note(recorder.journal(time, {.label = "position " + std::to_string(k)}),

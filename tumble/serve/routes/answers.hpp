@@ -23,8 +23,9 @@ HttpResponse password_refusal(const PasswordCheck& check);
 /// Findings of a result or an inspection, their messages in this language.
 Json findings_in(Language language, Json findings);
 
-/// An answer whose sentences for people, those under problems, message, doing, text, reason and ending_text, are said
-/// in the language that is asked for.
+/// An answer whose sentences for people are said in the language that is asked for: members that have their pattern and
+/// values beside them (text_said beside text), and by their English text those under problems, message, doing, text,
+/// reason and ending_text that have none.
 HttpResponse said_response(const HttpRequest& request, Json json, unsigned status = 200);
 /// A refusal in the language that is asked for; English where that is unknown.
 void say_refusal(const HttpRequest& request, HttpResponse& response);

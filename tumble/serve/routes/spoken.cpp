@@ -13,18 +13,34 @@ namespace tumble::routes {
 
 namespace {
 
+constexpr std::string_view said_beside = "_said";  ///< "text_said" has the pattern and the values of "text"
+
 bool is_for_people(const std::string& key) {
   static const std::array<std::string, 6> keys{"problems", "message", "doing", "text", "reason", "ending_text"};
   return std::ranges::find(keys, key) != keys.end();
 }
 
-void say_in(Language language, Json& json, bool for_people = false) {
+void say_in(Language language, Json& json, bool for_people = false);
+
+/// The members of an object. A sentence has its pattern and its values beside it; what has none is a text of a run that
+/// an earlier version has stored.
+void say_members_in(Language language, Json& json) {
+  for (auto& [key, value] : json.items()) {
+    if (key.ends_with(said_beside)) continue;
+    if (const auto said = json.find(key + std::string(said_beside)); said != json.end())
+      value = in_language(language, sentence_from_json(json_text(*said)));
+    else
+      say_in(language, value, is_for_people(key));
+  }
+}
+
+void say_in(Language language, Json& json, bool for_people) {
   if (json.is_object() && json.contains("errors") && json.contains("problems")) {
     json["problems"] = in_language(language, coded_problems_from_json(json["errors"].dump()).problems);
     for (auto& [key, value] : json.items())
       if (key != "problems" && key != "errors") say_in(language, value, is_for_people(key));
   } else if (json.is_object())
-    for (auto& [key, value] : json.items()) say_in(language, value, is_for_people(key));
+    say_members_in(language, json);
   else if (json.is_array())
     for (auto& value : json) say_in(language, value, for_people);
   else if (for_people && json.is_string())

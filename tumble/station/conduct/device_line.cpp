@@ -36,7 +36,7 @@ std::vector<ControllerReply> DeviceLine::ask(const ControllerRequest& request, d
     reply.verb = request.verb;
     reply.axis = request.axis;
     reply.refused = true;
-    reply.text = error.what();
+    reply.text = reason_of(error);
     return {reply};
   }
   return due_ == never ? after(host_.feed({}), time) : std::vector<ControllerReply>{};

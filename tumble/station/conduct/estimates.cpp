@@ -1,7 +1,5 @@
 #include "tumble/station/conduct/estimates.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "tumble/units/nearest.hpp"
@@ -16,17 +14,16 @@ constexpr double least_between = 1.0;  ///< [s] between two estimates
 constexpr double growth = 0.05;
 
 /// Why the rule cannot be judged by this estimate; empty: it can.
-std::string misfit(const StoppingRule& rule, const Estimate& estimate) {
+Sentence misfit(const StoppingRule& rule, const Estimate& estimate) {
   std::vector<std::string> names;
   for (const Parameter& parameter : estimate.parameters) names.push_back(parameter.name);
   const Parameter* const parameter = find_parameter(estimate, rule.parameter);
   if (!parameter)
-    return fmt::format("the estimate so far has no parameter '{}'{}", rule.parameter,
-                       did_you_mean(rule.parameter, names));
+    return say("the estimate so far has no parameter '{}'{}", rule.parameter, did_you_mean(rule.parameter, names));
   if (parameter->unit.dimension() != rule.unit.dimension())
-    return fmt::format("'{}' is given in {}, and {} in {}", rule.text, rule.unit.text(), rule.parameter,
-                       parameter->unit.text());
-  return "";
+    return say("'{}' is given in {}, and {} in {}", rule.text, Name{rule.unit.text()}, Name{rule.parameter},
+               Name{parameter->unit.text()});
+  return {};
 }
 
 }  // namespace
@@ -63,9 +60,9 @@ void Estimates::take(const LiveEstimates::Answer& answer, const std::function<vo
   if (answer.estimate) answers_[slot_of(answer)] = answer;
   // An answer that began before the least time of this segment does not hold its samples.
   if (!rule() || answer.time < began_ + rule()->at_least) return;
-  const std::string problem = answer.estimate ? misfit(*rule(), *answer.estimate) : answer.problem;
+  const Sentence problem = answer.estimate ? misfit(*rule(), *answer.estimate) : answer.problem;
   if (!problem.empty()) {
-    if (!noted_) note({EventKind::estimate, fmt::format("'{}' cannot be judged yet: {}", rule()->text, problem)});
+    if (!noted_) note({EventKind::estimate, say("'{}' cannot be judged yet: {}", rule()->text, problem)});
     noted_ = true;
     return;
   }

@@ -1,7 +1,5 @@
 #include "tumble/station/conduct/flood_watch.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -66,13 +64,13 @@ Floods::Floods(const Station& station, const StationParts& parts, double longest
   }
 }
 
-std::string_view Floods::take(const LinkEvent& event, const std::function<void(const std::string&)>& stop) {
+std::string_view Floods::take(const LinkEvent& event, const std::function<void(const Sentence&)>& stop) {
   FloodWatch& wire = wires_[event.link];
   const bool known = wire.floods();
   const std::string_view taken = wire.take(event.bytes, event.time);
   if (wire.floods() && !known)
-    stop(fmt::format("{} floods its link: more than {:.0f} kB/s arrive, which nothing that it was asked for explains",
-                     names_[event.link], 1e-3 * wire.rate()));
+    stop(say("{} floods its link: more than {:.0f} kB/s arrive, which nothing that it was asked for explains",
+             Name{names_[event.link]}, 1e-3 * wire.rate()));
   return taken;
 }
 
@@ -83,11 +81,11 @@ void Floods::looked(double now) {
   looked_ = now;
 }
 
-std::vector<std::string> Floods::dropped() const {
-  std::vector<std::string> words;
+std::vector<Sentence> Floods::dropped() const {
+  std::vector<Sentence> words;
   for (std::size_t wire = 0; wire < wires_.size(); ++wire)
     if (wires_[wire].dropped() > 0)
-      words.push_back(fmt::format("{}: {} bytes of the flood are not kept", names_[wire], wires_[wire].dropped()));
+      words.push_back(say("{}: {} bytes of the flood are not kept", Name{names_[wire]}, wires_[wire].dropped()));
   return words;
 }
 

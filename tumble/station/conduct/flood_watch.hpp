@@ -64,11 +64,11 @@ class Floods {
 
   /// The part that is taken of the bytes of an event. `stop` gets once for each wire the reason why its flood ends the
   /// run.
-  std::string_view take(const LinkEvent& event, const std::function<void(const std::string&)>& stop);
+  std::string_view take(const LinkEvent& event, const std::function<void(const Sentence&)>& stop);
   /// Is called after each wait, at `now` [s]: what came while this process was stopped is no flood.
   void looked(double now);
   /// Bytes that are not kept, in words.
-  std::vector<std::string> dropped() const;
+  std::vector<Sentence> dropped() const;
 
  private:
   std::vector<FloodWatch> wires_;

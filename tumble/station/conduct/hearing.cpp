@@ -1,7 +1,5 @@
 #include "tumble/station/conduct/hearing.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -21,10 +19,10 @@ void Hearing::records(int power_up, double time) {
 
 double Hearing::silence(double heard, double now) const { return now - std::max(heard, since_); }
 
-std::string Hearing::missing(double heard, double rate, double now) const {
+Sentence Hearing::missing(double heard, double rate, double now) const {
   const double silent = now - std::max(heard, begin_);
   if (!(silent > std::max(short_silence, rate > 0.0 ? few_intervals / rate : 0.0))) return {};
-  return fmt::format("no sample was received in the last {:.3g} s", silent);
+  return say("no sample was received in the last {:.3g} s", silent);
 }
 
 }  // namespace tumble::conduct

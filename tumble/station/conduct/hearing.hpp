@@ -16,7 +16,7 @@ class Hearing {
   /// [s] without a sample while a stream should have run, the last one of which came at `heard` [s].
   double silence(double heard, double now) const;
   /// In words what did not come until the end of a segment; empty: all came. Given: rate [Hz], 0: unknown.
-  std::string missing(double heard, double rate, double now) const;
+  Sentence missing(double heard, double rate, double now) const;
 
  private:
   std::optional<int> power_up_;  ///< that was recorded last

@@ -51,8 +51,8 @@ double InstrumentLine::silence(const Hearing& hearing, double now) const {
 
 void InstrumentLine::give_up() { heard_ = std::numeric_limits<double>::infinity(); }
 
-std::string InstrumentLine::missing(const Hearing& hearing, double now) const {
-  return stream_ ? hearing.missing(heard_, stream_->rate(), now) : std::string();
+Sentence InstrumentLine::missing(const Hearing& hearing, double now) const {
+  return stream_ ? hearing.missing(heard_, stream_->rate(), now) : Sentence();
 }
 
 }  // namespace tumble::conduct

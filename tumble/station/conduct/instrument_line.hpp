@@ -40,7 +40,7 @@ class InstrumentLine {
   void start(double time) { start_.start(time); }  ///< [s]
   void stop() { start_.stop(); }
   /// Sends again what is overdue at `now` [s]. Returned: what did not come; empty: nothing is overdue.
-  std::string at(double now) { return start_.at(now); }
+  Sentence at(double now) { return start_.at(now); }
   /// [s] when at() has something to do.
   double next() const { return start_.next(); }
 
@@ -55,7 +55,7 @@ class InstrumentLine {
   /// It has failed: nothing is expected of it any more.
   void give_up();
   /// In words what did not come until `now` [s], the end of a segment; empty: all came.
-  std::string missing(const Hearing& hearing, double now) const;
+  Sentence missing(const Hearing& hearing, double now) const;
 
  private:
   const StationInstrument* instrument_;

@@ -1,7 +1,5 @@
 #include "tumble/station/conduct/record_words.hpp"
 
-#include <fmt/format.h>
-
 namespace tumble::conduct {
 
 RunRow row_of(const RecordSwitch& record, double time) {
@@ -15,9 +13,9 @@ RunRow row_of(const RecordSwitch& record, double time) {
   return row;
 }
 
-std::string words_of(const RecordSwitch& record, std::size_t segments) {
-  return fmt::format("segment {} of {} '{}'{}", record.segment + 1, segments, record.label,
-                     record.attempt > 1 ? fmt::format(", attempt {}", record.attempt) : "");
+Sentence words_of(const RecordSwitch& record, std::size_t segments) {
+  const Sentence attempt = record.attempt > 1 ? say(", attempt {}", record.attempt) : Sentence();
+  return say("segment {} of {} '{}'{}", record.segment + 1, segments, record.label, attempt);
 }
 
 }  // namespace tumble::conduct

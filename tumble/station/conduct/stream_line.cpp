@@ -68,16 +68,16 @@ bool StreamLine::receive(std::string_view bytes, bool has_frame, double time) {
   return false;
 }
 
-std::string StreamLine::what_is_missing() const {
-  if (answered()) return fmt::format("no frame came within {:.3g} s after the commands that start the stream", within_);
+Sentence StreamLine::what_is_missing() const {
+  if (answered()) return say("no frame came within {:.3g} s after the commands that start the stream", within_);
   const auto& [sent, expected] = commands_->start[next_];
-  return fmt::format("the instrument did not answer '{}' with '{}' within {:.3g} s, but with {} bytes: '{}'",
-                     printable(sent), expected, within_, heard_.size(), printable(heard_));
+  return say("the instrument did not answer '{}' with '{}' within {:.3g} s, but with {} bytes: '{}'", printable(sent),
+             expected, within_, heard_.size(), printable(heard_));
 }
 
-std::string StreamLine::at(double time) {
-  if (time < due_) return "";
-  const std::string missing = what_is_missing();
+Sentence StreamLine::at(double time) {
+  if (time < due_) return {};
+  const Sentence missing = what_is_missing();
   start(time);
   return missing;
 }

@@ -25,14 +25,14 @@ class StreamLine {
   /// stream runs from now on.
   bool receive(std::string_view bytes, bool has_frame, double time);
   /// Sends all again where something is overdue at `time` [s]. Returned: what did not come; empty: nothing is overdue.
-  std::string at(double time);
+  Sentence at(double time);
   /// [s] when at() has something to do; infinity: it has nothing.
   double next() const { return due_; }
   bool answered() const { return next_ == commands_->start.size(); }  ///< all that starts it
 
  private:
   void go_on(double time);
-  std::string what_is_missing() const;
+  Sentence what_is_missing() const;
 
   const FrameLink* commands_;
   std::function<void(std::string_view)> send_;

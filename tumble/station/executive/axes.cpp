@@ -199,11 +199,11 @@ bool is_settled(Turn& turn, const StationAxis& axis, const AxisProgress& progres
 }
 
 /// In units for people.
-std::string in_words(const StationAxis& axis, Demand what, double si) {
-  if (what == Demand::temperature) return fmt::format("{:.4g} K", si);
-  if (axis.kind == StationAxis::Kind::acceleration) return fmt::format("{:.4g} m/s^2", si);
+Name in_words(const StationAxis& axis, Demand what, double si) {
+  if (what == Demand::temperature) return {fmt::format("{:.4g} K", si)};
+  if (axis.kind == StationAxis::Kind::acceleration) return {fmt::format("{:.4g} m/s^2", si)};
   const Unit unit = Unit::parse(what == Demand::rate ? "deg/s" : "deg");
-  return fmt::format("{:.4g} {}", unit.difference_from_si(si), unit.text());
+  return {fmt::format("{:.4g} {}", unit.difference_from_si(si), unit.text())};
 }
 
 std::map<std::string, double> by_channel(const Turn& turn, bool means) {
@@ -299,32 +299,31 @@ bool all_settled(Turn& turn) {
   return all;
 }
 
-std::string left_tolerance(const Turn& turn, int readings) {
+Sentence left_tolerance(const Turn& turn, int readings) {
   for (std::size_t i = 0; i < turn.state.axes.size(); ++i)
     if (turn.state.axes[i].outside >= readings) {
       const auto& axis = turn.station().axes[i];
       const auto& progress = turn.state.axes[i];
-      return fmt::format("{} left its tolerance of {} about the demand", axis.name,
-                         in_words(axis, progress.demand, tolerance_of(axis, progress).value_or(0.0)));
+      return say("{} left its tolerance of {} about the demand", Name{axis.name},
+                 in_words(axis, progress.demand, tolerance_of(axis, progress).value_or(0.0)));
     }
-  return "";
+  return {};
 }
 
-std::string why_not_settled(const Turn& turn) {
-  std::string text;
+Sentence why_not_settled(const Turn& turn) {
+  std::vector<Sentence> all;
   for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
     const auto& axis = turn.station().axes[i];
     const auto& progress = turn.state.axes[i];
     if (progress.demand == Demand::none || progress.demand == Demand::moving || progress.settled) continue;
-    if (!text.empty()) text += "; ";
     const auto read = own_reading(progress);
-    text += fmt::format("{} has not settled within {:.4g} s", axis.name, axis.settle.timeout);
+    all.push_back(say("{} has not settled within {:.4g} s", Name{axis.name}, axis.settle.timeout));
     if (const auto difference = departure(axis, progress, read); difference && axis.settle.channel.empty())
-      text += fmt::format(": it reads {} from the demand, the tolerance is {}",
-                          in_words(axis, progress.demand, *difference),
-                          in_words(axis, progress.demand, tolerance_of(axis, progress).value_or(0.0)));
+      all.back() = say("{}: it reads {} from the demand, the tolerance is {}", all.back(),
+                       in_words(axis, progress.demand, *difference),
+                       in_words(axis, progress.demand, tolerance_of(axis, progress).value_or(0.0)));
   }
-  return text;
+  return all.size() == 1 ? all.front() : in_a_row(all, "; ");
 }
 
 double settle_timeout(const Turn& turn) {

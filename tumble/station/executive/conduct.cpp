@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include "tumble/station/executive/turn.hpp"
 
@@ -14,18 +13,18 @@ bool several_runs(const Turn& turn) {
 }
 
 /// What is not known yet of axes and interlocks, in words; empty: all is.
-std::string unknown_yet(const Turn& turn) {
+Sentence unknown_yet(const Turn& turn) {
   for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
     const auto& axis = turn.station().axes[i];
     if (turn.station().devices[axis.device].can(ControllerVerb::read) && turn.state.axes[i].read_at < 0.0)
-      return fmt::format("{} has not been read", axis.name);
+      return say("{} has not been read", Name{axis.name});
   }
   for (const auto& interlock : turn.station().interlocks) {
     const auto observe = [&](const std::string& channel) { return reading_of(turn, channel, interlock.stale); };
     if (evaluate(interlock.require, observe) == Holds::unknown)
-      return fmt::format("nothing is known of '{}'", interlock.require.text);
+      return say("nothing is known of '{}'", interlock.require.text);
   }
-  return "";
+  return {};
 }
 
 /// Where a supply switches the unit: off, time without power, on, warm-up. With `only_off` it is switched off.
@@ -83,7 +82,7 @@ void start(Turn& turn) {
     state.devices[i].heard = state.devices[i].next_poll = turn.now();
     for (const auto& verb : setup.prepare) ask(turn, i, {{verb}, Purpose::prepare});
     if (state.devices[i].lost)
-      return begin_safe(turn, RunPhase::stopping, RunEnding::error, "there is no link to " + setup.name);
+      return begin_safe(turn, RunPhase::stopping, RunEnding::error, say("there is no link to {}", Name{setup.name}));
   }
   const bool on_from_the_start = !turn.station().power.device && !state.resumed;
   if (on_from_the_start || state.powered_run != 0) start_streams(turn);
@@ -99,7 +98,7 @@ void advance_preparing(Turn& turn) {
   if (!outstanding(turn, Purpose::prepare) && unknown.empty() && streams) return enter(turn, RunPhase::ready);
   if (turn.reached(state.entered + turn.course.prepare_deadline))
     begin_safe(turn, RunPhase::stopping, RunEnding::error,
-               unknown.empty() ? "the devices were not ready in time" : unknown);
+               unknown.empty() ? Sentence("the devices were not ready in time") : unknown);
 }
 
 void begin_finishing(Turn& turn) {
@@ -174,8 +173,8 @@ bool power_is_right(Turn& turn) {
     power_up_row(turn);  // the person who started the run has switched it on
   } else if (!state.prompt) {
     open_prompt(turn, OpenPrompt::About::power,
-                fmt::format("Switch the instrument off, wait {:.3g} s, and switch it on: power-up {}",
-                            turn.station().power.off_time, turn.segment().run),
+                say("Switch the instrument off, wait {:.3g} s, and switch it on: power-up {}",
+                    turn.station().power.off_time, turn.segment().run),
                 {"done", "stop"});
   }
   return state.powered_run == turn.segment().run;

@@ -48,7 +48,8 @@ void take_words(Turn& turn, std::size_t device, const ControllerReply& reply) {
     turn.state.channels[name + "." + key] = {word, turn.now()};
     if (reports_fault(key, word) && is_active(turn.state.phase) && turn.state.phase != RunPhase::preparing)
       begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
-                 fmt::format("{} reports {} '{}'{}", name, key, word, reply.text.empty() ? "" : ": " + reply.text));
+                 say("{} reports {} '{}'{}", Name{name}, Name{key}, word,
+                     reply.text.empty() ? Sentence() : say(": {}", reply.text)));
   }
 }
 
@@ -60,20 +61,21 @@ void check_identity(Turn& turn, std::size_t device, const ControllerReply& reply
   for (const auto& [key, word] : reply.words) said += " " + word;
   if (said.find(setup.identity) == std::string::npos)
     turn.state.failures[setup.name] =
-        fmt::format("{} identifies itself as '{}', which does not contain '{}'", setup.name, said, setup.identity);
+        say("{} identifies itself as '{}', which does not contain '{}'", Name{setup.name}, said, setup.identity);
 }
 
-void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request, const std::string& text) {
+void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request, const Sentence& text) {
   const auto& name = turn.station().devices[device].name;
-  turn.note(EventKind::refused, fmt::format("{} refuses {}: {}", name, tumble::name(request.request.verb), text));
+  const Sentence refused = say("{} refuses {}: {}", Name{name}, Name{tumble::name(request.request.verb)}, text);
+  turn.note(EventKind::refused, refused);
   auto& progress = turn.state.devices[device];
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   if (is_poll(request) || request.purpose == Purpose::verify) {
     if (++progress.refusals >= 3 && is_active(turn.state.phase))
-      begin_safe(turn, RunPhase::stopping, RunEnding::stopped, fmt::format("{} refuses to be read: {}", name, text));
+      begin_safe(turn, RunPhase::stopping, RunEnding::stopped, say("{} refuses to be read: {}", Name{name}, text));
     return;
   }
-  turn.state.failures[name] = fmt::format("{} refuses {}: {}", name, tumble::name(request.request.verb), text);
+  turn.state.failures[name] = refused;
 }
 
 void take_good_reply(Turn& turn, std::size_t device, const PendingRequest& request, const ControllerReply& reply) {
@@ -103,7 +105,7 @@ void take_timeout(Turn& turn, std::size_t device) {
   progress.asked.reset();
   const ControllerVerb verb = request.request.verb;
   turn.note(EventKind::timeout,
-            fmt::format("{} did not answer {} in {:.3g} s", setup.name, name(verb), time_to_answer(setup, verb)));
+            say("{} did not answer {} in {:.3g} s", Name{setup.name}, Name{name(verb)}, time_to_answer(setup, verb)));
   if (is_poll(request)) return;
   if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
   const PendingRequest verify{
@@ -113,9 +115,9 @@ void take_timeout(Turn& turn, std::size_t device) {
     progress.waiting.push_front(request);
   } else if (std::ranges::find(setup.once, verb) != setup.once.end()) {
     turn.state.failures[setup.name] =
-        fmt::format("{} did not answer {}, which is never sent twice: look at the device", setup.name, name(verb));
+        say("{} did not answer {}, which is never sent twice: look at the device", Name{setup.name}, Name{name(verb)});
   } else if (request.sent >= most_sends || !(setup.can(ControllerVerb::read) || setup.can(ControllerVerb::state))) {
-    turn.state.failures[setup.name] = fmt::format("{} did not answer {}", setup.name, name(verb));
+    turn.state.failures[setup.name] = say("{} did not answer {}", Name{setup.name}, Name{name(verb)});
   } else {
     progress.waiting.push_front(request);
     progress.waiting.push_front(verify);
@@ -123,7 +125,7 @@ void take_timeout(Turn& turn, std::size_t device) {
 }
 
 /// A link that is silent may still carry commands, so the safe list is sent on it too; one that is cut cannot.
-void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
+void lose(Turn& turn, std::size_t device, const Sentence& reason, bool cut) {
   auto& progress = turn.state.devices[device];
   if (progress.lost && (progress.cut || !cut)) return;
   if (!progress.lost) progress.lost_at = turn.now();
@@ -131,7 +133,7 @@ void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
   progress.cut = cut;
   progress.waiting.clear();
   progress.asked.reset();
-  const auto text = fmt::format("the link to {} is lost: {}", turn.station().devices[device].name, reason);
+  const Sentence text = say("the link to {} is lost: {}", Name{turn.station().devices[device].name}, reason);
   turn.note(EventKind::link, text);
   for (std::size_t i = 0; i < turn.state.safe.size(); ++i)
     if (turn.station().safe[i].device == device && !turn.state.safe[i].confirmed) turn.state.safe[i].sent = false;
@@ -204,23 +206,23 @@ void drop_requests(Turn& turn) {
 void take_reply(Turn& turn, const DeviceReply& event) {
   const std::size_t device = device_of(turn, event.device);
   if (device == turn.state.devices.size())
-    return turn.note(EventKind::refused, "a reply of an unknown device " + event.device);
+    return turn.note(EventKind::refused, say("a reply of an unknown device {}", Name{event.device}));
   auto& progress = turn.state.devices[device];
   const auto& reply = event.reply;
   if (!reply.problem.empty())
-    return turn.note(EventKind::reply, fmt::format("{}: not an answer: {}", event.device, reply.problem));
+    return turn.note(EventKind::reply, say("{}: not an answer: {}", Name{event.device}, reply.problem));
   if (reply.verb == ControllerVerb::notice) {
-    turn.note(EventKind::notice, fmt::format("{}: {}", event.device, reply.text));
+    turn.note(EventKind::notice, say("{}: {}", Name{event.device}, reply.text));
     return take_words(turn, device, reply);
   }
   if (progress.cut) return;
   if (!progress.asked || progress.asked->request.verb != reply.verb)
     return turn.note(EventKind::reply,
-                     fmt::format("{}: a reply to {}, which is not awaited", event.device, name(reply.verb)));
+                     say("{}: a reply to {}, which is not awaited", Name{event.device}, Name{name(reply.verb)}));
   const PendingRequest request = *progress.asked;
   progress.asked.reset();
   progress.heard = turn.now();
-  if (progress.lost) turn.note(EventKind::link, fmt::format("{} answers again", event.device));
+  if (progress.lost) turn.note(EventKind::link, say("{} answers again", Name{event.device}));
   progress.lost = false;
   if (reply.refused)
     take_refusal(turn, device, request, reply.text);
@@ -239,7 +241,7 @@ void take_up(Turn& turn, const LinkUp& up) {
   auto& progress = turn.state.devices[device];
   progress.lost = progress.cut = false;
   progress.heard = progress.next_poll = turn.now();
-  turn.note(EventKind::link, fmt::format("the link to {} is up again; the run does not go on by itself", up.device));
+  turn.note(EventKind::link, say("the link to {} is up again; the run does not go on by itself", Name{up.device}));
 }
 
 void check_timeouts(Turn& turn) {
@@ -251,15 +253,14 @@ void check_timeouts(Turn& turn) {
     check_set_points(turn, i);
     const auto& setup = turn.station().devices[i];
     if (!progress.lost && can_be_polled(setup) && turn.reached(lost_time(turn, i)))
-      lose(turn, i, fmt::format("nothing was heard for {:.3g} s", turn.now() - progress.heard), false);
+      lose(turn, i, say("nothing was heard for {:.3g} s", turn.now() - progress.heard), false);
   }
 }
 
 void forgive(Turn& turn, double overslept) {
-  turn.note(EventKind::late,
-            fmt::format("nobody looked at the rig for {:.3g} s: this program was stopped, or the machine was "
-                        "busy; that time is no silence of the devices",
-                        overslept));
+  turn.note(EventKind::late, say("nobody looked at the rig for {:.3g} s: this program was stopped, or the machine was "
+                                 "busy; that time is no silence of the devices",
+                                 overslept));
   for (auto& device : turn.state.devices) {
     device.heard += overslept, device.due += overslept;
     for (auto& one : device.set_points) one.due += overslept;

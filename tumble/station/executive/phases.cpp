@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
@@ -84,7 +83,7 @@ bool has_word(const std::vector<std::string>& list, const std::string& word) {
 
 void enter(Turn& turn, RunPhase phase) {
   assert(may_follow(turn.state.phase, phase));
-  turn.act(Note{EventKind::phase, fmt::format("{} -> {}", name(turn.state.phase), name(phase)), phase});
+  turn.act(Note{EventKind::phase, say("{} -> {}", word_of(turn.state.phase), word_of(phase)), phase});
   turn.state.phase = phase;
   turn.state.entered = turn.now();
 }

@@ -1,6 +1,5 @@
 // Whether axes turn as they were told. What settles, and what an attempt needs, is decided elsewhere: here it is about
 // motions that nobody has commanded, which stop the run.
-#include <fmt/format.h>
 
 #include <cmath>
 
@@ -90,18 +89,18 @@ bool is_told(const Turn& turn, std::size_t device) {
   return (progress.asked && moves(*progress.asked)) || std::ranges::any_of(progress.waiting, moves);
 }
 
-std::string words_of(const StationAxis& axis, const AxisProgress& progress) {
+Sentence words_of(const StationAxis& axis, const AxisProgress& progress) {
   const Unit unit = Unit::parse("deg/s");
-  const auto text = [&](double rate) { return format_in(rate, unit) + " deg/s"; };
+  const auto text = [&](double rate) { return Name{format_in(rate, unit) + " deg/s"}; };
   const double rate = unit.from_si(*progress.rate);
   if (progress.watch.verdict == Verdict::too_fast)
-    return fmt::format("{} turns at {:.4g} deg/s: the station allows {}", axis.name, rate, text(*axis.max_rate));
+    return say("{} turns at {:.4g} deg/s: the station allows {}", Name{axis.name}, rate, text(*axis.max_rate));
   if (progress.demand == Demand::rate)
-    return fmt::format("{} turns at {:.4g} deg/s, and {} is commanded", axis.name, rate, text(progress.value));
+    return say("{} turns at {:.4g} deg/s, and {} is commanded", Name{axis.name}, rate, text(progress.value));
   if (progress.watch.fastest && !progress.arrived && progress.demand != Demand::rest)
-    return fmt::format("{} turns at {:.4g} deg/s, and {} at most is commanded", axis.name, rate,
-                       text(*progress.watch.fastest));
-  return fmt::format("{} turns at {:.4g} deg/s, and rest is commanded", axis.name, rate);
+    return say("{} turns at {:.4g} deg/s, and {} at most is commanded", Name{axis.name}, rate,
+               text(*progress.watch.fastest));
+  return say("{} turns at {:.4g} deg/s, and rest is commanded", Name{axis.name}, rate);
 }
 
 }  // namespace

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <cmath>
 
@@ -84,41 +83,46 @@ void check_command(Turn& turn, std::size_t index) {
   if (!progress.due || is_resolved(progress)) return;
   if (is_confirmed(turn, command, progress)) {
     progress.confirmed = true;
-    turn.note(EventKind::safe, fmt::format("{}: {} is confirmed {:.3g} s after the decision", setup.name,
-                                           name(command.request.verb), turn.now() - turn.state.decided));
+    turn.note(EventKind::safe, say("{}: {} is confirmed {:.3g} s after the decision", Name{setup.name},
+                                   Name{name(command.request.verb)}, turn.now() - turn.state.decided));
   } else if (device.lost && setup.stops_by_itself && command.request.verb == ControllerVerb::stop &&
              turn.reached(device.lost_at + *setup.stops_by_itself)) {
     progress.confirmed = true;
-    turn.note(EventKind::safe, fmt::format("{}: no link; it has stopped by itself as its maker states", setup.name));
+    turn.note(EventKind::safe, say("{}: no link; it has stopped by itself as its maker states", Name{setup.name}));
   } else if (turn.reached(progress.since + command.within)) {
     progress.overdue = true;
-    turn.note(EventKind::safe, fmt::format("{}: {} is not confirmed after {:.3g} s", setup.name,
-                                           name(command.request.verb), command.within));
+    turn.note(EventKind::safe, say("{}: {} is not confirmed after {:.3g} s", Name{setup.name},
+                                   Name{name(command.request.verb)}, command.within));
   }
 }
 
-std::string words_of_failure(const Turn& turn) {
-  std::string text = "THE RIG IS NOT SAFE.";
+/// What of the safe list is not confirmed, and what a person has to do.
+Sentence words_of_failure(const Turn& turn) {
+  std::vector<Sentence> all;
   for (std::size_t i = 0; i < turn.state.safe.size(); ++i) {
     if (!turn.state.safe[i].overdue) continue;
     const auto& command = turn.station().safe[i];
     const auto& setup = turn.station().devices[command.device];
-    text += fmt::format(" {}: '{}' was not confirmed within {:.3g} s{}. ", setup.name, name(command.request.verb),
-                        command.within, turn.state.devices[command.device].lost ? ", and the link is lost" : "");
-    text += command.words.empty() ? "Press the emergency stop of " + setup.name + ", and look whether it stands still."
-                                  : command.words;
+    const Name device{setup.name}, verb{name(command.request.verb)};
+    const Sentence lost(turn.state.devices[command.device].lost ? ", and the link is lost" : "");
+    const Sentence advice = command.words.empty()
+                                ? say("Press the emergency stop of {}, and look whether it stands still.", device)
+                                : say("{}", Name{command.words});
+    all.push_back(say("{}: '{}' was not confirmed within {:.3g} s{}. {}", device, verb, command.within, lost, advice));
   }
-  return text;
+  return in_a_row(all, " ");
 }
 
 void finish_safe(Turn& turn) {
   auto& state = turn.state;
   const bool failed = std::any_of(state.safe.begin(), state.safe.end(), [](const auto& one) { return one.overdue; });
   const RunEnding ending = failed ? RunEnding::faulted : state.ending;
-  const std::string text = failed ? words_of_failure(turn) + " Reason of the stop: " + state.reason : state.reason;
+  const Sentence text =
+      failed ? say("THE RIG IS NOT SAFE. {} Reason of the stop: {}", words_of_failure(turn), state.reason)
+             : state.reason;
   if (!failed)
     turn.note(EventKind::safe,
-              fmt::format("the safe list is confirmed {:.3g} s after the decision", turn.now() - state.decided));
+              say("the safe list is confirmed {:.3g} s after the decision", turn.now() - state.decided));
   RunRow row;
   row.kind = RunRow::Kind::run_ends;
   row.time = turn.now();
@@ -131,10 +135,10 @@ void finish_safe(Turn& turn) {
 
 }  // namespace
 
-void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason) {
+void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, Sentence reason) {
   auto& state = turn.state;
   if (!may_follow(state.phase, phase))
-    return turn.note(EventKind::safe, fmt::format("{}: the run is {} already", reason, name(state.phase)));
+    return turn.note(EventKind::safe, say("{}: the run is {} already", reason, word_of(state.phase)));
   state.ending = ending;
   state.reason = std::move(reason);
   state.decided = turn.now();
@@ -155,7 +159,7 @@ void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason
     axis.ramping = false;
     axis.demand = Demand::none;
   }
-  turn.note(EventKind::safe, "the rig is brought to its safe state: " + state.reason);
+  turn.note(EventKind::safe, say("the rig is brought to its safe state: {}", state.reason));
   enter(turn, phase);
 }
 

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "tumble/station/executive/turn.hpp"
 #include "tumble/units/unit.hpp"
 
@@ -38,19 +36,18 @@ const StationAxis* strictest_axis(const Turn& turn) {
 }
 
 /// The axes that a person has to move for this segment, in words; their values are noted when they are done.
-std::string by_hand_words(const Turn& turn) {
+Sentence by_hand_words(const Turn& turn) {
   const Unit degree = Unit::parse("deg");
   const auto motions = motions_before_recording(turn);
-  std::string text;
+  std::vector<Sentence> all;
   for (const auto& axis : turn.station().by_hand) {
     const auto found = motions.find(axis);
     if (found == motions.end()) continue;
     const auto known = turn.state.by_hand.find(axis);
     if (known != turn.state.by_hand.end() && known->second == found->second.value) continue;
-    if (!text.empty()) text += ", ";
-    text += fmt::format("{} to {} deg", axis, format_in(found->second.value, degree));
+    all.push_back(say("{} to {} deg", Name{axis}, Name{format_in(found->second.value, degree)}));
   }
-  return text;
+  return in_a_row(all, ", ");
 }
 
 void record(Turn& turn, bool on) {
@@ -66,7 +63,7 @@ void advance_moving(Turn& turn) {
   if (!state.motions_sent) {
     if (const auto text = by_hand_words(turn); !text.empty())
       return open_prompt(turn, OpenPrompt::About::by_hand,
-                         fmt::format("Segment '{}': turn the instrument by hand: {}", turn.segment().label, text),
+                         say("Segment '{}': turn the instrument by hand: {}", turn.segment().label, text),
                          {"done", "stop"});
     send_motions(turn);
     state.settle_by = turn.now() + settle_timeout(turn);
@@ -102,8 +99,8 @@ void begin_recording(Turn& turn) {
 void advance_dwelling(Turn& turn) {
   const auto outside = left_tolerance(turn, 1);
   if (!outside.empty()) {
-    turn.note(EventKind::settle, outside + ": the dwell time begins again");
-    if (++turn.state.restarts > most_restarts) return attempt_failed(turn, outside + " again and again");
+    turn.note(EventKind::settle, say("{}: the dwell time begins again", outside));
+    if (++turn.state.restarts > most_restarts) return attempt_failed(turn, say("{} again and again", outside));
     enter(turn, RunPhase::settling);
     return restart_settling(turn);
   }
@@ -150,7 +147,7 @@ void next_segment(Turn& turn) {
   if (open == state.segments.end()) return begin_finishing(turn);
   state.segment = static_cast<std::size_t>(open - state.segments.begin());
   if (const auto* hold = broken_hold(turn)) {
-    turn.note(EventKind::hold, hold->require.text);
+    turn.note(EventKind::hold, say("{}", Name{hold->require.text}));
     state.after_hold = state.phase;
     enter(turn, RunPhase::holding);
     return rest_axes(turn, Purpose::rest);
@@ -171,7 +168,7 @@ void begin_attempt(Turn& turn) {
   enter(turn, RunPhase::moving);
 }
 
-void end_attempt(Turn& turn, RunRow::Ending ending, const std::string& reason) {
+void end_attempt(Turn& turn, RunRow::Ending ending, const Sentence& reason) {
   auto& state = turn.state;
   if (!state.attempt_open) return;
   record(turn, false);
@@ -186,11 +183,11 @@ void end_attempt(Turn& turn, RunRow::Ending ending, const std::string& reason) {
   write_row(turn, std::move(row));
 }
 
-void attempt_failed(Turn& turn, std::string reason) {
+void attempt_failed(Turn& turn, Sentence reason) {
   auto& state = turn.state;
   end_attempt(turn, RunRow::Ending::failed, reason);
-  turn.note(EventKind::attempt, fmt::format("segment '{}', attempt {} failed: {}", turn.segment().label,
-                                            progress_of(turn).attempts, reason));
+  turn.note(EventKind::attempt,
+            say("segment '{}', attempt {} failed: {}", turn.segment().label, progress_of(turn).attempts, reason));
   drop_requests(turn);
   ++state.failed_attempts;
   const auto* axis = strictest_axis(turn);
@@ -200,12 +197,12 @@ void attempt_failed(Turn& turn, std::string reason) {
   if (action == OnFailure::skip) {
     progress_of(turn).status = Status::skipped;
     state.failed_attempts = 0;
-    turn.note(EventKind::skip, fmt::format("segment '{}' is skipped", turn.segment().label));
+    turn.note(EventKind::skip, say("segment '{}' is skipped", turn.segment().label));
     return enter(turn, RunPhase::between);
   }
   state.after_hold = RunPhase::moving;
   enter(turn, RunPhase::holding);
-  open_prompt(turn, OpenPrompt::About::failure, fmt::format("Segment '{}': {}", turn.segment().label, reason),
+  open_prompt(turn, OpenPrompt::About::failure, say("Segment '{}': {}", turn.segment().label, reason),
               {"repeat", "skip", "stop"});
 }
 

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,7 @@ namespace {
 
 constexpr double polls_to_confirm = 3.0;
 
-std::string in_degrees(double si) { return format_in(si, Unit::parse("degC")) + " degC"; }
+Name in_degrees(double si) { return {format_in(si, Unit::parse("degC")) + " degC"}; }
 
 }  // namespace
 
@@ -56,8 +55,8 @@ void check_set_points(Turn& turn, std::size_t device) {
     const auto read = turn.state.channels.find(setup.name + ".set_point");
     const auto* last = read == turn.state.channels.end() ? nullptr : std::get_if<double>(&read->second.value);
     turn.state.failures[setup.name] =
-        fmt::format("{} has acknowledged a set point of {}, and {}", setup.name, in_degrees(one.value),
-                    last ? "reads back " + in_degrees(*last) : std::string("it could not be read back"));
+        say("{} has acknowledged a set point of {}, and {}", Name{setup.name}, in_degrees(one.value),
+            last ? say("reads back {}", in_degrees(*last)) : Sentence("it could not be read back"));
     return true;
   });
 }

@@ -21,7 +21,7 @@ void take(Turn& turn, const EstimateNow& event) { take_estimate(turn, event); }
 void take(Turn& turn, const PromptAnswer& event) { take_answer(turn, event); }
 void take(Turn& turn, const RunOrder& event) { take_order(turn, event); }
 void take(Turn& turn, const StoreFailed& event) {
-  begin_safe(turn, RunPhase::stopping, RunEnding::stopped, "the recording has stopped: " + event.reason);
+  begin_safe(turn, RunPhase::stopping, RunEnding::stopped, say("the recording has stopped: {}", event.reason));
 }
 
 void take(Turn& turn, const RowsStored& event) { take_stored(turn, event); }

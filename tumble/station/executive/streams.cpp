@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include "tumble/station/executive/turn.hpp"
 
@@ -36,8 +35,8 @@ bool streams_run(Turn& turn) {
     const auto& instrument = turn.station().instruments[i];
     if (progress.status != Stream::starting || has_word(turn.state.units_out, instrument.slot)) continue;
     if (turn.reached(progress.due))
-      take_unit_failed(
-          turn, {instrument.slot, fmt::format("its stream has not started within {:.3g} s", instrument.start_within)});
+      take_unit_failed(turn,
+                       {instrument.slot, say("its stream has not started within {:.3g} s", instrument.start_within)});
     else
       all = false;
   }
@@ -49,7 +48,7 @@ void take_started(Turn& turn, const StreamStarted& started) {
     auto& progress = turn.state.streams[i];
     if (turn.station().instruments[i].slot != started.slot || progress.status != Stream::starting) continue;
     progress.status = Stream::on;
-    turn.note(EventKind::stream, fmt::format("the unit in slot {} delivers since it was started", started.slot));
+    turn.note(EventKind::stream, say("the unit in slot {} delivers since it was started", Name{started.slot}));
   }
 }
 

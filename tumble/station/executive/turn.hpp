@@ -41,10 +41,13 @@ struct Turn {
   void act(T action) {
     actions.emplace_back(std::move(action));
   }
-  void note(EventKind kind, const std::string& text) { act(Note{kind, text}); }
+  void note(EventKind kind, Sentence text) { act(Note{kind, std::move(text)}); }
 };
 
 bool has_word(const std::vector<std::string>& list, const std::string& word);
+
+/// The word of a state of the run, which no language changes.
+inline Name word_of(RunPhase phase) { return {std::string(name(phase))}; }
 
 // phases.cpp
 void enter(Turn& turn, RunPhase phase);
@@ -92,8 +95,8 @@ bool all_at_rest(const Turn& turn);
 void restart_settling(Turn& turn);
 bool all_settled(Turn& turn);
 /// An axis with three readings in a row out of tolerance, in words; empty: none.
-std::string left_tolerance(const Turn& turn, int readings);
-std::string why_not_settled(const Turn& turn);
+Sentence left_tolerance(const Turn& turn, int readings);
+Sentence why_not_settled(const Turn& turn);
 /// [s] the longest of the axes that have a demand.
 double settle_timeout(const Turn& turn);
 /// [s] the longest of the axes that the segment moves.
@@ -131,9 +134,9 @@ void rest_axes(Turn& turn, Purpose purpose);
 void next_segment(Turn& turn);
 void begin_attempt(Turn& turn);
 /// Writes the end of the attempt that is open; nothing where none is.
-void end_attempt(Turn& turn, RunRow::Ending ending, const std::string& reason);
+void end_attempt(Turn& turn, RunRow::Ending ending, const Sentence& reason);
 /// The reason is a copy, as for begin_safe.
-void attempt_failed(Turn& turn, std::string reason);
+void attempt_failed(Turn& turn, Sentence reason);
 void advance_segment(Turn& turn);
 void take_estimate(Turn& turn, const EstimateNow& estimate);
 
@@ -165,7 +168,7 @@ bool streams_run(Turn& turn);
 void take_started(Turn& turn, const StreamStarted& started);
 
 // watch.cpp
-void open_prompt(Turn& turn, OpenPrompt::About about, const std::string& text, std::vector<std::string> choices);
+void open_prompt(Turn& turn, OpenPrompt::About about, Sentence text, std::vector<std::string> choices);
 void close_prompt(Turn& turn);
 void take_answer(Turn& turn, const PromptAnswer& answer);
 void take_order(Turn& turn, const RunOrder& order);
@@ -180,7 +183,7 @@ void advance_holding(Turn& turn);
 // safe.cpp
 /// Begins the safe list, once. `phase` is stopping or aborting. The reason is a copy: the failures of the state, where
 /// it often stands, are cleared here.
-void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, std::string reason);
+void begin_safe(Turn& turn, RunPhase phase, RunEnding ending, Sentence reason);
 void advance_safe(Turn& turn);
 void take_safe_reply(Turn& turn, std::size_t index, bool refused);
 

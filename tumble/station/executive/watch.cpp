@@ -10,8 +10,7 @@ namespace {
 void hold_for_answer(Turn& turn) {
   auto& state = turn.state;
   state.prompt->overdue = true;
-  turn.note(EventKind::prompt,
-            fmt::format("nobody has answered question {}: the rig is held", state.prompt->prompt.id));
+  turn.note(EventKind::prompt, say("nobody has answered question {}: the rig is held", state.prompt->prompt.id));
   if (state.phase != RunPhase::holding) {
     const bool moving = in_attempt(state.phase);
     state.after_hold = moving ? RunPhase::moving : state.phase;
@@ -32,10 +31,10 @@ void begin_hold(Turn& turn, const StationInterlock& hold) {
   auto& state = turn.state;
   const bool repeat = state.phase == RunPhase::moving || state.phase == RunPhase::recording || is_in_motion(turn);
   state.after_hold = repeat ? RunPhase::moving : RunPhase::settling;
-  turn.note(EventKind::hold, fmt::format("'{}' is not met", hold.require.text));
+  turn.note(EventKind::hold, say("'{}' is not met", hold.require.text));
   if (repeat) {
     close_prompt(turn);
-    end_attempt(turn, RunRow::Ending::held, hold.require.text);
+    end_attempt(turn, RunRow::Ending::held, say("{}", Name{hold.require.text}));
     drop_requests(turn);
     for (auto& axis : state.axes) axis.ramping = false;
   }
@@ -64,12 +63,13 @@ void check_interlock(Turn& turn, std::size_t index, bool more) {
   if (!turn.reached(*progress.changing_since + interlock.debounce)) return;
   progress.changing_since.reset();
   progress.met = met;
-  turn.note(EventKind::interlock, fmt::format("'{}' is {}", interlock.require.text, met ? "met again" : "not met"));
+  const std::string& condition = interlock.require.text;
+  turn.note(EventKind::interlock, met ? say("'{}' is met again", condition) : say("'{}' is not met", condition));
   if (met) return;
   if (interlock.action == StationInterlock::Action::stop)
     begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
-               fmt::format("'{}' is not met{}", interlock.require.text,
-                           observed == Holds::unknown ? ": a channel without news" : ""));
+               observed == Holds::unknown ? say("'{}' is not met: a channel without news", condition)
+                                          : say("'{}' is not met", condition));
 }
 
 /// An axis that runs out of its travel, for any reason, is stopped.
@@ -78,13 +78,14 @@ void check_travel(Turn& turn) {
   for (std::size_t i = 0; i < turn.state.axes.size() && is_active(turn.state.phase); ++i)
     if (turn.state.axes[i].beyond >= readings_beyond)
       begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
-                 turn.station().axes[i].name + " has left its travel, which the station states as lowest and highest");
+                 say("{} has left its travel, which the station states as lowest and highest",
+                     Name{turn.station().axes[i].name}));
 }
 
 }  // namespace
 
-void open_prompt(Turn& turn, OpenPrompt::About about, const std::string& text, std::vector<std::string> choices) {
-  Prompt prompt{++turn.state.prompts, text, std::move(choices)};
+void open_prompt(Turn& turn, OpenPrompt::About about, Sentence text, std::vector<std::string> choices) {
+  Prompt prompt{++turn.state.prompts, std::move(text), std::move(choices)};
   prompt.standard = prompt.choices.front();
   prompt.deadline = turn.now() + turn.course.prompt_deadline;
   if (about == OpenPrompt::About::failure) prompt.failed_segment = turn.segment().label;
@@ -101,16 +102,16 @@ void close_prompt(Turn& turn) {
 void take_answer(Turn& turn, const PromptAnswer& answer) {
   auto& state = turn.state;
   if (!state.prompt || state.prompt->prompt.id != answer.prompt)
-    return turn.note(EventKind::refused, fmt::format("{}: question {} is closed", answer.who, answer.prompt));
+    return turn.note(EventKind::refused, say("{}: question {} is closed", Name{answer.who}, answer.prompt));
   const auto& choices = state.prompt->prompt.choices;
   if (!has_word(choices, answer.choice))
-    return turn.note(EventKind::refused, fmt::format("{}: '{}' is no answer to question {}; accepted: {}", answer.who,
-                                                     answer.choice, answer.prompt, fmt::join(choices, ", ")));
-  turn.note(EventKind::answer, fmt::format("{}: '{}' to question {}", answer.who, answer.choice, answer.prompt));
+    return turn.note(EventKind::refused, say("{}: '{}' is no answer to question {}; accepted: {}", Name{answer.who},
+                                             answer.choice, answer.prompt, fmt::join(choices, ", ")));
+  turn.note(EventKind::answer, say("{}: '{}' to question {}", Name{answer.who}, answer.choice, answer.prompt));
   const auto about = state.prompt->about;
   close_prompt(turn);
   if (answer.choice == "stop")
-    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, answer.who + " has stopped the run");
+    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, say("{} has stopped the run", Name{answer.who}));
   if (about == OpenPrompt::About::by_hand) return note_by_hand(turn);
   if (about == OpenPrompt::About::power) {
     forget_streams(turn);
@@ -140,12 +141,12 @@ void take_order(Turn& turn, const RunOrder& order) {
     state.pause_wanted = false;
     return;
   }
-  const auto who = order.who.empty() ? std::string("the run") : order.who;
+  const Sentence who = order.who.empty() ? Sentence("the run") : say("{}", Name{order.who});
   if (order.kind == Kind::abort)
-    return begin_safe(turn, RunPhase::aborting, RunEnding::aborted, who + " has aborted the run");
+    return begin_safe(turn, RunPhase::aborting, RunEnding::aborted, say("{} has aborted the run", who));
   if (order.kind == Kind::stop)
-    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, who + " has stopped the run");
-  turn.note(EventKind::refused, fmt::format("this order cannot be carried out while the run is {}", name(state.phase)));
+    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, say("{} has stopped the run", who));
+  turn.note(EventKind::refused, say("this order cannot be carried out while the run is {}", word_of(state.phase)));
 }
 
 void take_unit_failed(Turn& turn, const UnitFailed& failed) {
@@ -155,7 +156,7 @@ void take_unit_failed(Turn& turn, const UnitFailed& failed) {
       std::any_of(units.begin(), units.end(), [&](const auto& unit) { return unit.slot == failed.slot; });
   if (!known || has_word(state.units_out, failed.slot)) return;
   state.units_out.push_back(failed.slot);
-  turn.note(EventKind::unit, fmt::format("the unit in slot {} drops out: {}", failed.slot, failed.reason));
+  turn.note(EventKind::unit, say("the unit in slot {} drops out: {}", Name{failed.slot}, failed.reason));
   RunRow row;
   row.kind = RunRow::Kind::unit_out;
   row.time = turn.now();
@@ -164,8 +165,9 @@ void take_unit_failed(Turn& turn, const UnitFailed& failed) {
   row.reason = failed.reason;
   if (is_active(state.phase) && (turn.course.all_units || state.units_out.size() == units.size()))
     begin_safe(turn, RunPhase::stopping, RunEnding::failed,
-               turn.course.all_units ? "the plan needs all units, and that in slot " + failed.slot + " has failed"
-                                     : "no unit is left in the run");
+               turn.course.all_units
+                   ? say("the plan needs all units, and that in slot {} has failed", Name{failed.slot})
+                   : Sentence("no unit is left in the run"));
   write_row(turn, std::move(row));
 }
 

@@ -23,12 +23,12 @@ std::chrono::steady_clock::duration duration_of(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// Why a link ended, in words for a person.
-std::string loss_of(const Code& code) {
+/// Why a link ended.
+Sentence loss_of(const Code& code) {
   if (code == asio::error::eof) return "the other side closed the link";
   if (code == asio::error::connection_reset) return "the other side broke the link off";
   if (code.value() == EIO) return "the device was unplugged or its other side was closed";
-  return code.message();
+  return system_reason(code);
 }
 
 /// An empty datagram, or one of ours that nobody took: the device may be switched on later.
@@ -113,12 +113,12 @@ void Loop::watch(const Shared& link) {
   link->silence_timer->async_wait([this, link](const Code& code) {
     if (code || !link->up) return;
     if (std::chrono::steady_clock::now() - link->heard >= duration_of(link->silence))
-      return lose(link, fmt::format("nothing was received for {:.3g} s", link->silence));
+      return lose(link, say("nothing was received for {:.3g} s", link->silence));
     watch(link);
   });
 }
 
-void Loop::lose(const Shared& link, const std::string& reason) {
+void Loop::lose(const Shared& link, const Sentence& reason) {
   if (!link->up) return;
   close(link->number);
   events_.push_back({LinkEvent::Kind::lost, link->number, clock_(), {}, reason});

@@ -72,7 +72,7 @@ class Loop {
   void read_on(const Shared& link);
   void do_what_is_ready();
   void write(const Shared& link);
-  void lose(const Shared& link, const std::string& reason);
+  void lose(const Shared& link, const Sentence& reason);
   void watch(const Shared& link);
   void accept(const std::shared_ptr<Tcp::acceptor>& door);
   void accept_later(const std::shared_ptr<Tcp::acceptor>& door);

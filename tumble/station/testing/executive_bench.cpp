@@ -85,7 +85,7 @@ void ExecutiveBench::perform(const std::vector<RunAction>& actions, RunPhase pha
       notes.push_back(*note);
       if (note->kind != EventKind::phase) continue;
       const RunPhase to = note->phase.value();
-      if (note->text != fmt::format("{} -> {}", name(phase), name(to)) || !may_follow(phase, to))
+      if (note->text.text() != fmt::format("{} -> {}", name(phase), name(to)) || !may_follow(phase, to))
         faults_of_order.push_back(note->text);
       phase = to;
       phase_began.try_emplace(std::string(name(to)), now_);

@@ -161,7 +161,7 @@ std::optional<ControllerReply> notice_of(const Controller& controller, std::stri
     const auto content = match(notice.expect, body, controller.axes);
     if (!content) continue;
     ControllerReply reply{ControllerVerb::notice};
-    reply.text = explained(notice.expect, *content, body, notice.meaning);
+    reply.text = say("{}", Name{explained(notice.expect, *content, body, notice.meaning)});
     if (!notice.state.empty()) reply.words["state"] = notice.state;
     return reply;
   }

@@ -52,7 +52,7 @@ std::vector<ControllerRequest> ControllerDevice::feed(std::string_view bytes) {
     if (take_bare(requests)) continue;
     const auto line = controller::take_line(*controller_, controller::Direction::request, sizes, pending_);
     if (!line) break;
-    if (!line->problem.empty()) problems_.push_back(Sentence(line->problem));
+    if (!line->problem.empty()) problems_.push_back(line->problem);
     if (line->body && !(line->body->empty() && controller_->trim))
       take_body(*line->body, false, line->transaction, requests);
   }

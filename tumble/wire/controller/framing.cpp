@@ -46,12 +46,12 @@ std::string summed(const ControllerChecksum& check, const std::string& head, std
 Line without_checksum(const ControllerChecksum& check, const std::string& head, std::string_view text) {
   if (!check.sum) return {std::string(text), ""};
   const std::size_t size = size_of_checksum(check);
-  if (text.size() < size) return {std::nullopt, fmt::format("cut line '{}': its checksum is missing", shown(text))};
+  if (text.size() < size) return {std::nullopt, say("cut line '{}': its checksum is missing", shown(text))};
   const auto body = text.substr(0, text.size() - size), stated = text.substr(text.size() - size);
   const std::string expected = checksum_of(check, summed(check, head, body));
   if (stated == expected) return {std::string(body), ""};
-  return {std::nullopt, fmt::format("wrong checksum in '{}': it ends with '{}', and its bytes give '{}'", shown(text),
-                                    shown(stated), shown(expected))};
+  return {std::nullopt, say("wrong checksum in '{}': it ends with '{}', and its bytes give '{}'", shown(text),
+                            shown(stated), shown(expected))};
 }
 
 void clear_bit7(Line& line) {
@@ -60,12 +60,12 @@ void clear_bit7(Line& line) {
     for (char& c : *line.body) c = static_cast<char>(byte_of(c) & 0x7fu);
     return;
   }
-  line = {std::nullopt, fmt::format("'{}' has a byte without bit 7", shown(*line.body))};
+  line = {std::nullopt, say("'{}' has a byte without bit 7", shown(*line.body))};
 }
 
-std::string too_long(std::string& pending) {
-  const std::string text =
-      fmt::format("{} bytes without an end of line, which begin '{}'", pending.size(), shown(pending.substr(0, 40)));
+Sentence too_long(std::string& pending) {
+  const Sentence text =
+      say("{} bytes without an end of line, which begin '{}'", pending.size(), shown(pending.substr(0, 40)));
   pending.clear();
   return text;
 }
@@ -88,7 +88,7 @@ std::optional<Line> take_ended(const Controller& controller, const ControllerFra
     const auto head = text.rfind(framing.head);
     if (head == std::string::npos) {
       if (stripped(text).empty()) return Line{"", ""};
-      return Line{std::nullopt, fmt::format("'{}' does not begin with '{}'", shown(text), shown(framing.head))};
+      return Line{std::nullopt, say("'{}' does not begin with '{}'", shown(text), shown(framing.head))};
     }
     before = stripped(text.substr(0, head));
     text.erase(0, head + framing.head.size());
@@ -97,7 +97,7 @@ std::optional<Line> take_ended(const Controller& controller, const ControllerFra
   if (controller.bit7) clear_bit7(line);
   if (line.body && controller.trim) line.body = stripped(*line.body);
   if (!before.empty() && line.problem.empty())
-    line.problem = fmt::format("'{}' stands before '{}'", shown(before), shown(framing.head));
+    line.problem = say("'{}' stands before '{}'", shown(before), shown(framing.head));
   return line;
 }
 
@@ -127,8 +127,8 @@ std::optional<Line> take_sized(const Controller& controller, Direction direction
   if (at == 0) return std::nullopt;
   const std::string bytes = pending.substr(0, at);
   pending.erase(0, at);
-  return Line{std::nullopt, fmt::format("{} bytes that belong to no {}, or whose checksum is wrong: '{}'", bytes.size(),
-                                        direction == Direction::reply ? "reply" : "command", shown(bytes))};
+  return Line{std::nullopt, say("{} bytes that belong to no {}, or whose checksum is wrong: '{}'", bytes.size(),
+                                direction == Direction::reply ? "reply" : "command", shown(bytes))};
 }
 
 /// Modbus over TCP: transaction, protocol 0, length, address of the device.
@@ -147,7 +147,7 @@ std::optional<Line> take_modbus_tcp(const Controller& controller, std::string& p
     return line;
   }
   if (dropped == 0) return std::nullopt;
-  return Line{std::nullopt, fmt::format("{} bytes that are no Modbus from address {}", dropped, controller.unit)};
+  return Line{std::nullopt, say("{} bytes that are no Modbus from address {}", dropped, controller.unit)};
 }
 
 std::string with_bit7(std::string text) {

@@ -16,7 +16,7 @@ enum class Direction { request, reply };
 /// Body of a line, between its ends.
 struct Line {
   std::optional<std::string> body;
-  std::string problem;            ///< empty: none
+  Sentence problem;               ///< empty: none
   std::uint16_t transaction = 0;  ///< of Modbus over TCP
 };
 

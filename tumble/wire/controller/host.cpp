@@ -51,15 +51,15 @@ const ControllerCommand& command_of(const Controller& declaration, ControllerVer
 }
 
 /// A value that comes back under the name that was sent, and is another one.
-std::string other_value(const Controller& declaration, const ControllerRequest& request, const ControllerReply& reply) {
+Sentence other_value(const Controller& declaration, const ControllerRequest& request, const ControllerReply& reply) {
   for (const auto& [name, value] : reply.values) {
     const auto sent = request.values.find(name);
     if (sent == request.values.end()) continue;
     const double step = resolution_of(declaration, request.verb, name, sent->second);
     if (std::abs(value - sent->second) > 2.0 * step)
-      return fmt::format("{} reads back {:.9g} [SI], and {:.9g} was sent", name, value, sent->second);
+      return say("{} reads back {:.9g} [SI], and {:.9g} was sent", Name{name}, value, sent->second);
   }
-  return "";
+  return {};
 }
 
 }  // namespace
@@ -74,10 +74,10 @@ ControllerHost::ControllerHost(const Controller& declaration) : controller_(&dec
 double ControllerHost::timeout() const { return command_ ? exchange().timeout : 0.0; }
 double ControllerHost::pause() const { return command_ ? exchange().pause : 0.0; }
 
-ControllerReply ControllerHost::problem(const std::string& text) const {
+ControllerReply ControllerHost::problem(const Sentence& what) const {
   ControllerReply reply{request_.verb};
   reply.axis = request_.axis;
-  reply.problem = text;
+  reply.problem = what;
   return reply;
 }
 
@@ -175,7 +175,7 @@ void ControllerHost::end(ControllerReply reply, std::vector<ControllerReply>& re
 void ControllerHost::accept(const ControllerReply& part, std::vector<ControllerReply>& replies) {
   for (const auto& [name, value] : part.values) reply_.values[name] = value;
   for (const auto& [name, word] : part.words) reply_.words[name] = word;
-  const std::string other = other_value(*controller_, request_, part);
+  const Sentence other = other_value(*controller_, request_, part);
   if (other.empty()) return advance(replies);
   ControllerReply refused{request_.verb, {}, {}, true, other};
   refused.axis = request_.axis;
@@ -189,7 +189,7 @@ void ControllerHost::take_body(std::string body, std::vector<ControllerReply>& r
   if (probe_ || quiet_) return take_while_unclear(body, replies);
   const auto refused = now ? controller::refusal(*controller_, now, body) : std::nullopt;
   if (refused) {
-    ControllerReply reply{request_.verb, {}, {}, true, *refused};
+    ControllerReply reply{request_.verb, {}, {}, true, say("{}", Name{*refused})};
     reply.axis = request_.axis;
     return end(reply, replies);
   }
@@ -233,8 +233,10 @@ std::vector<ControllerReply> ControllerHost::feed(std::string_view bytes) {
 }
 
 ControllerReply ControllerHost::give_up() {
-  const std::string rest = pending_.empty() ? "" : fmt::format("; received was {}, which is cut", quoted(pending_));
-  auto reply = problem(say("no reply to {} within {:g} s{}", Name{quoted(sent_)}, timeout(), Name{rest}));
+  const Name sent{quoted(sent_)};
+  auto reply = problem(pending_.empty() ? say("no reply to {} within {:g} s", sent, timeout())
+                                        : say("no reply to {} within {:g} s; received was {}, which is cut", sent,
+                                              timeout(), Name{quoted(pending_)}));
   if (const ControllerExchange* const late = awaited(); late && !spoiled_) owe(*late);
   pending_.clear();
   command_ = nullptr;

@@ -44,7 +44,7 @@ void put_words(const Controller& controller, const Content& content, ControllerR
     const auto found = std::ranges::find_if(words->second, [&](const auto& known) { return fits(known.first, text); });
     if (found == words->second.end())
       reply.problem =
-          fmt::format("unknown text '{}' for {} (known: {})", shown(text), name, known_texts(words->second));
+          say("unknown text '{}' for {} (known: {})", shown(text), Name{name}, Name{known_texts(words->second)});
     else
       reply.words[name] = found->second;
   }
@@ -58,7 +58,7 @@ void put_bits(const Controller& controller, const Content& content, ControllerRe
     if (word)
       reply.words[bits.word] = *word;
     else
-      reply.problem = fmt::format("{} = {:.12g} has no meaning as {}", bits.from, number->second, bits.word);
+      reply.problem = say("{} = {:.12g} has no meaning as {}", Name{bits.from}, number->second, Name{bits.word});
   }
 }
 
@@ -86,9 +86,9 @@ ControllerReply meaning_of(const Controller& controller, const Content& content,
   ControllerReply reply{request.verb};
   reply.axis = request.axis;
   if (content.axis && *content.axis != request.axis) {
-    reply.problem = fmt::format("a reply of axis {}, but axis {} was asked",
-                                controller.axes.at(static_cast<std::size_t>(*content.axis - 1)),
-                                controller.axes.at(static_cast<std::size_t>(request.axis - 1)));
+    reply.problem = say("a reply of axis {}, but axis {} was asked",
+                        Name{controller.axes.at(static_cast<std::size_t>(*content.axis - 1))},
+                        Name{controller.axes.at(static_cast<std::size_t>(request.axis - 1))});
     return reply;
   }
   put_words(controller, content, reply);

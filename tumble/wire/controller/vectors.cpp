@@ -32,10 +32,9 @@ struct VectorCheck {
 };
 
 void VectorCheck::compare(const ControllerReply& reply) const {
-  if (!reply.problem.empty()) return add(Sentence(reply.problem));
+  if (!reply.problem.empty()) return add(reply.problem);
   if (reply.refused != vector.reply.refused)
-    return add(reply.refused ? say("the reply is refused: {}", Sentence(reply.text.c_str()))
-                             : Sentence("the reply is not refused"));
+    return add(reply.refused ? say("the reply is refused: {}", reply.text) : Sentence("the reply is not refused"));
   if (!vector.reply.text.empty() && reply.text != vector.reply.text) add(say("the text is '{}'", reply.text));
   for (const auto& [name, value] : vector.reply.values) {
     const auto found = reply.values.find(name);
@@ -68,7 +67,7 @@ void VectorCheck::as_host() const {
   if (answered < vector.replies.size()) add("more replies are stated than were awaited");
   if (replies.size() != 1) {
     for (const auto& reply : replies)
-      if (!reply.problem.empty()) add(Sentence(reply.problem));
+      if (!reply.problem.empty()) add(reply.problem);
     return add("the replies that are stated do not complete the command");
   }
   compare(replies.front());
