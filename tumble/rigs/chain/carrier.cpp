@@ -53,7 +53,6 @@ double ErrorValues::operator()(std::string_view name, std::size_t segment) const
 }
 
 double ErrorValues::where_present(std::string_view name, std::size_t segment) const {
-  assert(is_error_name(name));
   const auto found = std::ranges::find(list_, name, &RigError::name);
   if (values_.empty() || found == list_.end()) return 0.0;
   const auto row = static_cast<std::size_t>(found - list_.begin());
