@@ -108,8 +108,6 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
         "tumble/tasks/recompute.cpp",
     "the unit that an output has is part of the text of a further unit":
         "tumble/methods/imu_ferraris/report.cpp",
-    "still to be mended: names of parameters, terms, errors, tables and curves are asked for what they are":
-        "tumble/tasks/plausible.cpp",
 }
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "CLI/", "zlib", "bzlib", "lz4", "zstd",

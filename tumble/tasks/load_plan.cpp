@@ -220,6 +220,16 @@ void read_calibration(Reading& reading, Section& root) {
   if (text) root.problem_at("calibration", problem);
 }
 
+/// The prior of the plan, or as the command line says, which wins.
+void read_prior(Reading& reading, Section& root) {
+  reading.plan.prior = plan_file::read_prior(root, std::filesystem::path(reading.plan.file).parent_path().string(),
+                                             reading.method, reading.problems);
+  if (!reading.sets.prior) return;
+  reading.plan.prior.from = *reading.sets.prior;
+  if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence(); !refusal.empty())
+    reading.problems.all.push_back(say("--set prior: {}", refusal));
+}
+
 void read_sections(Reading& reading, const toml::table& document) {
   static const toml::table nothing;
   Section root(document, "", reading.problems);
@@ -234,14 +244,7 @@ void read_sections(Reading& reading, const toml::table& document) {
     reading.method = look_up(
         root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
   read_calibration(reading, root);
-  reading.plan.prior = plan_file::read_prior(root, std::filesystem::path(reading.plan.file).parent_path().string(),
-                                             reading.method, reading.problems);
-  if (reading.sets.prior) {
-    reading.plan.prior.from = *reading.sets.prior;
-    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence();
-        !refusal.empty())
-      reading.problems.all.push_back(say("--set prior: {}", refusal));
-  }
+  read_prior(reading, root);
   read_instrument(reading, section("instrument"));
   if (const auto& site = section("site"); given("site"))
     reading.plan.site = plan_file::read_site(site, reading.problems);
